@@ -1,4 +1,4 @@
-"""Calibration of a print: its unit from weights on its tips, or its modulus from a coupon."""
+"""Calibration of a printed sensor from weights on its tips, and of its material's modulus from weights on a coupon."""
 
 import math
 from collections.abc import Sequence
@@ -55,34 +55,36 @@ _WEIGHED = {
     "deflection": Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"])),
 }
 _SINCE = Quantity(units=TIME, default="s", most=WEIGHED_AFTER.at_most or math.inf)
-"""The time since a weight was hung needs its own column, because the clock of a serial monitor does not show it."""
+"""Time since the weight was hung. It needs its own column, because the clock of a serial monitor does not show it."""
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
-WITHOUT_BALL = "the design expects presses on a reference ball: without --ball the form of the domes moves all readings"
+WITHOUT_BALL = (
+    "the design expects presses on a reference ball: without --ball the form errors of the domes bias all readings"
+)
 UNLIKE_DESIGN = 3.0
-"""Largest ratio of a spring's stiffness to its design, either way; prints differ by less."""
+"""Largest factor between the measured and the designed stiffness of a spring; prints differ by less."""
 KNOWN_WELL_PERCENT = 0.5
-"""Half width at 95 % [%] of a stiffness that is well known: about what a dial gives without a plate."""
+"""Half width at 95 % [%] of a well-known stiffness; a dial indicator reaches about this accuracy without a plate."""
 _EXAMPLE = "tip,weight_g,deflection_mm"
 _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
 
 
 def _unit_data(calibration: "Calibration") -> Plain:
-    """Return the part of a unit that the answer contains; unit.toml has all of it."""
+    """Return the fields of a unit that the answer contains; unit.toml contains all of them."""
     unit = as_data(calibration.unit)
     shown = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
     return shown if calibration.unit.ball is None else {**shown, "ball": unit["ball"]}
 
 
 def _trims_data(calibration: "Calibration") -> Plain:
-    """Return the trim of each tip with the tip's name; the list is empty if the design has no housing."""
+    """Return the name and the trim of each tip; the list is empty if the design has no housing."""
     trims = zip(calibration.unit.tips, calibration.trims, strict=False)
     return {"trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims]}
 
 
 def _channels_data(calibration: "Calibration") -> Plain:
-    """Return the calibration of the channels, with the unit's gain errors in place of its own.
+    """Return the calibration of the channels, with the gain errors of the unit.
 
-    They differ if a press on a plate determined the gains.
+    The gain errors from the weights are replaced, because a press on a plate may determine the gains more accurately.
     """
     return {"channels": {**as_data(calibration.channels), "gain_percent": [*calibration.unit.gain_percent]}}
 
@@ -92,11 +94,11 @@ def _channels_data(calibration: "Calibration") -> Plain:
 class Calibration:
     """The calibration of a printed unit: the unit, verdicts on its targets, and trims of its leaves.
 
-    `pipeline calibrate` prints the same numbers. What JSON leaves out is None or empty here.
+    `pipeline calibrate` prints the same numbers. Values that its JSON output omits are None or empty here.
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run --out outputs/mine
     >>> calibration = twintip.calibrate(report, "weights.csv")
     >>> [round(K) for K in calibration.unit.K_N_per_m]
     [1000, 22000]
@@ -104,8 +106,8 @@ class Calibration:
 
     unit: PrintedUnit = report_field(
         "",
-        "the unit, as in unit.toml; its bends are null if all lines are straight, and `ball` is left out without a "
-        "reference ball",
+        "the unit, as in unit.toml; its bends are null if all calibration lines are straight, and `ball` is left out "
+        "without a reference ball",
         key="`tips`, `method`, `K_N_per_m`, `K_percent`, `force_bend`, `force_bend_per_N`, `deflection_bend`, "
         "`deflection_bend_per_N`, `ball`",
         inline=_unit_data,
@@ -115,51 +117,53 @@ class Calibration:
     )
     weighing: Weighing = report_field(
         "",
-        "time from the hanging of a weight to its reading; whose creep it is, `unit` or `process`; growth of the "
-        "deflection in a decade of time, and its standard deviation",
+        "time from hanging a weight to its reading; whether the creep is that of the `unit` or of the `process`; "
+        "growth of the deflection per decade of time, and its standard deviation",
         key="`weighed_after_s`, `creep_of`, `creep_per_decade`, `creep_error`",
         inline=lambda it: as_data(it.weighing),
     )
     press_s: float = report_field("s", "duration of a press")
     stiffened: float = report_field(
-        "1", "stiffness in a press over the stiffness under a weight", key="K_press_over_weighed"
+        "1", "stiffness in a press divided by the stiffness under a weight", key="K_press_over_weighed"
     )
     table: tuple[UnitRow, ...] = report_field(
         "",
-        "for moduli over the range of the design: force of each tip, P, half width of the error bar of E, and error of "
-        "E with the stiffnesses of the design",
+        "for moduli that span the range of the design: force of each tip, P, half width of the error bar of E, and "
+        "error of E if it is read with the designed stiffnesses",
     )
     verdicts: list[Verdict] = report_field(
         "", "whether the unit meets the targets of its design, as in [report.json](report-json.md#verdicts)"
     )
     trims: list[float | None] = report_field(
         "",
-        "for each tip, the change of length that gives its leaves the stiffness of the design; null if the error of "
-        "K holds it",
+        "for each tip, the change in leaf length that gives its spring the designed stiffness; null if the designed "
+        "stiffness lies within the error of K",
         inline=_trims_data,
         attribute_unit="mm",
     )
     channels: ChannelCalibration | None = report_field(
         "",
-        "slopes, zeros, gain, bend, crosstalk, hysteresis and drift of the channels; left out without counts",
+        "slopes, zeros, gain, bend, crosstalk, hysteresis and drift of the channels; left out if the table has no "
+        "counts",
         inline=_channels_data,
         left_out=True,
         default=None,
     )
     scale: ScaleFit | None = report_field(
         "",
-        "the scale as in unit.toml, the number of its fruit, and the error of a fruit that is left out, one standard "
-        "deviation, by each curve; left out without `--fruit`",
+        "the scale as in unit.toml, the number of its fruit, and for each curve its cross-validation error (one "
+        "standard deviation) for fruit left out of the fit; left out without `--fruit`",
         left_out=True,
         default=None,
     )
     ball_presses: BallPresses | None = report_field(
         "",
-        "number of presses on the ball that count, number of all, and flags of the others; left out without `--ball`",
+        "number of accepted presses on the ball, number of all presses, and flags of the rejected presses; left out "
+        "without `--ball`",
         left_out=True,
         default=None,
     )
-    assumed: list[str] = report_field("", "assumptions for values that were not given", told=False)
+    assumed: list[str] = report_field("", "assumptions made for values that were not given", told=False)
     error_by: str = report_field("", "error sources in the table", told=False)
 
 
@@ -170,18 +174,18 @@ def calibrate(
     after_s: float | None = None,
     counts_as: Literal["unsigned", "offset"] | None = None,
 ) -> Calibration:
-    """Return the calibration of a printed unit by a table of weights, as `pipeline calibrate` does.
+    """Calibrate a printed unit from a table of weights, as `pipeline calibrate` does.
 
     Parameters
     ----------
     report : Report
         The report of the design, from `read_report`.
     weights : str or Path
-        A table of weights on each tip and the deflections.
+        Table of the weights hung on each tip and the resulting deflections.
     after_s : float, optional
         Time from hanging a weight to its reading [s], if the table has no times.
     counts_as : "unsigned" or "offset", optional
-        How the table writes counts, as in `read_press`.
+        Notation of the counts in the table, as in `read_press`.
 
     Returns
     -------
@@ -191,13 +195,13 @@ def calibrate(
     Raises
     ------
     InputError
-        If the table does not measure springs of this design.
+        If the table is invalid, or does not fit the springs of this design.
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run --out outputs/mine
     >>> calibration = twintip.calibrate(report, "weights.csv")
-    >>> len(calibration.unit.K_N_per_m)  # of each tip
+    >>> len(calibration.unit.K_N_per_m)  # one stiffness per tip
     2
     """
     check_weighed_after("after_s", after_s)
@@ -211,11 +215,14 @@ def calibrate(
 def read_print_table(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
-    """Read the table of weights and deflections of a print.
+    """Read the table of weights and deflections of a printed unit or of a coupon.
 
-    Its column of texts is `tip` for a unit, with the signed counts of all channels or of none, or `coupon`. `flags`
-    states columns and units that the header lacks. `counts_as` is the notation of the counts, as in `signed_counts`.
-    Raises InputError for a table that has neither column or only some of the counts, and for an unknown tip.
+    The table of a unit has a column `tip`, and the counts of all channels or of none; counts are returned with their
+    sign. The table of a coupon has a column `coupon`. `flags` specifies columns and units that the header lacks.
+    `counts_as` is the notation of the counts, as in `signed_counts`.
+
+    Raises InputError for a table with neither or both of these columns or with the counts of only some channels, and
+    for an unknown tip.
     """
     counts = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
@@ -241,9 +248,9 @@ def read_print_table(
 
 
 def _complete_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
-    """Return a table whose tips or leaves have the `names` of the design.
+    """Return the table with the name of each tip or leaf written as in `names`, the names in the design.
 
-    Case is ignored, and a unique initial is accepted. Raises InputError for another name.
+    Case is ignored, and an initial is accepted if it is unique. Raises InputError for any other name.
     """
     ((column, texts),) = table.texts.items()
     initials = [name[0].casefold() for name in names]
@@ -252,7 +259,7 @@ def _complete_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable
     for line, text in zip(table.lines, texts, strict=True):
         if text.casefold() not in full_names:
             place = place_of(table.source, line, column)
-            raise validation_error(place, text, "", f"one of {', '.join(names)}", "take the names in report.json")
+            raise validation_error(place, text, "", f"one of {', '.join(names)}", "use the names in report.json")
     return replace(table, texts={column: tuple(full_names[text.casefold()] for text in texts)})
 
 
@@ -264,49 +271,52 @@ def calibrate_unit(
     after_s: float | None = None,
     ball: PressedBall | None = None,
 ) -> Calibration:
-    """Return the calibration of a unit from a table of weights, from `read_print_table`.
+    """Calibrate a unit from `table`, its table of weights, which `read_print_table` returns.
 
-    `fruit` are presses of fruit for a scale, from `read_fruit_table`. `plate` is a press on a hard plate, from
-    `read_plate_table`. `after_s` [s] is the time from hanging a weight to its reading, if the table has no times.
-    Presses on a reference `ball` give a factor that corrects all readings. Raises InputError if a table does not
-    determine the springs or contradicts the design, and if a unit with these springs reads no modulus.
+    `fruit` is a table of presses on fruit from `read_fruit_table`; it determines the scale of another instrument.
+    `plate` is the table of a press on a hard plate from `read_plate_table`. `after_s` [s] is the time from hanging a
+    weight to its reading, if the table has no times. `ball` holds presses on a reference ball, which determine a factor
+    that corrects all readings.
+
+    Raises InputError if a table does not determine the springs or contradicts the design, and if a unit with these
+    springs cannot read a modulus.
     """
-    # The springs and the channels from the weights.
+    # The weights determine the springs and the channels.
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
-    weighed = correct_weights(table, report, after_s)
+    weighing = correct_weights(table, report, after_s)
     names = [tip.name for tip in report.tips]
     counts = [key for key in count_keys(len(names)) if key in table.numbers]
-    lines = fit_weight_lines(table, names, counts, weighed.forces)
+    lines = fit_weight_lines(table, names, counts, weighing.forces)
     deflections = [lines[name, DEFLECTION] for name in names]
     springs = [stiffness_of_line(line) for line in deflections]
     _refuse_unlike_design(table, springs, designed)
-    channels = calibrate_channels(table, report, lines, weighed.forces)
-    assumed = [weighed.note] if weighed.note else []
-    # A press on a plate determines the springs more accurately.
+    channels = calibrate_channels(table, report, lines, weighing.forces)
+    assumptions = [weighing.note] if weighing.note else []
+    # A press on a plate determines the springs more accurately, so its stiffnesses replace those from the weights.
     plate_springs = None
     requirements = report.design.reading or ReadingRequirements()
     if plate is not None:
         plate_springs = _springs_on_plate(plate, table, channels, springs, report)
-        assumed += _note_on_plate(plate_springs, springs, names, plate)
+        assumptions += _note_on_plate(plate_springs, springs, names, plate)
     elif requirements.on_plate:
-        assumed = [WITHOUT_PLATE, *assumed]
-    assumed += _notes_on_bends(table, report, deflections, channels)
-    unit = _printed_unit(report, weighed, deflections, channels, plate_springs)
+        assumptions = [WITHOUT_PLATE, *assumptions]
+    assumptions += _notes_on_bends(table, report, deflections, channels)
+    unit = _printed_unit(report, weighing, deflections, channels, plate_springs)
     sensor = MeasuringUnit(report=report, unit=unit)
     if ball is None and requirements.calibrated_by == "ball":
-        assumed = [WITHOUT_BALL, *assumed]
-    # The ball is read by the calibrated springs, and its correction is part of the unit from here on.
+        assumptions = [WITHOUT_BALL, *assumptions]
+    # The presses on the ball are read with the calibrated springs. From here on, their correction is part of the unit.
     ball_presses = None
     if ball is not None:
         correction, ball_presses = correction_by_ball(ball, sensor)
         unit = replace(unit, ball=correction)
         sensor = MeasuringUnit(report=report, unit=unit)
-    # The readings of the unit over the range of its design, and the verdicts on them.
+    # The verdicts judge the readings of the unit over the modulus range of its design.
     nominal = designed.unit.stiffnesses
     try:
         scale = None if fruit is None else scale_of_presses(fruit, sensor)
-        rows = unit_table(sensor, designed)
-        verdicts = unit_verdicts(sensor, rows)
+        table_rows = unit_table(sensor, designed)
+        verdicts = unit_verdicts(sensor, table_rows)
         error_by = error_sources(sensor)
     except ReadingError as error:
         msg = f"{table.source}: {error}"
@@ -314,12 +324,12 @@ def calibrate_unit(
     return Calibration(
         unit=unit if scale is None else replace(unit, scale=scale.scale),
         nominal=nominal,
-        table=rows,
+        table=table_rows,
         verdicts=verdicts,
         trims=trims(sensor, nominal),
-        assumed=assumed,
+        assumed=assumptions,
         error_by=error_by,
-        weighing=weighed,
+        weighing=weighing,
         stiffened=sensor.press_over_weighed(),
         press_s=report.design.press_s,
         scale=scale,
@@ -330,15 +340,15 @@ def calibrate_unit(
 
 def _printed_unit(
     report: Report,
-    weighed: Weighing,
+    weighing: Weighing,
     deflections: Sequence[Line],
     channels: ChannelCalibration | None,
     plate_springs: Sequence[PressedSpring] | None,
 ) -> PrintedUnit:
-    """Return the unit from its deflections under weights, its channels, and the springs measured on a plate.
+    """Build the unit from its deflections under weights, its channels, and the springs measured on a plate.
 
-    `deflections` are the lines of deflection [mm] against weight [N], one for each tip. With a plate, its springs
-    replace those from the weights, and `gain_percent` is the error of each channel's deflection.
+    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. With a plate,
+    `plate_springs` replace the springs from the weights, and `gain_percent` is the error of each channel's deflection.
     """
     if plate_springs is not None:
         method = "counts of weights, and a hard plate"
@@ -362,15 +372,15 @@ def _printed_unit(
         K_N_per_m=tuple(1e3 * spring.value for spring in springs),
         K_percent=tuple(spring.percent for spring in springs),
         gain=(1.0,) * len(springs),
-        # A gain drift lies anywhere within its bound.
+        # The gain drift is equally likely anywhere within its bound, so BOUNDED turns it into a standard deviation.
         gain_percent=tuple(math.hypot(*errors) for errors in zip(gain_errors, BOUNDED * np.array(drifts), strict=True)),
         newtons_per_count=channels.newtons_per_count if channels else (),
         zero_counts=tuple(channels.zero_counts.tolist()) if channels else (),
         saturation_counts=channels.saturation if channels else 0,
         calibrated_by="weights" if plate_springs is None else "plate",
-        weighed_after_s=weighed.after_s,
-        creep_per_decade=weighed.creep.per_decade if weighed.own else None,
-        creep_error=weighed.creep.error if weighed.own else None,
+        weighed_after_s=weighing.after_s,
+        creep_per_decade=weighing.creep.per_decade if weighing.is_measured else None,
+        creep_error=weighing.creep.error if weighing.is_measured else None,
         force_bend=force_bend,
         force_bend_per_N=force_bend_per_N,
         deflection_bend=deflection_bend,
@@ -379,7 +389,7 @@ def _printed_unit(
 
 
 def _split_bends(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
-    """Return the relative error of each tip's slope at zero force [1], and its change with the force [1/N].
+    """Return each tip's relative slope error at zero force [1], and the change of this error per newton [1/N].
 
     Both are None if all calibration lines are straight.
     """
@@ -389,52 +399,57 @@ def _split_bends(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] |
     return at_zero, per_N
 
 
-def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], designed: MeasuringUnit) -> None:
-    """Raise InputError for a spring whose stiffness differs from its design by a factor that no print has."""
+def _refuse_unlike_design(table: MeasuredTable, stiffnesses: Sequence[Estimate], designed: MeasuringUnit) -> None:
+    """Raise InputError if a stiffness differs from the design by more than the factor `UNLIKE_DESIGN`."""
     nominal = designed.unit.stiffnesses
-    for tip, spring, K in zip(designed.report.tips, springs, nominal, strict=True):
-        ratio = spring.value / K
+    for tip, stiffness, K in zip(designed.report.tips, stiffnesses, nominal, strict=True):
+        ratio = stiffness.value / K
         if not 1.0 / UNLIKE_DESIGN < ratio < UNLIKE_DESIGN:
             field = f"{table.source}: stiffness of {tip.name} divided by its stiffness in the design"
             bound = f"from {1.0 / UNLIKE_DESIGN:.2g} to {UNLIKE_DESIGN:g}"
-            raise validation_error(field, float(f"{ratio:.3g}"), "", bound, "check names of tips, and the units")
+            hint = "check the names of the tips, and the units"
+            raise validation_error(field, float(f"{ratio:.3g}"), "", bound, hint)
 
 
 def _springs_on_plate(
     plate: MeasuredTable,
     table: MeasuredTable,
     channels: ChannelCalibration | None,
-    weighed: Sequence[Estimate],
+    weight_stiffnesses: Sequence[Estimate],
     report: Report,
 ) -> list[PressedSpring]:
-    """Return the springs measured by a press on a plate; `weighed` are their stiffnesses from the weights [N/mm].
+    """Return the springs measured by a press on a plate.
 
-    Raises InputError if the table of weights has no counts, and for a press that contradicts the weights.
+    `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine. Raises InputError if the table of
+    weights has no counts, or if the press contradicts the weights.
     """
     if channels is None:
-        columns = ", ".join(count_keys(len(weighed)))
-        bound = "a table with counts of each channel, which --plate needs"
+        columns = ", ".join(count_keys(len(weight_stiffnesses)))
+        bound = "a table with the counts of each channel, which --plate needs"
         raise validation_error(table.source, "weights without counts", "", bound, f"add the columns {columns}")
-    return pressed_springs(plate, channels, weighed, report)
+    return pressed_springs(plate, channels, weight_stiffnesses, report)
 
 
 def _note_on_plate(
-    plate_springs: Sequence[PressedSpring], weighed: Sequence[Estimate], names: Sequence[str], plate: MeasuredTable
+    plate_springs: Sequence[PressedSpring],
+    weight_stiffnesses: Sequence[Estimate],
+    names: Sequence[str],
+    plate: MeasuredTable,
 ) -> list[str]:
-    """Return a note if the plate determines a spring much less accurately than the weights; empty otherwise.
+    """Return a note if the plate determines a stiffness much less accurately than the weights do; empty otherwise.
 
-    `weighed` are the stiffnesses from the weights [N/mm].
+    `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine.
     """
-    percents = [(spring.K.percent, K.percent) for spring, K in zip(plate_springs, weighed, strict=True)]
-    worst = max(range(len(percents)), key=lambda tip: percents[tip][0] / percents[tip][1])
-    from_plate, from_weights = (COVERAGE * percent for percent in percents[worst])
+    error_pairs = [(spring.K.percent, K.percent) for spring, K in zip(plate_springs, weight_stiffnesses, strict=True)]
+    worst = max(range(len(error_pairs)), key=lambda tip: error_pairs[tip][0] / error_pairs[tip][1])
+    from_plate, from_weights = (COVERAGE * percent for percent in error_pairs[worst])
     if from_plate <= max(2.0 * from_weights, KNOWN_WELL_PERCENT):
         return []
     resolution = float(plate.last_digits["travel"].min())
     return [
-        f"the spring of {names[worst]} is known to ± {from_plate:.2g} % from the plate, to ± {from_weights:.2g} % "
-        f"from the weights. Its travel is taken as read to {resolution:g} mm, the last digit written. Write all digits "
-        "of the dial, press farther and more often, or leave --plate out."
+        f"the stiffness of the {names[worst]} spring is known to ± {from_plate:.2g} % from the plate, but to "
+        f"± {from_weights:.2g} % from the weights. The resolution of the travel is taken as {resolution:g} mm, the "
+        "last digit written. Write all digits of the dial, press farther and more often, or leave out --plate."
     ]
 
 
@@ -443,7 +458,7 @@ def _notes_on_bends(
 ) -> list[str]:
     """Return a note for each calibration line whose slope changes by more than twice `KNOWN_WELL_PERCENT`.
 
-    The lines are the deflection of each tip and the counts of each channel, against the weights.
+    The lines are the deflection of each tip and the counts of each channel, both as functions of the weight.
     """
     lines = zip(report.tips, deflections, strict=True)
     changes = {f"deflection of {tip.name}": 100.0 * line.bend.significant_change for tip, line in lines}
@@ -451,38 +466,40 @@ def _notes_on_bends(
         changes |= zip(count_keys(len(deflections)), channels.bend_percent, strict=True)
     return [
         f"{table.source}: the slope of {name} against the weight changes by {change:+.2g} % from no weight to the "
-        "largest. The error bars of readings include this change. Take weights no larger than the forces of a press."
+        "largest weight. The error bars of readings include this change. Use weights no larger than the forces of a "
+        "press."
         for name, change in changes.items()
         if abs(change) > 2.0 * KNOWN_WELL_PERCENT
     ]
 
 
 def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
-    """Return the modulus of a print [MPa] with its standard deviation, from weights on the leaves of its coupon.
+    """Return the modulus of the printed material [MPa] and its standard deviation, from weights on leaves of a coupon.
 
-    The mean of the leaves is weighted by their accuracy. Raises InputError for a design without a housing, for a leaf
-    that the design lacks, and for weights that do not determine a stiffness.
+    It is the mean over the leaves, weighted by the inverse variance of each. Raises InputError for a design without a
+    housing, for a leaf that the design does not have, and for weights that do not determine a stiffness.
     """
     if report.housing is None:
-        hint = "run pipeline design with springs that print"
+        hint = "run pipeline design with springs that can be printed"
         raise validation_error("coupon", None, "", "a coupon of a design with a housing", hint)
     table = _complete_names(table, [arm.name for arm in report.housing.arms])
-    arms = [arm for arm in report.housing.arms if arm.name in table.texts["coupon"]]
-    lines = fit_weight_lines(table, [arm.name for arm in arms], [], table.numbers["force"])
-    springs = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in arms]
-    factors = np.array([modulus_factor(arm.flexure) for arm in arms])
-    moduli = factors * [spring.value for spring in springs]
-    weights = np.array([spring.relative for spring in springs]) ** -2.0
+    weighed_arms = [arm for arm in report.housing.arms if arm.name in table.texts["coupon"]]
+    lines = fit_weight_lines(table, [arm.name for arm in weighed_arms], [], table.numbers["force"])
+    stiffnesses = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in weighed_arms]
+    factors = np.array([modulus_factor(arm.flexure) for arm in weighed_arms])
+    moduli = factors * [stiffness.value for stiffness in stiffnesses]
+    weights = np.array([stiffness.relative for stiffness in stiffnesses]) ** -2.0
     E = float(np.average(moduli, weights=weights))
-    # The variance of the weighted mean, increased by the scatter of the leaves beyond their own errors.
+    # The variance of the weighted mean is 1 / sum(weights). The scatter of the leaves (chi squared) increases it.
     scatter = float(weights @ (moduli / E - 1.0) ** 2)
     return Estimate(E, E * math.sqrt((scatter + 1.0) / float(weights.sum())), "MPa")
 
 
 def _stiffness_of_leaf(deflection: Line) -> Estimate:
-    """Return the stiffness of a leaf [N/mm], with an error that includes the change of its slope over the weights.
+    """Return the stiffness of a leaf [N/mm], with an error that covers any bend of its line.
 
-    The stiffness under any weight lies anywhere within this change.
+    The slope of a bent line changes from the smallest to the largest weight. The stiffness under a weight may lie
+    anywhere within this change.
     """
     K = stiffness_of_line(deflection)
     bound = BOUNDED * 0.5 * deflection.bend.significant_change

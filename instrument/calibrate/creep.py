@@ -1,9 +1,16 @@
-"""The creep of a unit from weights that are read some time after they were hung, and the forces corrected to one time.
+"""Creep of a printed unit, measured by weights that are read some time after they were hung.
 
-Springs that creep deflect by d = zero + C F (t / t0)^n under a weight F that has hung for t. So the readings lie on a
-straight line against F (t / t0)^n, the force with the same deflection at t0. Readings of one weight at several times
-determine n, from the dial and from the counts of each tip. The method is Gauss-Newton: d is fitted linearly by F (t /
-t0)^n and its derivative with respect to n. All springs of a print share one n, the mean of all columns.
+Under a weight F [N] that has hung for the time t [s], a spring that creeps shows the deflection
+
+    d = d0 + C F (t / t0)^n,
+
+with the zero d0 [mm], the compliance C [mm/N] at the common time t0 [s], and the creep exponent n [1]. Plotted against
+F (t / t0)^n, the readings therefore lie on a straight line. F (t / t0)^n is the force that would cause the same
+deflection at the time t0, so it is the weight corrected for creep.
+
+Readings of one weight at several times determine n, both from the dial indicator and from the counts of each tip. n is
+fitted by Gauss-Newton iteration: each step is a linear fit of d by a constant, F (t / t0)^n, and its derivative with
+respect to n. All springs of a print share one n, which is the weighted mean over all columns.
 """
 
 import math
@@ -23,90 +30,110 @@ from sensor.theory.creep import CreepLaw
 from sensor.theory.straight_line import ROUNDED
 
 LEAST_RATIO = 1.5
-"""Smallest ratio of two times of one weight that determines creep."""
-_ROUNDS = 4  # steps of Gauss-Newton; each squares the error of the exponent
-_LARGEST_EXPONENT = math.log10(2.0)  # of a compliance that doubles in a decade
-_FEWEST = 4  # minimum number of rows of a tip for a zero, a compliance and an exponent
-_EXTRAPOLATED = 0.5
-"""Fraction of the process's scatter in the error of a unit's own creep, which presses extrapolate to shorter times.
+"""Smallest ratio of two reading times of the same weight from which creep is determined."""
+_ITERATIONS = 4  # Gauss-Newton steps; each roughly squares the error of the exponent
+_LARGEST_EXPONENT = math.log10(2.0)  # exponent of a compliance that doubles in each decade of time
+_FEWEST_ROWS = 4  # minimum number of rows of a tip: zero, compliance and exponent are three unknowns
+_EXTRAPOLATION_FRACTION = 0.5
+"""Fraction of the process's creep error that is added to the error of a measured creep.
 
-An assumption: the spread between prints is halved, because the slope against the logarithm of time is not constant.
+Presses are shorter than the weighing, so the measured creep is extrapolated, and its slope against the logarithm of
+time is not constant. That half of the spread between prints covers this error is an assumption.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Weighing:
-    """The weights of a table, corrected for creep to one time after hanging, and the creep of the unit.
+    """The weights of a table, corrected for creep to one common time after hanging, and the creep law of the unit.
 
-    At the common time `after_s` [s], each of the `forces` (rows,) [N] causes the deflection that was read in its row.
-    `own` is True if the table determined the creep; otherwise it is the creep of the process.
+    `forces` (rows,) [N] are the corrected weights: each would cause the deflection read in its row at the common time
+    `after_s` [s]. `is_measured` is True if the table determined `creep`; otherwise it is the creep of the process.
     """
 
-    forces: Floats = report_field("N", "weights as of one time", told=False)
-    after_s: float = report_field("s", "time from the hanging of a weight to its reading", key="weighed_after_s")
-    own: bool = report_field("", "whose creep it is", inline=lambda it: {"creep_of": "unit" if it.own else "process"})
+    forces: Floats = report_field("N", "weights corrected for creep to one time", told=False)
+    after_s: float = report_field("s", "time from hanging a weight to its reading", key="weighed_after_s")
+    is_measured: bool = report_field(
+        "",
+        "whether the creep was measured on the unit or is that of the process",
+        inline=lambda it: {"creep_of": "unit" if it.is_measured else "process"},
+    )
     creep: CreepLaw = report_field(
         "1",
-        "growth of the deflection in a decade of time, and its standard deviation",
+        "growth of the deflection per decade of time, and its standard deviation",
         inline=lambda it: {"creep_per_decade": it.creep.per_decade, "creep_error": it.creep.error},
     )
-    note: str = report_field("", "why the creep of the table was not taken", told=False, default="")
+    note: str = report_field("", "why the creep measured by the table was not used", told=False, default="")
 
 
 def correct_weights(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
-    """Return the weights of a table corrected for creep, and the creep of the unit.
+    """Correct the weights of a table for creep to one common time, and return them with the creep law of the unit.
 
-    The time from hanging a weight to its reading is `after_s` [s] for all rows, or the column `t` of the table. Raises
-    InputError for invalid times, for times given in both ways, and for a compliance that falls with time.
+    A weight F that was read at the time t is corrected to F (t / t0)^n, where t0 is the geometric mean of all reading
+    times under load. The time from hanging a weight to its reading is the column `t` of the table. Without this column
+    it is `after_s` [s] for all rows, and no correction is needed.
+
+    Raises InputError for invalid times, for times given both in the table and by `after_s`, and for a compliance that
+    decreases with time.
     """
-    creep = report.creep
+    process_creep = report.creep
     forces = table.numbers["force"]
     if "t" not in table.numbers:
         common_time = WEIGHED_AFTER_S if after_s is None else after_s
-        return Weighing(forces=forces, after_s=common_time, creep=creep, own=False)
+        return Weighing(forces=forces, after_s=common_time, creep=process_creep, is_measured=False)
     if after_s is not None:
         bound = "left out if a column t_s has the times"
-        raise validation_error("--after", after_s, "s", bound, "give one of the two")
+        raise validation_error("--after", after_s, "s", bound, "give either the column or --after")
     _refuse_bad_times(table)
     is_loaded = forces != 0.0
     if not is_loaded.any():
-        return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
+        return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=process_creep, is_measured=False)
     common_time = float(np.exp(np.log(table.numbers["t"][is_loaded]).mean()))  # geometric mean
+    # Metal springs do not creep.
     measured = None if report.design.process.is_metal else _measured_creep(table, report, common_time)
+    creep = process_creep
+    is_measured = False
     note = ""
     if measured is not None:
-        # The measured creep is only used if it is more accurate than the creep of the process. If the process has no
-        # error, a measured creep is ignored that lies within its own error.
-        if measured.error >= (creep.error or measured.per_decade / COVERAGE):
+        if _is_more_accurate(measured, process_creep):
+            is_measured = True
+            error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
+            creep = replace(measured, error=error)
+        else:
             advice = "no more accurate than the creep of the process"
             note = f"the times of {table.source} give a creep of {measured}, {advice}"
-            measured = None
-        else:
-            creep = replace(measured, error=math.hypot(measured.error, _EXTRAPOLATED * creep.error))
     corrected = forces * (table.numbers["t"] / common_time) ** creep.exponent
-    return Weighing(forces=corrected, after_s=common_time, creep=creep, own=measured is not None, note=note)
+    return Weighing(forces=corrected, after_s=common_time, creep=creep, is_measured=is_measured, note=note)
+
+
+def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
+    """Return whether the measured creep is more accurate than the creep of the process.
+
+    If the creep of the process has no error, the measured creep must exceed its own error bar.
+    """
+    return not measured.error >= (process_creep.error or measured.per_decade / COVERAGE)
 
 
 def _refuse_bad_times(table: MeasuredTable) -> None:
-    """Raise InputError for a time that is not above 0 under a weight, and for one that falls under the same weight."""
+    """Raise InputError for a time under load that is not positive, or that decreases while the same weight hangs."""
     times = table.numbers["t"]
     forces = table.numbers["force"]
     for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):
         place = place_of(table.source, table.lines[row], "t")
         if t < 0.0 or (force != 0.0 and t == 0.0):
             bound = "greater than 0" if force != 0.0 else "at least 0"
-            raise validation_error(place, t, "s", bound, "write the seconds since that weight was hung")
+            raise validation_error(place, t, "s", bound, "give the time in seconds since that weight was hung")
         is_same_weight = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
         if is_same_weight and force != 0.0 and t < times[row - 1]:
             bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
-            raise validation_error(place, t, "s", bound, "correct that time, or unload between two loads")
+            raise validation_error(place, t, "s", bound, "correct that time, or add a row without weight in between")
 
 
 def _measured_creep(table: MeasuredTable, report: Report, common_time: float) -> CreepLaw | None:
-    """Return the creep from readings of one weight at several times; None if no weight has them.
+    """Return the creep law from readings of one weight at several times; None if no weight has such readings.
 
-    It is the weighted mean of all columns. `common_time` [s] is the time to which the weights are corrected. Raises
-    InputError for a compliance that falls with time, or doubles in a decade.
+    Its exponent is the mean over all columns, weighted by the inverse variance of each. `common_time` [s] is the time
+    to which the weights are corrected. Raises InputError for a compliance that decreases with time, or that at least
+    doubles in a decade.
     """
     exponents = list(_fit_exponents(table, report, common_time))
     if not exponents:
@@ -114,21 +141,22 @@ def _measured_creep(table: MeasuredTable, report: Report, common_time: float) ->
     weights = np.array([exponent.error for exponent in exponents]) ** -2.0
     values = np.array([exponent.value for exponent in exponents])
     mean = float(np.average(values, weights=weights))
-    # Columns that scatter by more than their errors increase the error of the mean (Birge ratio).
+    # If the columns scatter by more than their errors explain, the error of the mean is scaled by the Birge ratio.
     scatter = float(weights @ (values - mean) ** 2) / max(len(exponents) - 1, 1)
     error = math.sqrt(max(scatter, 1.0) / float(weights.sum()))
     if not (mean + 2.0 * error >= 0.0 and mean < _LARGEST_EXPONENT):
-        field = f"{table.source}: growth of the deflection in a decade of time"
-        hint = "check t_s, and that each weight hung alone on a spring that had rested"
+        field = f"{table.source}: growth of the deflection per decade of time"
+        hint = "check t_s, and hang each weight alone, on a spring that has rested"
         raise validation_error(field, float(f"{10.0**mean - 1.0:.3g}"), "", "at least 0 and less than 1", hint)
+    # The growth per decade is c = 10^n - 1, so its error is dc/dn = ln 10 (1 + c) times the error of n.
     per_decade = 10.0 ** max(mean, 0.0) - 1.0
     return CreepLaw(per_decade, math.log(10.0) * (1.0 + per_decade) * error)
 
 
 def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> Iterator[Estimate]:
-    """Yield the creep exponent [1] with its standard deviation, from the dial and the channel of each tip.
+    """Yield the creep exponent [1] and its standard deviation from the dial indicator and the channel of each tip.
 
-    Tips without readings of one weight at several times are skipped. `common_time` [s] is the time to which the weights
+    A tip without readings of one weight at several times is skipped. `common_time` [s] is the time to which the weights
     are corrected.
     """
     tips = np.array(table.texts["tip"])
@@ -136,38 +164,39 @@ def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> 
     for tip, key in zip(report.tips, keys, strict=True):
         rows = np.flatnonzero(tips == tip.name)
         forces, times = table.numbers["force"][rows], table.numbers["t"][rows]
-        if len(rows) < _FEWEST or not _has_several_times(forces, times):
+        if len(rows) < _FEWEST_ROWS or not _has_several_times(forces, times):
             continue
         for column in ("deflection", key):
             if column in table.numbers:
                 readings, resolution = table.numbers[column][rows], table.last_digits[column][rows]
-                if np.ptp(readings) > 0.0:  # a dead channel is refused later
+                if np.ptp(readings) > 0.0:  # a constant channel does not work; `calibrate_channels` rejects it
                     yield _fit_exponent(forces, times / common_time, readings, ROUNDED * resolution)
 
 
 def _has_several_times(forces: Floats, times: Floats) -> bool:
-    """Return whether one weight [N] was read at times [s] whose ratio determines creep."""
+    """Return whether any weight was read at two times whose ratio exceeds `LEAST_RATIO`, so that it shows creep."""
     times_of_weights = [times[forces == force] for force in set(forces[forces != 0.0].tolist())]
     return any(float(each.max()) > LEAST_RATIO * float(each.min()) for each in times_of_weights)
 
 
 def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Floats) -> Estimate:
-    """Return the creep exponent n [1] of one column, with its standard deviation, by Gauss-Newton.
+    """Fit d = d0 + C F t^n to one column by Gauss-Newton iteration, and return the creep exponent n [1] with its error.
 
-    The readings of dial or counts were taken under `forces` [N] at `times`, relative to the common time [1]. The error
-    of each reading is the scatter about the law, and its `rounding` as a standard deviation. All have shape (rows,).
+    `readings` are the deflections d [mm or counts] under the weights `forces` F [N]. `times` t [1] are relative to the
+    common time. The variance of a reading is the scatter about the fit plus the square of its `rounding` error, a
+    standard deviation. All arrays have the shape (rows,).
     """
-    logs = np.log(np.where(forces != 0.0, times, 1.0))
+    log_times = np.log(np.where(forces != 0.0, times, 1.0))  # a row without weight has no time
     exponent = 0.0
     deviation = 0.0
-    for _ in range(_ROUNDS):
-        # The readings are linear in zero, compliance, and compliance times the change of n.
-        grown = forces * np.exp(exponent * logs)
-        columns = np.column_stack([np.ones(len(forces)), grown, grown * logs])
+    for _ in range(_ITERATIONS):
+        # Linearised about the current n, d = d0 + C F t^n + (C dn) F t^n ln t. The third coefficient gives the step dn.
+        corrected_forces = forces * np.exp(exponent * log_times)
+        columns = np.column_stack([np.ones(len(forces)), corrected_forces, corrected_forces * log_times])
         inverse = np.linalg.pinv(columns)
-        zero, compliance, slope = inverse @ readings
-        residuals = readings - columns @ [zero, compliance, slope]
+        zero, compliance, step_times_compliance = inverse @ readings
+        residuals = readings - columns @ [zero, compliance, step_times_compliance]
         scatter = residuals @ residuals / max(len(forces) - columns.shape[1], 1)
         deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2)) / abs(compliance))
-        exponent = float(np.clip(exponent + slope / compliance, -1.0, 1.0))
+        exponent = float(np.clip(exponent + step_times_compliance / compliance, -1.0, 1.0))
     return Estimate(exponent, deviation)

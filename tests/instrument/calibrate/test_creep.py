@@ -46,7 +46,7 @@ def table(*of, counts=False, **more):
 @pytest.mark.parametrize("counts", [False, True])
 def test_planted_creep_comes_back_with_the_stiffness_of_its_time(per_decade, counts, paper, calibrate):
     found = calibrate(paper.report, table(paper, per_decade, counts=counts))
-    assert found.weighing.own
+    assert found.weighing.is_measured
     assert found.unit.creep_per_decade == pytest.approx(per_decade, rel=1e-3 if counts else 1e-6)
     after = found.unit.weighed_after_s
     assert after == pytest.approx(np.exp(np.mean(np.log(TIMES))), rel=1e-12)
@@ -68,7 +68,7 @@ def test_a_dial_of_a_micrometre_tells_it_within_its_bar(paper, calibrate, rng):
 def test_times_that_tell_less_than_the_process_leave_its_law(paper, calibrate):
     """Half a second between two readings to 0.01 mm."""
     found = calibrate(paper.report, table(paper, 0.03, times=(20.0, 31.0), digits=2))
-    assert not found.weighing.own
+    assert not found.weighing.is_measured
     assert (found.unit.creep_per_decade, found.unit.creep_error) == (None, None)
     assert any("creep" in note for note in found.assumed)
 
@@ -100,7 +100,7 @@ def test_weights_that_pull_tell_the_same_spring(signs, paper, calibrate):
 
 def test_one_time_for_each_weight_is_a_time_and_no_creep(paper, calibrate):
     found = calibrate(paper.report, table(paper, 0.025, times=(60.0,)))
-    assert (found.weighing.own, found.unit.creep_per_decade) == (False, None)
+    assert (found.weighing.is_measured, found.unit.creep_per_decade) == (False, None)
     assert found.unit.weighed_after_s == pytest.approx(60.0)
 
 
