@@ -1,9 +1,10 @@
-"""The scale of another instrument: the firmness that it shows as a function of the modulus that a unit reads.
+"""Fit of a scale: the firmness shown by another instrument, as a function of the modulus that a unit reads.
 
-Whatever the skin, the law of flesh or the instrument, firmer fruit reads firmer. Two rising curves of the logarithms
-are compared by leave-one-out cross-validation (M. Stone, J. R. Stat. Soc. B 36 (1974) 111). The simplest curve is taken
-whose error is within one standard error of the smallest (L. Breiman et al., Classification and Regression Trees, 1984,
-3.4.3).
+Whatever the skin, the material law of the flesh or the instrument, firmer fruit gives a higher reading. So the
+logarithm of the firmness is fitted by an increasing function of the logarithm of the modulus: a straight line (a power
+law) or an isotonic regression. Both are compared by leave-one-out cross-validation (M. Stone, J. R. Stat. Soc. B 36
+(1974) 111). The simplest curve is chosen whose error exceeds the smallest error by at most one standard error
+(L. Breiman et al., Classification and Regression Trees, 1984, 3.4.3).
 """
 
 import math
@@ -31,46 +32,47 @@ from sensor.quantity import report_field, validation_error
 from sensor.theory.student import student
 
 FEWEST_FRUIT = 6
-PARAMETERS = 2  # fitted parameters that reduce the degrees of freedom of the half width: two of a power
-_ROUND_OFF = 1e-9  # difference of logarithms due to round-off
+PARAMETERS = 2  # fitted parameters of a power law; they reduce the degrees of freedom of the half width
+_ROUND_OFF = 1e-9  # difference between logarithms that round-off may cause
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScaleFit:
-    """A scale, the number of fruit that it is fitted to, and its error by cross-validation.
+    """A scale, the number of fruit that it was fitted to, and its cross-validation error.
 
-    `left_out` is for each kind of curve the relative standard deviation of a fruit that is left out of the fit [1].
+    For each kind of curve, `left_out` is the relative standard deviation [1] of the predicted firmness of a fruit that
+    is left out of the fit.
     """
 
-    scale: FruitScale = report_field("", "the curve with its band", inline=lambda fit: as_data(fit.scale))
-    fruit: int = report_field("1", "number of fruit that set the curve")
+    scale: FruitScale = report_field("", "the curve with its error band", inline=lambda fit: as_data(fit.scale))
+    fruit: int = report_field("1", "number of fruit to which the curve is fitted")
     left_out: Mapping[str, float] = report_field(
         "%",
-        "error of a fruit that is left out, one standard deviation, by each curve",
+        "for each curve, the cross-validation error (one standard deviation) for fruit left out of the fit",
         inline=lambda fit: {"left_out": {f"{curve}_percent": 100.0 * error for curve, error in fit.left_out.items()}},
     )
 
 
 class _Points(NamedTuple):
-    """Points of a curve, one for each fruit or press: logarithms of the modulus read, and of the firmness."""
+    """Logarithms of the modulus read and of the firmness, one pair for each fruit, press or point of a curve."""
 
-    read: Floats
-    firm: Floats
+    ln_E: Floats
+    ln_firmness: Floats
 
-    def at(self, read: Floats) -> Floats:
-        """Return the curve through the points at logarithms `read` of moduli, constant beyond its ends."""
-        return np.interp(read, self.read, self.firm)
+    def at(self, ln_E: Floats) -> Floats:
+        """Interpolate ln firmness linearly at `ln_E`; beyond the first and last point it is constant."""
+        return np.interp(ln_E, self.ln_E, self.ln_firmness)
 
 
 _Curve = Callable[[_Points, Floats], _Points]
-"""A function that fits a curve to points, and returns the curve's points between two ends of ln E."""
+"""A function that fits a curve to points, and returns the points that define the curve between two values of ln E."""
 
 
 def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
-    """Read a table of presses on fruit by a sensor with `tips` tips, with the firmness by another instrument.
+    """Read a table of presses on fruit by a sensor with `tips` tips, and of the fruit's firmness by another instrument.
 
-    `flags` states columns and units that the header lacks. Raises InputError unless the table has one column of
-    firmness, with numbers above 0.
+    `flags` specifies columns and units that the header lacks. Raises InputError unless the table has exactly one column
+    of firmness, and all its numbers are positive.
     """
     keys = force_keys(tips)
     quantities = {
@@ -84,9 +86,13 @@ def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAG
     table = numbers_of(source, flags.applied(quantities), [("fruit", *keys)], example)
     firmness_columns = {"firmness", "E"} & set(table.numbers)
     if len(firmness_columns) != 1:
-        bound = "a header with one of firmness_N (a penetrometer) and E_MPa (a compression test)"
+        bound = "exactly one, firmness_N (a penetrometer) or E_MPa (a compression test)"
         raise validation_error(
-            place_of(table.source, table.header), len(firmness_columns), "of them", bound, f"for instance {example}"
+            place_of(table.source, table.header),
+            len(firmness_columns),
+            "firmness columns",
+            bound,
+            f"for instance {example}",
         )
     (name,) = firmness_columns
     for line, value in zip(table.lines, table.numbers[name].tolist(), strict=True):
@@ -96,10 +102,10 @@ def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAG
 
 
 def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
-    """Return the scale of the instrument that measured the fruit of a table, from `read_fruit_table`.
+    """Fit the scale of the other instrument to a table of presses on fruit, which `read_fruit_table` returns.
 
-    Raises InputError for too few fruit, for a press that determines no modulus, and if the readings do not predict the
-    firmness.
+    Raises InputError for too few fruit, if the modulus cannot be determined from a press, and if the readings do not
+    predict the firmness.
     """
     moduli = _read_moduli(table, sensor)
     column, unit = ("firmness", "N") if "firmness" in table.numbers else ("E", "MPa")
@@ -107,66 +113,72 @@ def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
 
 
 def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Floats, unit: str) -> ScaleFit:
-    """Fit the scale to the moduli read by presses (presses,) [MPa] and the firmness of their fruit [`unit`].
+    """Fit the scale to the moduli read in presses [MPa] and the firmness of the fruit [`unit`], both (presses,).
 
-    `names` are the names of the presses' fruit, and `source` is the name of the table in messages. A later reading is a
-    single press on a new fruit, so each press is compared with the curve of all other fruit. Raises InputError for too
-    few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
+    `names` are the names of the pressed fruit, one for each press, and `source` is the name of the table in messages.
+    Each curve is fitted to the means of the fruit. Its error is that of a single press on a fruit to which it was not
+    fitted, because this is how the scale is used later.
+
+    Raises InputError for too few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
     """
-    fruit = np.array(names)
+    fruit_of_press = np.array(names)
     presses = _Points(np.log(moduli), np.log(firmness))
-    groups = [_Points(*(values[fruit == name] for values in presses)) for name in dict.fromkeys(names)]  # by fruit
+    groups = [_Points(*(values[fruit_of_press == name] for values in presses)) for name in dict.fromkeys(names)]
     if len(groups) < FEWEST_FRUIT:
         bound = f"at least {FEWEST_FRUIT}, from the softest to the firmest"
-        raise validation_error(source, len(groups), "fruit", bound, "press more of them")
-    means = _Points(*np.transpose([(group.read.mean(), group.firm.mean()) for group in groups]))
-    ends = np.array([means.read.min(), means.read.max()])
+        raise validation_error(source, len(groups), "fruit", bound, "press more fruit")
+    means = _Points(*np.transpose([(group.ln_E.mean(), group.ln_firmness.mean()) for group in groups]))
+    ends = np.array([means.ln_E.min(), means.ln_E.max()])
 
-    span = np.array([presses.read.min(), presses.read.max()])
-    squares = {name: _squared_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
+    # The curves of the cross-validation span all presses, not just the means of the other fruit.
+    span = np.array([presses.ln_E.min(), presses.ln_E.max()])
+    squared_errors = {name: _squared_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
     error_of_mean = math.sqrt(float(_squared_errors(_constant_curve, groups, means, span).mean()))
-    errors = {name: float(each.mean()) for name, each in squares.items()}
-    # The first, simplest curve whose error exceeds the smallest by at most one standard error.
-    best = min(errors, key=errors.__getitem__)
-    limit = errors[best] + float(squares[best].std(ddof=1)) / math.sqrt(len(groups))
-    chosen = next(name for name in _CURVES if errors[name] <= limit)
-    deviation = math.sqrt(errors[chosen])
+    variances = {name: float(errors.mean()) for name, errors in squared_errors.items()}
+    # Choose the first (simplest) curve whose mean square error exceeds the smallest by at most one standard error.
+    best = min(variances, key=variances.__getitem__)
+    limit = variances[best] + float(squared_errors[best].std(ddof=1)) / math.sqrt(len(groups))
+    simplest = next(name for name in _CURVES if variances[name] <= limit)
+    deviation = math.sqrt(variances[simplest])
     if not deviation < error_of_mean - _ROUND_OFF:
         percent = f"{100.0 * error_of_mean:.3g} %"
-        bound = f"below the {percent} of the mean of all fruit: readings do not predict the firmness here"
-        name = f"{source}: error of fruit left out"
-        raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from softest to firmest")
-    points = _CURVES[chosen](means, ends)
-    half_width = math.expm1(student(len(groups) - PARAMETERS) * deviation)
+        bound = f"below {percent}, the error of the mean of all fruit: here the readings do not predict the firmness"
+        name = f"{source}: error of the firmness of fruit left out of the fit"
+        raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from the softest to the firmest")
+    points = _CURVES[simplest](means, ends)
+    half_width = math.expm1(student(len(groups) - PARAMETERS) * deviation)  # of a logarithm, as a relative error
     scale = FruitScale(
         unit=unit,
-        curve=chosen,
+        curve=simplest,
         percent=100.0 * half_width,
-        E_MPa=tuple(np.exp(points.read).tolist()),
-        firmness=tuple(np.exp(points.firm).tolist()),
+        E_MPa=tuple(np.exp(points.ln_E).tolist()),
+        firmness=tuple(np.exp(points.ln_firmness).tolist()),
     )
-    return ScaleFit(scale=scale, fruit=len(groups), left_out={name: math.sqrt(each) for name, each in errors.items()})
+    left_out = {name: math.sqrt(variance) for name, variance in variances.items()}
+    return ScaleFit(scale=scale, fruit=len(groups), left_out=left_out)
 
 
 def _squared_errors(curve: _Curve, groups: Sequence[_Points], means: _Points, span: Floats) -> Floats:
-    """Return for each fruit the mean square error [1] of its presses against the curve of all other fruit.
+    """Return the mean square error of ln firmness (fruit,) [1] for each fruit, predicted from all other fruit.
 
-    `groups` are the presses of each fruit, and `means` (fruit,) their means. `curve` is fitted to the means, between
-    the two ends of ln E in `span`.
+    `groups` holds the presses of each fruit, and `means` the mean of each group. `curve` is fitted to the means of the
+    other fruit, and spans the two values of ln E in `span`. The mean is taken over the presses of the fruit.
     """
-    squares = []
+    mean_squares = []
     for index, group in enumerate(groups):
         others = _Points(*(np.delete(values, index) for values in means))
-        squares.append(np.mean((curve(others, span).at(group.read) - group.firm) ** 2))
-    return np.array(squares)
+        mean_squares.append(np.mean((curve(others, span).at(group.ln_E) - group.ln_firmness) ** 2))
+    return np.array(mean_squares)
 
 
 def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
-    """Return the modulus [MPa] that the press of each row reads; the rows of one fruit are the samples of its press.
+    """Return the modulus [MPa] read from the press on the fruit of each row.
 
-    Raises InputError for a design with relaxation, and for a press that determines no modulus.
+    The rows of one fruit are the samples of its press. Raises InputError for a design with relaxation, and if the
+    modulus cannot be determined from a press.
     """
     if sensor.report.design.fruit.relaxation is not None:
+        # A reading of flesh that relaxes depends on the time of each sample.
         bound = "left out if presses of fruit are calibrated, because their table may have no times"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
@@ -181,16 +193,16 @@ def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
         if reading.E is None:
             bound = "a reading of a modulus"
             place = f"{place_of(table.source, line)}: fruit {name}"
-            raise validation_error(place, ", ".join(reading.flags), "", bound, "press farther, or leave the fruit out")
+            raise validation_error(place, ", ".join(reading.flags), "", bound, "press farther, or leave out the fruit")
         moduli.append(reading.E)
     return np.array(moduli)
 
 
 def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, sensor: MeasuringUnit) -> FruitReading:
-    """Return the reading of the press with the largest total force in the `rows` of the fruit called `name`.
+    """Read the press with the largest total force in the `rows` of the fruit called `name`.
 
-    It corrects creep for the duration of the press if the table has times. Raises InputError for times that do not
-    rise, and for a sample that contradicts the others of its press.
+    If the table has times, the creep of the springs is corrected for the duration of the press. Raises InputError for
+    times that do not increase, and for a sample that is inconsistent with the other samples of its press.
     """
     keys = force_keys(len(sensor.report.tips))
     t = _times_of_rows(table, rows, name)
@@ -210,9 +222,9 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
 
 
 def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
-    """Return the times [s] of the `rows` of the fruit called `name`, nan if the table has no times.
+    """Return the times [s] in the `rows` of the fruit called `name`; they are NaN if the table has no times.
 
-    Raises InputError for times that do not rise.
+    Raises InputError for times that do not increase.
     """
     if "t" not in table.numbers:
         return [math.nan] * len(rows)
@@ -220,34 +232,37 @@ def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list
     if (not_rising := np.flatnonzero(np.diff(t) <= 0.0)).size:
         row = int(not_rising[0]) + 1
         place = f"{place_of(table.source, table.lines[rows[row]], 't')}: fruit {name}"
-        hint = "give each press a name of its own"
+        hint = "give each press its own name in the column fruit"
         raise validation_error(place, float(t[row]), "s", f"greater than {t[row - 1]:g} s", hint)
     return list(t.tolist())
 
 
 def _constant_curve(fruit: _Points, ends: Floats) -> _Points:
-    """Return a constant between two `ends`: the mean of the fruit."""
-    return _Points(ends, np.full(2, fruit.firm.mean()))
+    """Return a constant between two `ends` of ln E: the mean ln firmness of the fruit."""
+    return _Points(ends, np.full(2, fruit.ln_firmness.mean()))
 
 
 def _power_curve(fruit: _Points, ends: Floats) -> _Points:
-    """Return the least-squares line of the logarithms between two `ends`, constant if it would fall."""
-    read = fruit.read - fruit.read.mean()
-    slope = max(0.0, float(read @ fruit.firm) / max(float(read @ read), np.finfo(np.float64).tiny))
-    return _Points(ends, fruit.firm.mean() + slope * (ends - fruit.read.mean()))
+    """Return the least-squares line of ln firmness against ln E between two `ends`, with a slope of at least zero."""
+    centred = fruit.ln_E - fruit.ln_E.mean()
+    slope = max(0.0, float(centred @ fruit.ln_firmness) / max(float(centred @ centred), np.finfo(np.float64).tiny))
+    return _Points(ends, fruit.ln_firmness.mean() + slope * (ends - fruit.ln_E.mean()))
 
 
 def _isotonic_curve(fruit: _Points, ends: Floats) -> _Points:
-    """Return a rising curve between two `ends`, through the centres of the steps of an isotonic regression."""
-    order = np.argsort(fruit.read)
-    steps = isotonic_regression(fruit.firm[order])
-    starts = steps.blocks[:-1]
-    centres = _Points(np.add.reduceat(fruit.read[order], starts) / steps.weights, steps.x[starts])
-    inside = (centres.read > ends[0]) & (centres.read < ends[1])
+    """Return a nondecreasing curve between two `ends` of ln E, from an isotonic regression.
+
+    The regression is a step function. The curve connects the centres of its steps, so that it is continuous.
+    """
+    order = np.argsort(fruit.ln_E)
+    steps = isotonic_regression(fruit.ln_firmness[order])
+    starts = steps.blocks[:-1]  # index of the first fruit of each step
+    centres = _Points(np.add.reduceat(fruit.ln_E[order], starts) / steps.weights, steps.x[starts])
+    inside = (centres.ln_E > ends[0]) & (centres.ln_E < ends[1])
     at_ends = centres.at(ends)
-    read = np.concatenate([ends[:1], centres.read[inside], ends[1:]])
-    return _Points(read, np.concatenate([at_ends[:1], centres.firm[inside], at_ends[1:]]))
+    ln_E = np.concatenate([ends[:1], centres.ln_E[inside], ends[1:]])
+    return _Points(ln_E, np.concatenate([at_ends[:1], centres.ln_firmness[inside], at_ends[1:]]))
 
 
 _CURVES: dict[str, _Curve] = {"power": _power_curve, "rising": _isotonic_curve}
-"""The function that fits each kind of curve, simplest first."""
+"""The function that fits each kind of curve, the simplest curve first."""

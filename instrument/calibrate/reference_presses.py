@@ -1,6 +1,7 @@
-"""A reference ball: presses on rubber of known modulus determine the error that the domes' form causes in all readings.
+"""Correction of a unit by presses on a reference ball, a rubber ball of known modulus.
 
-The rubber is taken as elastic, without relaxation.
+The form errors of the domes change all readings of a unit by the same factor. The presses on the ball determine this
+factor. The rubber is assumed to be elastic, without relaxation.
 """
 
 import math
@@ -35,18 +36,21 @@ from solve.linear import SolveError
 
 FEWEST_PRESSES = 3
 ERROR = Bounds(at_least=0.1, at_most=50.0)
-"""Allowed half width at 95 % of the ball's modulus [%]; a smaller number is probably a fraction."""
+"""Allowed half width at 95 % of the ball's modulus [%]; a smaller number is probably a fraction, not a percentage."""
 SCATTER = Bounds(at_most=10.0)
-"""Allowed half width at 95 % of the factor due to the scatter of presses [%]; beyond it the factor is unknown."""
-DEEP = 3.0
-"""Smallest radius of a ball over the tip spacing, a judgement; tips would feel the far side of a smaller ball."""
+"""Allowed half width at 95 % of the factor [%], due to the scatter of the presses."""
+LEAST_RADIUS_RATIO = 3.0
+"""Smallest ratio of the ball's radius to the tip spacing, by judgement.
+
+The contact model takes the ball as deep. The forces on a smaller ball would depend on its finite size.
+"""
 ACCEPTED_FLAGS = {"press_over_bruise_limit", "out_of_range"}
-"""Flags that do not exclude a press on a ball: rubber does not bruise, and a form error may shift the reading."""
+"""Flags that do not exclude a press on a ball: rubber does not bruise, and a form error may shift E out of range."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceBall:
-    """A ball: its modulus [MPa] with one standard deviation [%], its radius [mm], and Poisson's ratio."""
+    """A ball: its modulus [MPa], the relative standard deviation of the modulus [%], its radius and Poisson's ratio."""
 
     E_MPa: float
     radius_mm: float
@@ -60,16 +64,16 @@ class ReferenceBall:
 
 
 def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent: float | None) -> ReferenceBall:
-    """Return a ball from the flags of a command; raises InputError for a flag that is missing or out of bounds.
+    """Return the ball that the flags of a command describe.
 
-    `reduced_MPa` is E / (1 - nu^2) [MPa], so Poisson's ratio is not required. `u_percent` is the half width of this
-    number at 95 %.
+    `reduced_MPa` is E / (1 - nu^2) [MPa], so Poisson's ratio is not required. `u_percent` is the half width of its
+    error bar at 95 % [%]. Raises InputError for a flag that is missing or out of bounds.
     """
     modulus_hint = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
     numbers = []
     for flag, value, unit, bounds, hint in (
         ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, modulus_hint),
-        ("--ball-radius", radius_mm, "mm", RADIUS, "measure the ball: half of its diameter"),
+        ("--ball-radius", radius_mm, "mm", RADIUS, "measure the diameter of the ball, and give half of it"),
         ("--ball-modulus-error", u_percent, "%", ERROR, modulus_hint),
     ):
         if value is None or not bounds.hold(value):
@@ -83,8 +87,8 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
 class PressedBall:
     """A ball and a file of presses on it.
 
-    `counts_as` is the notation of the counts, as in `signed_counts`. `columns` states columns and units that the header
-    lacks. `say` is called with each note on the file.
+    `counts_as` is the notation of the counts, as in `signed_counts`. `columns` specifies columns and units that the
+    header lacks. `say` is called with each note about the file.
     """
 
     source: Path
@@ -96,7 +100,7 @@ class PressedBall:
 
 @dataclass(frozen=True, kw_only=True)
 class BallPresses:
-    """The number of presses on a ball that count, the number of all presses, and how often each flag excluded one."""
+    """The number of accepted presses on a ball, the number of all presses, and how often each flag excluded a press."""
 
     counted: int
     presses: int
@@ -104,32 +108,32 @@ class BallPresses:
 
     @property
     def flags_text(self) -> str:
-        """Return the flags of the rejected presses with their numbers, as text."""
+        """Return the flags of the rejected presses as text, each followed by the number of presses that it excluded."""
         return ", ".join(f"{flag} {count}" for flag, count in self.flags.items())
 
 
 def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
-    """Return the factor that corrects the readings of a unit, from presses on a ball of known modulus.
+    """Return the correction of a unit from presses on a ball of known modulus, and the numbers of presses in the file.
 
-    The second value counts the presses in the file, and those from which the factor follows. Raises InputError for a
-    design without domes or without form errors in its report, for a ball that is too small or not as firm as the fruit,
-    and if the presses determine no factor.
+    Raises InputError for a design whose fruit or tips a ball does not represent, for a report without form errors, for
+    a ball that is too small or not as firm as the fruit, and if the presses do not determine a factor.
     """
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design
     if not design.takes_ball:
-        raise validation_error("--ball", str(source), "", f"left out except for {SHOWN_BY_BALL}", "leave it out")
+        bound = f"left out, because a ball is only for {SHOWN_BY_BALL}"
+        raise validation_error("--ball", str(source), "", bound, "remove the flag")
     if sensor.lacks_form:
-        bound = "in report.json where --ball is given"
+        bound = "in report.json if --ball is given"
         raise validation_error("reading.moduli.form_percent", None, "", bound, "run the design again")
-    least_radius = DEEP * design.tips.spacing_mm
+    least_radius = LEAST_RADIUS_RATIO * design.tips.spacing_mm
     if not ball.radius_mm >= least_radius:
-        bound = f"at least {least_radius:g} mm, {DEEP:g} times tips.spacing_mm"
-        raise validation_error("--ball-radius", ball.radius_mm, "mm", bound, "take a larger ball")
-    least, largest = map(sensor.reduced, sensor.range_MPa)
-    if not least <= ball.reduced_MPa <= largest:
-        bound = f"from {least:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
-        raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "take another ball")
+        bound = f"at least {least_radius:g} mm, {LEAST_RADIUS_RATIO:g} times tips.spacing_mm"
+        raise validation_error("--ball-radius", ball.radius_mm, "mm", bound, "use a larger ball")
+    smallest, largest = map(sensor.reduced, sensor.range_MPa)
+    if not smallest <= ball.reduced_MPa <= largest:
+        bound = f"from {smallest:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
+        raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "use a softer or firmer ball")
 
     def say(note: str) -> None:
         pressed.say(f"{source}: {note}")
@@ -142,12 +146,12 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
 
 
 def _is_accepted(reading: FruitReading) -> bool:
-    """Return whether a press on a ball has a modulus and no flag that excludes it."""
+    """Return whether a press on a ball has a modulus and no flag that excludes the press."""
     return reading.E is not None and ACCEPTED_FLAGS.issuperset(reading.flags)
 
 
 def count_presses(readings: Sequence[FruitReading]) -> BallPresses:
-    """Return the numbers of accepted and rejected presses on a ball, from their readings."""
+    """Count the presses on a ball from their readings: the accepted, all, and the rejected by flag."""
     rejected = [reading for reading in readings if not _is_accepted(reading)]
     flags = Counter(flag for reading in rejected for flag in reading.flags if flag not in ACCEPTED_FLAGS)
     return BallPresses(counted=len(readings) - len(rejected), presses=len(readings), flags=dict(flags))
@@ -158,35 +162,40 @@ def fit_ball_correction(
 ) -> BallCorrection:
     """Return the correction of a unit from its readings on a ball.
 
-    The unit reads by the law of the design's fruit, but a ball is deeper than that fruit. So the median of the presses
-    is compared with the reading of a simulated press on deep flesh. Raises InputError for too few accepted presses, for
-    a factor out of bounds, and for presses that scatter too much; `source` is the name of their file in messages.
+    The unit reads with the contact law of the design's fruit, but a ball is deeper than this fruit. So the reference is
+    not the modulus of the ball but the reading of a simulated press on a ball with ideal domes:
+
+        factor = E read in the simulated press / median of E read in the real presses.
+
+    `source` is the name of the file in messages. Raises InputError for too few accepted presses, for a factor out of
+    bounds, and for presses that scatter too much.
     """
-    presses = list(filter(_is_accepted, readings))
-    if len(presses) < FEWEST_PRESSES:
+    accepted = list(filter(_is_accepted, readings))
+    if len(accepted) < FEWEST_PRESSES:
         numbers = count_presses(readings)
         flags = f" ({numbers.flags_text})" if numbers.flags else ""
         bound = f"at least {FEWEST_PRESSES} of {numbers.presses} presses with a modulus and without flags{flags}"
-        raise validation_error(source, len(presses), "presses", bound, "press the ball again; pipeline read flags each")
+        hint = "press the ball again; pipeline read shows the flags of each press"
+        raise validation_error(source, len(accepted), "presses", bound, hint)
     on_ball = sensor.on_ball(ball.radius_mm)
     E = _equivalent_modulus(ball, sensor)
     forces, found = deep_press(on_ball, E)
-    moduli = np.array([press.E for press in presses])
+    moduli = np.array([press.E for press in accepted])
     factor = on_ball.corrected(found.E) / float(np.median(moduli))
     if not FACTOR.hold(factor):
         hint = "check the unit of the modulus, and the springs"
-        name = f"{source}: E of the ball over E read"
+        name = f"{source}: E of the ball divided by E read"
         raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
-    # The median of a normal sample has pi / 2 times the variance of the mean.
+    # For normally distributed readings, the variance of the median is pi / 2 times the variance of the mean.
     deviation = float(np.log(moduli).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(moduli))
     scatter = deviation * student(len(moduli) - 1) / COVERAGE
     if not SCATTER.hold(100.0 * COVERAGE * scatter):
-        name = f"{source}: error of the factor (95 %) by the scatter of {len(moduli)} presses"
+        name = f"{source}: error of the factor (95 %) due to the scatter of {len(moduli)} presses"
         hint = "press more often, level and at an even pace, with the ball on a hard base"
         raise validation_error(name, float(f"{100.0 * COVERAGE * scatter:.3g}"), "%", str(SCATTER), hint)
-    durations = [press.press_s for press in presses if press.press_s is not None]
+    durations = [press.press_s for press in accepted if press.press_s is not None]
     press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
-    common = _common_error(on_ball, found, press_s, max(press.time_s for press in presses))
+    common = _common_error(on_ball, found, press_s, max(press.time_s for press in accepted))
     return BallCorrection(
         factor=factor,
         percent=math.hypot(ball.percent, 100.0 * scatter, 100.0 * common),
@@ -200,13 +209,15 @@ def fit_ball_correction(
 
 
 def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
-    """Return the forces (samples, tips) [N] of a level press on a ball, without noise, and their uncorrected reading.
+    """Simulate a level press on a ball without noise.
 
-    The ball is taken as a half-space of modulus E [MPa] under a curved surface. Raises InputError if the press has no
-    solution or no reading, because the springs are too far from the design.
+    The result is the forces (samples, tips) [N] of the press and its uncorrected reading.
+    The ball is modelled as an elastic half-space of modulus E [MPa], with the curvature of the ball only in the gaps
+    between tips and surface. Raises InputError if the press has no solution or no reading, because the springs differ
+    too much from the design.
     """
     domes, law = on_ball.domes, on_ball.rise_law
-    assert domes is not None  # noqa: S101 - a design that takes a ball has them
+    assert domes is not None  # noqa: S101 - only a design with domes takes a ball
     deep = replace(law.contrast, S=rows_of(domes.S()))
     x = min(deep.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)
     try:
@@ -214,32 +225,32 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
         tips = forces.shape[1]
         return forces, read_rise(law, rise_of(forces, tips, on_ball.least_forces), np.zeros(tips))
     except (SolveError, ReadingError) as error:
-        msg = f"--ball: a level press at {E:.3g} MPa: must have a modulus; the springs are too far from the design"
+        msg = f"--ball: a level press at {E:.3g} MPa must have a modulus. The springs differ too much from the design."
         raise InputError(msg) from error
 
 
 def _common_error(on_ball: MeasuringUnit, found: RiseReading, press_s: float, time_s: float) -> float:
-    """Return the relative standard deviation [1] that all presses on a ball have in common, but not with fruit.
+    """Return the relative standard deviation [1] of the error that all presses on the ball share.
 
-    It is due to zeros and sampling times of the channels, and to the contact model. Gains are as at the weighing,
-    because the ball is pressed at the same temperature. `press_s` [s] is the duration of the presses, and `time_s` [s]
-    the standard deviation of each channel's sampling time.
+    Presses on fruit do not share this error. Its causes are the zeros and sampling times of the channels, and the
+    contact model. Gain drift is not a cause, because the ball is pressed at the temperature of the weighing. `press_s`
+    [s] is the duration of the presses, and `time_s` [s] is the standard deviation of each channel's sampling time.
     """
     unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([found.slopes])
     return math.hypot(*(unit_errors[cause] for cause in UNDETERMINED), BOUNDED * on_ball.model_error)
 
 
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
-    """Return the change of E [%] in a press on a ball due to one standard deviation of each form error of the domes.
+    """Return the change of E [%] in a press on the ball, due to one standard deviation of each form error of the domes.
 
     `forces` (samples, tips) [N] are the forces of the press.
     """
     model = RiseModel(law=on_ball.rise_law)
     curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0
-    moved = changes_by_form(on_ball.report.design, model, forces, (curvature, curvature))
-    return tuple((100.0 * moved).tolist())
+    changes = changes_by_form(on_ball.report.design, model, forces, (curvature, curvature))
+    return tuple((100.0 * changes).tolist())
 
 
 def _equivalent_modulus(ball: ReferenceBall, sensor: MeasuringUnit) -> float:
-    """Return the modulus [MPa] of a fruit of the design that has the same E / (1 - nu^2) as a ball."""
+    """Return the modulus [MPa] of a fruit of the design with the same E / (1 - nu^2) as the ball."""
     return ball.reduced_MPa / sensor.reduced(1.0)

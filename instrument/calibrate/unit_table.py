@@ -1,4 +1,4 @@
-"""The readings of a unit over the range of its design, and trims of its leaves."""
+"""The readings of a unit at moduli that span the range of its design, and the trims of its leaves."""
 
 import math
 from collections.abc import Sequence
@@ -18,17 +18,18 @@ from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
 
 MODULI = 7
+"""Number of moduli in the table of a unit."""
 STEP = 1e-4
-"""Relative step of a stiffness for finite differences."""
+"""Relative change of a stiffness in finite differences."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class UnitRow:
-    """The forces and the reading of a level unit on a fruit of modulus E [MPa], pressed to full travel.
+    """The forces and the reading of a unit in a level press to full travel, on a fruit of modulus E [MPa].
 
-    `forces` [N] are the tip forces at full travel, and P = F_high / F_low [1]. `u` is the half width of E at 95 % due
-    to the sources in `error_sources` [1]. `with_design` is the relative error of E if it is read with the stiffnesses
-    of the design [1], None if they give no reading.
+    `forces` [N] are the tip forces at full travel, and P = F_high / F_low [1]. `u` [1] is the relative half width of E
+    at 95 % due to the sources in `error_sources`. `with_design` [1] is the relative error of E if the designed
+    stiffnesses are used to read it; it is None if they give no reading.
     """
 
     E: float = report_field("MPa", "modulus of the fruit", key="E_MPa")
@@ -37,14 +38,14 @@ class UnitRow:
     u: float = report_field("%", "half width of the error bar of E", key="u_percent", times=100.0)
     with_design: float | None = report_field(
         "%",
-        "error of E with the stiffnesses of the design",
+        "error of E if it is read with the designed stiffnesses",
         key="with_design_stiffness_percent",
         times=100.0,
     )
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return as text the error sources that apply to a calibrated unit, for the heading of its table."""
+    """Return the error sources that apply to a calibrated unit, as text for the heading of its table."""
     unit = sensor.unit
     sources = {
         "the springs": True,
@@ -59,9 +60,15 @@ def error_sources(sensor: MeasuringUnit) -> str:
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
-    """Return the readings of a unit at `MODULI` moduli over the range of its design.
+    """Return the readings of a unit at `MODULI` moduli that span the range of its design, in equal ratios.
 
-    `nominal` is the unit exactly as designed. Raises ReadingError if a press on one of these fruits gives no modulus.
+    The half width u of the error bar is, with the standard deviations s_i of the unit and f_j of the form of its domes,
+
+        u = k sqrt(c^2 sum s_i^2 + sum f_j^2) + c b,
+
+    where k is the coverage factor for 95 %. b is the error caused by bent calibration lines. The factor c
+    (`sensor.steepness`) converts a relative change of the uncorrected reading into one of E. `nominal` is a unit with
+    the designed stiffnesses. Raises ReadingError if a press on one of these fruits gives no modulus.
     """
     softest, firmest = sensor.range_MPa
     rows = []
@@ -69,7 +76,9 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         press = level_press(sensor, E)
         low, high = (float(press[-1, list(group)].mean()) for group in sensor.report.design.tips.spring_groups)
         with_design = None
-        with suppress(ReadingError):  # the designed stiffnesses may give no reading of a very different unit
+        with suppress(
+            ReadingError
+        ):  # the forces of a unit far from its design may have no reading with its stiffnesses
             with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
         slopes = read_exactly(sensor, press).slopes
         bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)
@@ -81,14 +90,14 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
 
 
 def level_press(sensor: MeasuringUnit, E: float) -> Floats:
-    """Return the forces of a level unit on a fruit of modulus E [MPa], from the first touch to full travel.
+    """Simulate a level press on a fruit of modulus E [MPa], from the first touch to full travel.
 
-    The corrected reading of these forces (samples, tips) [N] is E. Raises ReadingError if a tip is out of contact at
-    full travel.
+    Returns the forces (samples, tips) [N]; their corrected reading is E. Raises ReadingError if a tip is out of contact
+    at full travel.
     """
     law, modulus = _level_law(sensor, E)
     travel = min(law.gaps) + travels(sensor.report.design.press.travel_mm, PRESS_SAMPLES)  # from the first touch
-    msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
+    msg = f"all tips must touch the fruit in a level press at {E:g} MPa. The springs differ too much from the design."
     try:
         forces = elastic_forces(law, np.full(len(travel), modulus), travel)
     except SolveError as error:
@@ -99,29 +108,31 @@ def level_press(sensor: MeasuringUnit, E: float) -> Floats:
 
 
 def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
-    """Return the contact law of a level press by the unit, and the modulus [MPa] to use in that law for a true E."""
+    """Return the contact law of a level press by the unit, and the modulus [MPa] that represents E in this law."""
     if sensor.report.read_out.is_pair:
-        # The law of a pair contains only s11 - s12. A press needs the whole compliance, which differs under a skin.
+        # A pair is read with only s11 - s12, but a press needs the full compliance matrix. Under a skin it depends on
+        # E.
         S = sensor.report.compliance.at(E).S
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
         return law, E / sensor.press_over_weighed()
-    # Other layouts are pressed by the law that reads them, with the modulus before correction.
+    # For other layouts, the press uses the same law as the reading, so its modulus is the reading before correction.
     return sensor.rise_law.contrast, sensor.read_as(E)
 
 
 def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
-    """Return the uncorrected reading by a unit of forces without noise (samples, tips) [N].
+    """Return the uncorrected reading of forces (samples, tips) [N] that have no noise.
 
-    Raises RiseError if they determine no modulus.
+    Raises RiseError if the modulus cannot be determined from them.
     """
     tips = press.shape[1]
     return read_rise(sensor.rise_law, rise_of(press, tips, sensor.least_forces), np.zeros(tips))
 
 
 def _unit_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
-    """Return the relative standard deviations of a reading [1] due to springs, their creep, and deflections.
+    """Return the relative standard deviations of a reading [1] due to the springs, their creep, and the deflections.
 
-    Deflections count only if a plate calibrated the unit. The gain errors of weights belong to the error of a reading.
+    Errors of the deflections are included only if a plate calibrated the unit. If weights did, the gain errors are part
+    of the error of each reading.
     """
     errors = sensor.channels.spring_and_gain_uncertainty(np.array(slopes.springs), np.array(slopes.gains))
     on_plate = sensor.unit.calibrated_by == "plate"
@@ -129,18 +140,19 @@ def _unit_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
 
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
-    """Return the half width at 95 % of a value due to the errors of the stiffnesses K, in the unit of the value.
+    """Return the half width at 95 % of a quantity due to the errors of the stiffnesses K, in the unit of the quantity.
 
-    `slopes` (tips,) are the slopes of the value against ln K.
+    `slopes` (tips,) are the derivatives of the quantity with respect to ln K of each spring.
     """
     return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
 
 
 def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
-    """Return the length [mm] to add to the leaves of each tip's spring; a negative one means clamping them shorter.
+    """Return the change in leaf length [mm] that would give each spring its target stiffness.
 
-    `targets` [N/mm] are the desired stiffnesses. The trim is None if the target lies within the error (95 %) of the
-    spring, because no cut is known to improve it. The list is empty if the design has no housing.
+    A negative change means that the leaves must be clamped shorter. `targets` [N/mm] are the desired stiffnesses. The
+    trim is None if the target lies within the error bar (95 %) of the stiffness, because then a trim may not improve
+    the spring. The list is empty if the design has no housing.
     """
     housing = sensor.report.housing
     if housing is None:
@@ -153,6 +165,6 @@ def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]
         if abs(K - target) <= COVERAGE * 0.01 * percent * K:
             lengthenings.append(None)
             continue
-        # K of a pair of leaves is proportional to L^-3.
+        # The stiffness K of a pair of leaves is proportional to 1 / length^3.
         lengthenings.append(lengths[tip.spring] * (math.cbrt(K / target) - 1.0))
     return lengthenings

@@ -1,4 +1,4 @@
-"""Verdicts on a unit: whether it meets the targets of its design with its own springs and domes."""
+"""Verdicts on a unit: whether it meets the targets of its design with its measured springs and its domes."""
 
 import math
 from collections.abc import Sequence
@@ -15,15 +15,17 @@ from sensor.quantity import COVERAGE, Estimate
 from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from sensor.verdict import Verdict, judge
 
-_USUAL_UNCERTAINTY = 0.1
-_BALL = "correct the unit by a reference ball, --ball: the form of its domes is too uncertain, its springs are not"
+_DEFAULT_UNCERTAINTY_LIMIT = 0.1  # standard uncertainty of E for a design without [reading], relative [1]
+_BALL_HINT = (
+    "correct the unit with a reference ball, --ball: the form of its domes is too uncertain, but its springs are not"
+)
 
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
-    """Return the verdicts on a unit whose readings over the range of moduli are `rows`.
+    """Return the verdicts on a unit.
 
-    They are P_max and NL if the design has targets and no requirements for a reading. Otherwise they are the
-    uncertainty of the readings.
+    If the design has targets but no requirements for a reading, P_max and NL are judged. Otherwise the uncertainty of
+    the readings is judged. `rows` are the readings of the unit at moduli that span the range of its design.
     """
     design = sensor.report.design
     if design.reading is None and design.targets is not None:
@@ -31,20 +33,20 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
     reading = design.reading
 
     def limit_at(E: float) -> float:
-        return _USUAL_UNCERTAINTY if reading is None else reading.uncertainty_limit_at(E, design.fruit.E_MPa)
+        return _DEFAULT_UNCERTAINTY_LIMIT if reading is None else reading.uncertainty_limit_at(E, design.fruit.E_MPa)
 
     worst = max(rows, key=lambda row: row.u / limit_at(row.E))
     limit = limit_at(worst.E)
     words = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
     verdict = judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), words, limit=limit)
-    return [replace(verdict, remedy=_BALL) if _fails_by_form(sensor, worst, limit) else verdict]
+    return [replace(verdict, remedy=_BALL_HINT) if _fails_by_form(sensor, worst, limit) else verdict]
 
 
 def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:
-    """Return whether a unit misses a `limit` [1] only because of the form errors of its domes.
+    """Return whether a unit exceeds the uncertainty limit only because of the form errors of its domes.
 
-    The limit is for the standard uncertainty. `worst` is the row whose uncertainty is largest relative to its limit. A
-    reference ball would remove the form errors.
+    Presses on a reference ball would remove these errors. `limit` [1] applies to the relative standard uncertainty.
+    `worst` is the row with the largest ratio of the uncertainty to its limit.
     """
     if sensor.unit.ball is not None or not sensor.report.design.takes_ball:
         return False
@@ -53,10 +55,10 @@ def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:
 
 
 def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
-    """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
+    """Return the verdicts on P_max and NL of a pair, computed with the law that was used to size its springs."""
     targets = sensor.report.design.nominal_targets
     values = _target_values(sensor)
-    # Slopes against ln K of each spring by finite differences, for the errors due to the springs.
+    # Finite differences give the derivatives with respect to ln K of each spring, which propagate the stiffness errors.
     slopes = [(_target_values(sensor.with_stiffness(tip, 1.0 + STEP)) - values) / STEP for tip in range(2)]
     errors = [error_by_springs(sensor, value_slopes) for value_slopes in np.transpose(slopes)]
     P, NL = (Estimate(float(value), error) for value, error in zip(values, errors, strict=True))
@@ -65,7 +67,7 @@ def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
 
 
 def _target_values(sensor: MeasuringUnit) -> Floats:
-    """Return P_max and NL [1] of a unit, at the firmest fruit of its design."""
+    """Return P_max and NL [1] of a unit, by the two-spring law with the largest modulus of the design."""
     definition = sensor.report.design.nominal_targets.NL_definition
     E_max = sensor.report.design.fruit.E_max_MPa
     K_low, K_high = sensor.unit.stiffnesses
@@ -78,12 +80,12 @@ def _target_values(sensor: MeasuringUnit) -> Floats:
 
 
 def _add_hint(verdict: Verdict) -> Verdict:
-    """Return a verdict; if it is undecided due to the error of the springs, with the accuracy that would decide it.
+    """Return the verdict; if stiffness errors leave it undecided, add a hint with the accuracy that would decide it.
 
-    The error of a spring falls with the square root of the number of its readings.
+    A stiffness error decreases with the square root of the number of readings.
     """
     if verdict.passed is not None or verdict.error is None:
         return verdict
     factor = verdict.error / verdict.allowed_miss
-    hint = f"know the springs {factor:.2g} times better: about {factor**2:.2g} times as many readings"
-    return replace(verdict, remedy=f"{hint}, or heavier weights and a finer dial")
+    hint = f"measure the springs {factor:.2g} times more accurately: take about {factor**2:.2g} times as many readings"
+    return replace(verdict, remedy=f"{hint}, or use heavier weights and a finer dial")

@@ -1,4 +1,4 @@
-"""Springs and channels from weights on one tip after another, by straight lines fitted to each column."""
+"""Calibration of springs and channels by weights on one tip after another, with a straight line for each column."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,14 +17,15 @@ from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validatio
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, Outlier, fit_line
 
 DEFLECTION = "deflection"
-_LEAST_COMPLIANCE = 1e-6  # smallest compliance of a spring [mm/N]; below it nothing moved
-# largest condition number of the matrix of relative gains; beyond it the channels do not separate the tips
+_LEAST_COMPLIANCE = 1e-6  # smallest compliance of a spring [mm/N]; with a smaller one, the tip did not move
+# Largest condition number of the matrix of relative gains. Above it, the channels do not separate the forces of the
+# tips.
 _WORST_CONDITION = 100.0
 
 Lines = Mapping[tuple[str, str], Line]
-"""The line of each column against the weights on each tip, or leaf of a coupon.
+"""The fitted line of each column against the weights on each tip of a unit, or on each leaf of a coupon.
 
-The key is the name of the tip or leaf, and the name of the column.
+Its key consists of the name of the tip or leaf, and the name of the column.
 """
 
 
@@ -32,19 +33,21 @@ The key is the name of the tip or leaf, and the name of the column.
 class ChannelCalibration:
     """The calibration of the channels by weights, in the order of the tips.
 
-    `counts_per_N` (channels, tips) are slopes, and `gain_percent` is the standard deviation of each tip's force.
-    `bend_percent` is the change of a channel's slope from no weight to the largest weight, 0 if scatter explains it.
-    `lacks_of_fit` are the errors of a straight line due to this change. `crosstalk_percent` is the largest slope of a
-    channel against the weight on another tip, relative to its own tip. `hysteresis_percent` is the largest difference
-    between readings of one weight. `drift_percent` is the last reading without weight minus the first one. Both are
-    relative to the counts of the largest weight.
+    `counts_per_N` (channels, tips) holds the slope of each channel against the weight on each tip. `gain_percent` is
+    the relative standard deviation of each tip's force. `bend_percent` is the change of a channel's slope from no
+    weight to the largest weight; it is 0 if scatter explains the change. `lacks_of_fit` are the resulting errors of a
+    straight line.
+
+    `crosstalk_percent` is the largest slope of a channel against the weight on another tip, relative to the slope for
+    its own tip. `hysteresis_percent` is the largest difference between readings of the same weight. `drift_percent` is
+    the last reading without weight minus the first one. Both are relative to the counts of the largest weight.
     """
 
     counts_per_N: Floats
     zero_counts: Floats
     saturation: int
     gain_percent: tuple[float, ...]
-    lacks_of_fit: tuple[LackOfFit, ...] = report_field("", "errors by bent lines, which the unit has", told=False)
+    lacks_of_fit: tuple[LackOfFit, ...] = report_field("", "errors caused by bent lines, as in the unit", told=False)
     bend_percent: tuple[float, ...]
     crosstalk_percent: tuple[float, ...]
     hysteresis_percent: tuple[float, ...]
@@ -52,25 +55,26 @@ class ChannelCalibration:
 
     @property
     def newtons_per_count(self) -> tuple[tuple[float, ...], ...]:
-        """Return the matrix from counts above tare to forces [N], (tips, channels)."""
+        """Return the matrix (tips, channels) that converts counts above the tare to forces [N]."""
         return tuple(map(tuple, np.linalg.inv(self.counts_per_N).tolist()))
 
 
 def saturation_of(report: Report) -> int:
-    """Return the largest count of the converter of a design; 24 bits if it has no read-out."""
+    """Return the largest count of the converter in the design's read-out, by default that of 24 bits."""
     return report.read_out.channels.saturation_counts
 
 
 def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
-    """Return the counts of all channels, (rows, channels)."""
+    """Return the counts of all channels as an array (rows, channels)."""
     return np.column_stack([table.numbers[key] for key in keys])
 
 
 def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
-    """Fit lines of the deflection and of other columns against the weights on each tip or leaf in `names`.
+    """Fit a line to the deflection and to each of `columns`, against the weights on each tip or leaf in `names`.
 
-    `forces` (rows,) [N] are the weights corrected for creep to one time, from `Weighing`. Raises InputError for a name
-    without at least three rows of two weights, and for a deflection that fits no line or shows no spring.
+    `forces` (rows,) [N] are the weights corrected for creep to one common time, as in `Weighing`. Raises InputError for
+    a tip or leaf with fewer than three rows or only one weight. It is also raised for a deflection that does not fit a
+    line, or does not increase with the weight.
     """
     lines = {}
     for name in names:
@@ -79,23 +83,24 @@ def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequen
         _refuse_few_weights(table, name, loads)
         for column in (DEFLECTION, *columns):
             resolution = table.last_digits[column][rows]
-            # The weights themselves are the levels: creep makes several forces of one weight.
+            # `levels` are the weights before correction, because the correction turns one weight into several forces.
             lines[name, column] = fit_line(forces[rows], table.numbers[column][rows], resolution, levels=loads)
         _refuse_bad_deflection(table, name, lines[name, DEFLECTION])
     return lines
 
 
 def stiffness_of_line(deflection: Line) -> Estimate:
-    """Return the stiffness [N/mm] with its standard deviation, from the line of deflection [mm] against force [N]."""
+    """Return the stiffness [N/mm] and its standard deviation, from the line of deflection [mm] against force [N]."""
     K = 1.0 / deflection.slope.value
     return Estimate(K, max(deflection.slope.relative, LEAST_ERROR) * K, "N/mm")
 
 
 def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, forces: Floats) -> ChannelCalibration | None:
-    """Return the calibration of the channels by a table of weights; None if the table has no counts.
+    """Calibrate the channels by a table of weights; return None if the table has no counts.
 
-    `forces` are as in `fit_weight_lines`. Raises InputError for a tip whose first row has a weight, because the tare is
-    missing, for an outlier, and for channels that do not separate the tips.
+    `lines` are the lines from `fit_weight_lines`, and `forces` (rows,) [N] are the weights corrected for creep. Raises
+    InputError for a tip whose first row has a weight, because this row is the tare. It is also raised for an outlier,
+    and for channels that do not separate the forces of the tips.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))
@@ -108,7 +113,8 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     for name, key, line in zip(names, keys, own_lines, strict=True):
         rows = _rows_of(table, name)
         loads = table.numbers["force"][rows]
-        counts = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)  # without creep
+        # Without creep, all readings of one weight would be equal except for hysteresis and drift.
+        counts = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)
         percent_per_count = 100.0 / (abs(line.slope.value) * float(np.ptp(loads)))
         zeros = counts[loads == 0.0]
         widths = [float(np.ptp(counts[loads == load])) for load in set(loads.tolist())]
@@ -119,7 +125,7 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
         counts_per_N=counts_per_N,
         zero_counts=counts_of(table, keys)[table.numbers["force"] == 0.0].mean(axis=0),
         saturation=saturation_of(report),
-        # The force of a channel with hysteresis lies anywhere within its width (JCGM 100:2008, 4.3.7).
+        # With hysteresis, the force is equally likely anywhere within the loop's width (JCGM 100:2008, 4.3.7).
         gain_percent=tuple(math.hypot(line.slope.percent, BOUNDED * 0.5 * width) for line, width in gains),
         lacks_of_fit=tuple(line.bend.lack_of_fit for line in own_lines),
         bend_percent=tuple(100.0 * line.bend.significant_change for line in own_lines),
@@ -130,53 +136,55 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
 
 
 def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
-    """Return the indices of the rows for the tip or leaf called `name`."""
+    """Return the row indices of the tip or leaf called `name`."""
     (names,) = table.texts.values()
     return np.flatnonzero(np.array(names) == name)
 
 
 def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
-    """Raise InputError for too few rows, or for a single weight, which cannot separate zero and slope.
+    """Raise InputError for too few rows, or for a single weight, which does not determine both zero and slope.
 
     `loads` (rows,) [N] are the weights on the tip or leaf called `name`.
     """
-    weights = len(set(loads.tolist()))
-    if len(loads) < FEWEST or weights == 1 or not np.ptp(loads) > LEAST_SPAN:
-        within = np.ptp(loads) if weights else 0.0
-        unit = f"rows, of {weights} different weights within {within:.2g} N"
-        bound = f"at least {FEWEST}, of 2 weights; one weight cannot separate a wrong zero from a wrong slope"
+    weight_count = len(set(loads.tolist()))
+    if len(loads) < FEWEST or weight_count == 1 or not np.ptp(loads) > LEAST_SPAN:
+        within = np.ptp(loads) if weight_count else 0.0
+        unit = f"rows with {weight_count} different weights within {within:.2g} N"
+        bound = (
+            f"at least {FEWEST} rows with 2 weights, because one weight does not separate a zero error from the slope"
+        )
         field = f"{table.source}: compliance of {name}"
         raise validation_error(field, len(loads), unit, bound, "add a row without weight")
 
 
 def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
-    """Raise InputError for an outlier of a deflection, and for a line that shows no spring or is too uncertain."""
-    _refuse_outlier(table, name, DEFLECTION, line.outlier())  # first: one wrong row spoils the line of all
+    """Raise InputError if the deflection has an outlier, or if its compliance is too small or too uncertain."""
+    _refuse_outlier(table, name, DEFLECTION, line.outlier())  # comes first, because an outlier distorts the line
     field = f"{table.source}: compliance of {name}"
     compliance = line.slope
     if not compliance.value > _LEAST_COMPLIANCE:
-        hint = "swap the columns, reverse the sign, or correct a unit"
+        hint = "swap the columns, reverse the sign of the deflection, or correct a unit"
         raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
     if compliance.error > compliance.value:
         bound = f"known to 200 %, not ± {COVERAGE * compliance.error:.2g} mm/N"
-        raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
+        raise validation_error(field, compliance.value, "mm/N", bound, "repeat the weighing")
 
 
 def _refuse_outlier(table: MeasuredTable, name: str, column: str, outlier: Outlier | None) -> None:
-    """Raise InputError if a column has an outlier: a row that does not fit the line of the other rows of `name`."""
+    """Raise InputError if a column has an outlier, a row that is far from the line through the other rows of `name`."""
     if outlier is not None:
         row = int(_rows_of(table, name)[outlier.index])
         place = place_of(table.source, table.lines[row], column)
         unit = "mm" if column == DEFLECTION else "counts"
-        bound = f"about {outlier.expected:.6g}, where the line of the other rows is"
+        bound = f"about {outlier.expected:.6g}, on the line through the other rows"
         hint = "measure that row again, or leave it out"
         raise validation_error(place, float(table.numbers[column][row]), unit, bound, hint)
 
 
 def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
-    """Raise InputError for a missing tare, an outlier, and a channel that does not respond to its own tip.
+    """Raise InputError for a missing tare, an outlier, or a channel that does not respond to its own tip.
 
-    The first row of each tip must be without weight: it is the tare.
+    The tare is the first row of each tip, so this row must be without weight.
     """
     own_lines = [lines[own] for own in zip(names, keys, strict=True)]
     for name, key, line in zip(names, keys, own_lines, strict=True):
@@ -184,14 +192,14 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
         load = float(table.numbers["force"][first])
         if load != 0.0:
             place = place_of(table.source, table.lines[first], "tip")
-            raise validation_error(place, load, "N", "0 in the first row of a tip", "tare first")
+            raise validation_error(place, load, "N", "0 in the first row of a tip", "begin with a row without weight")
         _refuse_outlier(table, name, key, line.outlier())
         slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
             field = f"{table.source}: {key} against the weight on {name}"
             bound = f"known to 100 %, not ± {COVERAGE * slope.error:.2g} counts/N"
-            raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wires")
-    # A channel responds little to another tip, so outliers are detected relative to the span of its own tip.
+            raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wiring")
+    # A channel responds little to other tips, so the threshold for outliers is relative to the span for its own tip.
     for name in names:
         for key, own in zip(keys, own_lines, strict=True):
             _refuse_outlier(table, name, key, lines[name, key].outlier(own.span))
@@ -200,18 +208,22 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
 def _crosstalk_percent(
     table: MeasuredTable, names: Sequence[str], keys: Sequence[str], counts_per_N: Floats
 ) -> tuple[float, ...]:
-    """Return the largest slope of each channel against the weight on another tip, relative to its own tip [%].
+    """Return each channel's largest slope against the weight on another tip, relative to the slope for its own tip [%].
 
-    `counts_per_N` (channels, tips) are the slopes. Raises InputError for channels that do not separate the tips.
+    `counts_per_N` (channels, tips) are the slopes. Raises InputError for channels that do not separate the forces of
+    the tips.
     """
     relative = counts_per_N / np.diag(counts_per_N)[:, None]
     crosstalk = np.abs(relative - np.eye(len(names))).max(axis=1)
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())
         field = f"{table.source}: largest counts/N of {keys[channel]} for another tip, relative to {names[channel]}"
-        bound = "below 1: each channel responds most to its own tip"
-        raise validation_error(field, float(f"{crosstalk[channel]:.4g}"), "", bound, "check order and wires")
+        bound = "below 1, because each channel must respond most to its own tip"
+        hint = "check the order of the channels and their wiring"
+        raise validation_error(field, float(f"{crosstalk[channel]:.4g}"), "", bound, hint)
     if not np.linalg.cond(relative) < _WORST_CONDITION:
-        bound = "a table in which each channel responds most to its own tip"
-        raise validation_error(table.source, float(np.linalg.cond(relative)), "", bound, "check order and wires")
+        field = f"{table.source}: condition number of the relative counts/N"
+        bound = f"below {_WORST_CONDITION:g}, so that the channels separate the forces of the tips"
+        hint = "check the order of the channels and their wiring"
+        raise validation_error(field, float(np.linalg.cond(relative)), "", bound, hint)
     return tuple((100.0 * crosstalk).tolist())

@@ -1,4 +1,4 @@
-"""The force law of a compressed body: the force as a function of the travel, for its shape, its tools and its flesh."""
+"""The force law of a compressed body: its force as a function of the travel, for given tools and a given flesh."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -16,15 +16,14 @@ from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import CompressionPress, fit_force_curve, force_curve
 
-_STEPS = 400  # number of points of a law
-# largest depth of each contact for Hertz's law, as a fraction of the relative radius; beyond it strains are large
-_HERTZ_HOLDS = 0.1
+_STEPS = 400  # number of points of a force law
+_HERTZ_LIMIT = 0.1  # largest depth of a contact, relative to its radius, at which Hertz's small-strain law is used
 _COMPLIANCES = Bounds(at_least=0.0, at_most=1000.0)
 _STRAINS = Bounds(above=0.0, at_most=50.0)
 POISSON = "Poisson's ratio"
-"""The name of its part of the error."""
-_MIDWAY = 0.5  # between frictionless tools (0) and tools that grip (1)
-_NOMINAL_PARTS = 3  # parts of the work: the nominal law also needs a fine mesh, and costs as much as three variants
+"""Name of the error share that is due to Poisson's ratio."""
+_HALF_FRICTION = 0.5  # midway between frictionless tools (0) and tools without slip (1)
+_NOMINAL_PARTS = 3  # cost of the nominal law in units of one variant, because only the nominal law needs a fine mesh
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,26 +35,27 @@ class TestGeometry:
     body : Ellipsoid, CylinderOnSide, CylinderOnEnd or RectangularBlock
         The body that is pressed.
     plunger : Plunger, optional
-        The plunger in place of the upper plate.
+        The plunger that presses the body instead of the upper plate.
     plates : int, optional
-        2 for a body on a plate, 1 for a body whose underside lies in a rigid seat.
+        2 for a body that lies on a plate, 1 for a body whose underside lies in a rigid seat.
     poisson : float, optional
         Poisson's ratio of the flesh [1].
     poisson_error : float, optional
         Largest error of Poisson's ratio [1].
     plate_area_mm2 : float, optional
-        Area of the plate [mm^2], by which the paper divides the force.
+        Area of the plate [mm^2]. The paper's modulus is the force divided by this area, divided by the strain.
     strains_percent : tuple of float, optional
-        Strains of the secant and tangent moduli, relative to the height [%]. The first one gives the paper's modulus.
+        Strains at which secant and tangent moduli are computed, relative to the height [%]. The secant modulus at the
+        first strain is the paper's modulus.
     compliance_um_per_N : float, optional
-        Compliance of frame and load cell [um/N], by which the travel is corrected.
+        Compliance of frame and load cell [um/N]. Their deflection is subtracted from the travel.
     compliance_error_um_per_N : float, optional
         Largest error of this compliance [um/N].
 
     Raises
     ------
     InputError
-        If a number is outside its bounds, or the body cannot be solved with these tools.
+        If a number is outside its bounds, or if there is no solution for this body with these tools.
 
     Examples
     --------
@@ -64,22 +64,29 @@ class TestGeometry:
     2
     """
 
-    __test__ = False  # not a test class, although pytest would collect it by its name
+    __test__ = False  # prevents pytest from collecting this class, whose name begins with Test
 
     body: CompressedBody
     plunger: Plunger | None = None
     plates: int = 2
     poisson: float = quantity(
-        "", Bounds(at_least=0.0, at_most=LARGEST_POISSON), hint="flesh has 0.3 to 0.49", default=0.3
+        "",
+        Bounds(at_least=0.0, at_most=LARGEST_POISSON),
+        hint="Poisson's ratio of fruit flesh is 0.3 to 0.49",
+        default=0.3,
     )
     poisson_error: float = quantity("", Bounds(at_least=0.0, at_most=0.2), hint="a usual value is 0.05", default=0.05)
     plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), hint="measure the plate", default=900.0)
     strains_percent: tuple[float, ...] = quantity("%", _STRAINS, hint="write for instance 5", default=(5.0, 2.0, 10.0))
-    compliance_um_per_N: float = quantity("um/N", _COMPLIANCES, hint="press steel on steel and measure it", default=0.0)
-    compliance_error_um_per_N: float = quantity("um/N", _COMPLIANCES, hint="a tenth of it is usual", default=0.0)
+    compliance_um_per_N: float = quantity(
+        "um/N", _COMPLIANCES, hint="press steel on steel to measure the compliance", default=0.0
+    )
+    compliance_error_um_per_N: float = quantity(
+        "um/N", _COMPLIANCES, hint="a tenth of the compliance is usual", default=0.0
+    )
 
     def __post_init__(self) -> None:
-        """Check the numbers, and that the combination of body and tools is solved; raises InputError."""
+        """Raise InputError if a number is outside its bounds, or if body and tools cannot be combined."""
         check_fields(self, "modulus")
         self.body.sides(self.plunger, self.plates)
 
@@ -90,7 +97,7 @@ class TestGeometry:
 
 
 def geometry_data(test: TestGeometry) -> Plain:
-    """Return the body and the tools of a test as data of an answer; the sizes of the body are on the top level."""
+    """Return the body and the tools of a test as the data of an answer; the sizes of the body are at the top level."""
     return {
         **vars(test.body),
         "poisson": test.poisson,
@@ -106,11 +113,11 @@ def geometry_data(test: TestGeometry) -> Plain:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceLaw:
-    """The force of a body as a function of the travel by which its tools have approached since the touch.
+    """The force on a body as a function of the travel, the distance by which its tools have approached since contact.
 
-    `forces` [N] at E = 1 MPa belong to `travels` [mm], both (points,). The force begins as travel^`exponent`. `error`
-    [1] is the relative error of the curve itself. `others` are laws with another assumption about the test, by the name
-    of the assumption.
+    `forces` [N] at `travels` [mm], both (points,), are for E = 1 MPa; the force is proportional to E. For small travels
+    it is proportional to travel^`exponent`. `error` [1] is the relative error of the numerical solution. `others` holds
+    the laws that result from other assumptions about the test, keyed by the name of the assumption.
     """
 
     exponent: float
@@ -121,17 +128,17 @@ class ForceLaw:
 
     @property
     def deepest(self) -> float:
-        """Return the travel up to which the law holds [mm]."""
+        """Return the largest travel in the law [mm]."""
         return float(self.travels[-1])
 
     @property
     def stiffness(self) -> float:
-        """Return F / (E D^n) at the end of the law [mm^(2 - n)]."""
+        """Return F / (E D^n) at the largest travel D, with the exponent n of the law [mm^(2 - n)]."""
         return float(self.forces[-1] / self.travels[-1] ** self.exponent)
 
     def depth(self, force: Floats, E: float) -> Floats:
-        """Return the travel [mm] at a force [N] for a modulus E [MPa]; extrapolated linearly beyond the end."""
-        roots = self.forces ** (1.0 / self.exponent)  # the travel is nearly a linear function of these roots
+        """Return the travel [mm] at a force [N] for a modulus E [MPa]; beyond the last point it is extrapolated."""
+        roots = self.forces ** (1.0 / self.exponent)  # the travel is almost linear in these roots
         root = (force / E) ** (1.0 / self.exponent)
         slope = (self.travels[-1] - self.travels[-2]) / (roots[-1] - roots[-2])
         excess = np.maximum(root - roots[-1], 0.0)
@@ -139,15 +146,19 @@ class ForceLaw:
 
 
 def hertz_law(test: TestGeometry) -> ForceLaw | None:
-    """Return the law of ASAE S368 for convex food: Hertz's law of half-spaces, whose modulus is an apparent one.
+    """Return the force law of ASAE S368 for convex food, which is Hertz's law; its modulus is an apparent modulus.
 
-    The depths of the contacts add up to D = (F / (4/3 E*))^(2/3) sum R^(-1/3). None if no tool touches at a point.
+    The depths of all contacts add up to the travel
+
+        D = (F / (4/3 E*))^(2/3) sum R^(-1/3),    E* = E / (1 - nu^2),
+
+    with the relative radius R of each contact. Returns None if no tool touches the body at a point.
     """
     radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
     if not radii.size:
         return None
-    travels = np.array([0.0, _HERTZ_HOLDS * radii.sum()])
-    series_radius = float((radii ** (-1.0 / 3.0)).sum()) ** -3  # of a single contact with the same law
+    travels = np.array([0.0, _HERTZ_LIMIT * radii.sum()])
+    series_radius = float((radii ** (-1.0 / 3.0)).sum()) ** -3  # radius of a single contact with the same force law
     stiffness = force_factor(1.0 / (1.0 - test.poisson**2), series_radius)
     return ForceLaw(
         exponent=POINT_CONTACT, travels=travels, forces=stiffness * travels**POINT_CONTACT, error=0.0, others={}
@@ -155,39 +166,19 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
 
 
 def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
-    """Return the law of a body that is compressed at finite strain, with laws of other assumptions for its error.
+    """Solve the force law of a body that is compressed at finite strain, and the laws that determine its error.
 
-    At equal force the travels of its sides add up. The friction of the tools is midway between none and full grip. The
-    other assumptions are another constitutive law of the flesh, another Poisson's ratio, no friction and full grip, and
-    bounds of a simplified body. `count` is called with the number of finished parts of the work and their total. Raises
-    SolveError if no equilibrium is found.
+    All sides of the body carry the same force, so their travels add up. The nominal law assumes friction midway between
+    frictionless tools and tools without slip. `others` of the result holds the laws with other assumptions.
+
+    `count` is called with the number of finished parts of the work and with the number of all parts. Raises SolveError
+    if no equilibrium is found.
     """
     sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
-
-    def with_flesh(flesh: FleshLaw) -> ForceLaw:
-        return _combine_sides(sides, [_scaled_forces(side, replace(side, law=flesh)) for side in sides])
-
-    # Poisson's ratio is increased by its error, unless the flesh would be too nearly incompressible.
-    increased = test.poisson + test.poisson_error
-    poisson = increased if increased <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
-
-    def with_bounds(presses: Sequence[BoundingPress]) -> ForceLaw:
-        forces = [factor * _scaled_forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
-        return _combine_sides(sides, forces)
-
-    def with_grip(grip: float) -> ForceLaw:
-        return _combine_sides(sides, [_scaled_forces(side, side, grip) for side in sides])
-
-    variants: dict[str, list[Callable[[], ForceLaw]]] = {
-        "law of flesh": [partial(with_flesh, FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
-        POISSON: [partial(with_flesh, FleshLaw(poisson=poisson))],
-        "friction": [partial(with_grip, grip) for grip in (0.0, 1.0)],
-    }
-    for name, bounds in test.body.bounds(sides).items():
-        variants[name] = [partial(with_bounds, presses) for presses in bounds]
+    variants = _law_variants(test, sides)
     parts = _NOMINAL_PARTS + sum(map(len, variants.values()))
     count(0, parts)
-    nominal = with_grip(_MIDWAY)
+    nominal = _law_with_friction(sides, _HALF_FRICTION)
     others: dict[str, list[ForceLaw]] = {name: [] for name in variants}
     for name, solves in variants.items():
         for solve in solves:
@@ -196,28 +187,64 @@ def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
     return replace(nominal, error=max(force_curve(side).error for side in sides), others=others)
 
 
-def _scaled_forces(side: CompressionPress, variant: CompressionPress, grip: float = _MIDWAY) -> Floats:
-    """Return the forces [N] of one side at its travels, multiplied by the relative change of a `variant` of the press.
+def _law_variants(
+    test: TestGeometry, sides: Sequence[CompressionPress]
+) -> Mapping[str, Sequence[Callable[[], ForceLaw]]]:
+    """Return functions that solve the force law with another assumption, keyed by the name of the assumption.
 
-    `grip` is the friction of the variant, from frictionless tools (0) to tools that grip (1). Only the side itself is
-    solved on a fine mesh. The change comes from coarse meshes, whose errors nearly cancel in the ratio.
+    The assumptions are other constitutive laws of the flesh, another Poisson's ratio, no friction and no slip, and
+    bodies that bound a simplified body. `sides` are the presses of the nominal law.
+    """
+
+    def with_flesh(flesh: FleshLaw) -> ForceLaw:
+        return _combine_sides(sides, [_scaled_forces(side, replace(side, law=flesh)) for side in sides])
+
+    def with_bounds(presses: Sequence[BoundingPress]) -> ForceLaw:
+        forces = [factor * _scaled_forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
+        return _combine_sides(sides, forces)
+
+    # Poisson's ratio is increased by its error, unless this would make the flesh almost incompressible.
+    increased = test.poisson + test.poisson_error
+    poisson = increased if increased <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
+    variants: dict[str, list[Callable[[], ForceLaw]]] = {
+        "law of flesh": [partial(with_flesh, FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
+        POISSON: [partial(with_flesh, FleshLaw(poisson=poisson))],
+        "friction": [partial(_law_with_friction, sides, friction) for friction in (0.0, 1.0)],
+    }
+    for name, bounds in test.body.bounds(sides).items():
+        variants[name] = [partial(with_bounds, presses) for presses in bounds]
+    return variants
+
+
+def _law_with_friction(sides: Sequence[CompressionPress], friction: float) -> ForceLaw:
+    """Return the force law with `friction` [1] from 0 (frictionless tools) to 1 (tools without slip)."""
+    return _combine_sides(sides, [_scaled_forces(side, side, friction) for side in sides])
+
+
+def _scaled_forces(side: CompressionPress, variant: CompressionPress, friction: float = _HALF_FRICTION) -> Floats:
+    """Return the forces [N] on one side at its travels, scaled by their relative change in a `variant` of the press.
+
+    `friction` of the variant is between 0 (frictionless tools) and 1 (tools without slip); the forces of these two
+    limits are interpolated linearly. Only the side itself is solved on a fine mesh. The relative change comes from
+    coarse meshes, because their errors nearly cancel in the ratio.
     """
     travels = _travels(side)
-    nonzero = np.maximum(travels, travels[1])  # the ratio of two zero forces is undefined
+    nonzero = np.maximum(travels, travels[1])  # at zero travel both forces are zero, so their ratio is undefined
     frictionless = fit_force_curve(variant).force(nonzero)
-    gripping = fit_force_curve(replace(variant, grips=True)).force(nonzero)
-    change = (frictionless + grip * (gripping - frictionless)) / fit_force_curve(side).force(nonzero)
+    without_slip = fit_force_curve(replace(variant, grips=True)).force(nonzero)
+    change = (frictionless + friction * (without_slip - frictionless)) / fit_force_curve(side).force(nonzero)
     return np.asarray(force_curve(side).force(travels) * change)
 
 
 def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
-    """Return the law of a body whose sides carry the same force, so that their travels add up.
+    """Return the force law of a body whose sides carry the same force, so that their travels add up.
 
     `forces` [N] are the forces of each side at its travels. The law ends at the largest force that all sides reach.
     """
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)
-    # The travels are nearly linear functions of these roots, which are dense near the touch.
+    # The travels are interpolated at roots of the force, in which they are almost linear. The roots are dense near
+    # zero.
     roots = np.linspace(0.0, 1.0, _STEPS) ** 2 * largest ** (1.0 / exponent)
     travels = np.zeros(_STEPS)
     for force, side in zip(forces, sides, strict=True):
@@ -226,5 +253,5 @@ def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) 
 
 
 def _travels(side: CompressionPress) -> Floats:
-    """Return the travels of one side [mm] at which its forces are tabulated, dense near the touch."""
+    """Return the travels of one side [mm] at which its forces are tabulated; they are dense near zero."""
     return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)

@@ -1,7 +1,12 @@
-"""A force law fitted to a force-travel curve, together with the touch, the settling of the skin and the zero line.
+"""Fit of a force law to a force-travel curve, with first contact, settling of the skin, and zero line as unknowns.
 
-The travel at a force F is x = x0 + D(F) - s exp(-F / F_s): the depth D of the law from the touch x0 on, minus the part
-by which the skin has not yet settled. The load cell adds its zero line f0 + f1 x to the force.
+The travel at a force F is
+
+    x = x0 + D(F) - s exp(-F / F_s),
+
+where D is the depth of the force law from first contact x0 on. The last term describes the skin, which settles under
+small forces: s is the travel lost in settling, and F_s the force with which it decays. The load cell adds its zero line
+f0 + f1 x to the force.
 """
 
 import math
@@ -15,24 +20,24 @@ from instrument.compress.force_law import ForceLaw
 from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
-_FINE = np.linspace(0.0, 1.0, 600) ** 2  # forces at which the law is tabulated, relative to the largest one
-_TABLE_END = 1.6  # end of this table, relative to the force at the end of the loading
-# bounds of F_s relative to the force at the end; a larger one is not due to settling but to the fruit itself
+_TABLE_FORCES = np.linspace(0.0, 1.0, 600) ** 2  # forces at which the law is tabulated, relative to the largest force
+_TABLE_END = 1.6  # largest force in this table, relative to the force at the end of the loading
+# Bounds of F_s, relative to the force at the end. A nonlinearity up to larger forces is not caused by settling.
 _LEAST_SETTLING = 0.003
 _MOST_SETTLING = 0.12
 _LARGEST_TRAVEL = 0.12  # largest s, relative to the travel of the loading
 _GUESS = 0.03  # initial guess of F_s, relative to the force at the end
 _GUESS_TRAVEL = 0.01  # initial guess of s, relative to the travel of the loading
 _STEP = 0.01  # relative size of the first step of the fit
-_WIDE = 50.0  # scale of ln F_s, relative to ln E
-_UPPER = 0.3  # fraction of the force at the end, above which the points give the initial guess
-_SETTLED = 1e-6  # a smaller settling counts as none [mm]
-_CHANCE = 2.0  # largest correlation of neighbouring residuals that may be chance [standard errors]
-_MOST_ALIKE = 0.95  # largest correlation of neighbours that widens the errors
+_LOG_FORCE_SCALE = 50.0  # scale of ln F_s, relative to the scale of ln E
+_UPPER_PART = 0.3  # points above this fraction of the force at the end determine the initial guess
+_NO_SETTLING = 1e-6  # a smaller s is treated as zero [mm]
+_SIGNIFICANT = 2.0  # correlation of neighbouring residuals [standard errors] above which it is not due to chance
+_MOST_ALIKE = 0.95  # upper limit of the correlation of neighbouring residuals in the standard errors
 
 
 class CurveParameters(NamedTuple):
-    """The parameters of a curve: ln E of the law, x0 and s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
+    """The parameters of a curve in their order: ln E, x0 [mm], s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
 
     log_modulus: float
     touch: float
@@ -47,9 +52,10 @@ _SETTLING_INDICES = (2, 3)  # indices of `settling` and `log_settling_force`
 
 @dataclass(frozen=True, kw_only=True)
 class LawFit:
-    """The result of a fit: its parameters, and their standard errors, which are 0 for parameters that were not fitted.
+    """The result of a fit: the parameters and their standard errors.
 
-    `residual` (points,) [N] is the fitted force minus the measured one.
+    The standard error of a parameter that was not fitted is 0. `residual` (points,) [N] is the fitted force minus the
+    measured force.
     """
 
     law: ForceLaw
@@ -59,18 +65,18 @@ class LawFit:
 
     @property
     def modulus(self) -> Estimate:
-        """Return the modulus E [MPa] with its standard error."""
+        """Return the modulus E [MPa] and its standard error."""
         E = float(np.exp(self.parameters.log_modulus))
         return Estimate(E, E * self.errors.log_modulus, "MPa")
 
     @property
     def touch(self) -> Estimate:
-        """Return the travel at the touch, x0 [mm], with its standard error."""
+        """Return the travel at first contact, x0 [mm], and its standard error."""
         return Estimate(self.parameters.touch, self.errors.touch, "mm")
 
     @property
     def onset(self) -> float:
-        """Return the travel from which the force rises [mm]."""
+        """Return the travel at which the force begins to rise [mm]."""
         return self.parameters.touch - self.parameters.settling
 
     def zero_line(self, travel: Floats) -> Floats:
@@ -83,10 +89,10 @@ class LawFit:
 
 
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
-    """Fit a force law to travel [mm] and force [N], both (points,), by least squares.
+    """Fit a force law to `travel` [mm] and `force` [N], both (points,), by least squares.
 
-    `zero` [N] is the approximate zero of the load cell. With `with_drift`, its drift is fitted too. Returns None if the
-    curve does not rise, or if the fit does not converge.
+    `zero` [N] is the approximate zero of the load cell. With `with_drift`, the drift f1 of the zero line is fitted too.
+    Returns None if the force does not rise, or if the fit does not converge.
     """
     start = _initial_guess(law, travel, force, zero)
     if start is None:
@@ -95,7 +101,7 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     span = float(travel[-1] - travel[0])
     lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
     upper = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * span, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
-    scale = CurveParameters(1.0, span, span, _WIDE, largest, largest / span)
+    scale = CurveParameters(1.0, span, span, _LOG_FORCE_SCALE, largest, largest / span)
     count = 6 if with_drift else 5  # the drift is the last parameter
 
     def residuals(parameters: Floats) -> Floats:
@@ -111,7 +117,7 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
         return None
     determined = list(range(count))
     parameters = CurveParameters(*solution.x.tolist())
-    if parameters.settling <= _SETTLED:  # at this bound the data do not determine the force of the settling
+    if parameters.settling <= _NO_SETTLING:  # if s is zero, F_s has no effect, so neither has an error
         determined = [index for index in determined if index not in _SETTLING_INDICES]
     errors = np.zeros(6)
     errors[determined] = standard_errors(np.asarray(solution.jac)[:, determined], solution.fun)
@@ -121,12 +127,13 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
 def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> CurveParameters | None:
     """Return the initial guess of the fit, or None if the upper part of the curve does not rise.
 
-    By the law F = E k (x - x0)^n. So F^(1/n) is a linear function of the travel x with slope (E k)^(1/n), which is 0 at
-    the touch x0. A line fitted to the upper part gives E and x0. The settling starts from typical values.
+    The law is close to F = E k (x - x0)^n. So F^(1/n) is a linear function of the travel x with slope (E k)^(1/n) and
+    zero at x0. A straight line through the upper part of the curve gives E and x0. The guesses for the settling are
+    typical values.
     """
     largest = last_force(force) - zero
-    upper = force - zero > _UPPER * largest
-    if largest <= 0.0 or upper.sum() < 3:  # noqa: PLR2004 - a line and one point more
+    upper = force - zero > _UPPER_PART * largest
+    if largest <= 0.0 or upper.sum() < 3:  # noqa: PLR2004 - a line and one more point
         return None
     slope, level = np.polyfit(travel[upper], (force[upper] - zero) ** (1.0 / law.exponent), 1)
     if slope <= 0.0:
@@ -141,36 +148,37 @@ def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) ->
 
 
 def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
-    """Return the standard errors of fitted parameters, (parameters,).
+    """Return the standard errors (parameters,) of fitted parameters.
 
-    `jacobian` (points, parameters) is the derivative of the residuals `residual` (points,). The errors are White's for
-    residuals of unequal variance (Econometrica 48 (1980) 817, doi:10.2307/1912934), widened if neighbouring residuals
-    are correlated.
+    `jacobian` (points, parameters) is the derivative of the residuals `residual` (points,). The errors are White's
+    heteroscedasticity-consistent errors (Econometrica 48 (1980) 817, doi:10.2307/1912934). They are increased if
+    neighbouring residuals are correlated.
     """
     points, parameters = jacobian.shape
-    changes = np.linalg.pinv(jacobian) * residual  # change of each parameter due to the residual of each point
+    changes = np.linalg.pinv(jacobian) * residual  # change of each parameter caused by the residual of each point
     variance = (changes**2).sum(axis=1)
     variance *= points / max(1, points - parameters)
     total = float(residual @ residual)
     correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
-    # Residuals of a first-order autoregressive process have fewer independent values by this factor.
-    if correlation > _CHANCE / math.sqrt(points):
+    # In a first-order autoregressive process, the number of independent values is smaller by this factor.
+    if correlation > _SIGNIFICANT / math.sqrt(points):
         correlation = min(correlation, _MOST_ALIKE)
         variance *= (1.0 + correlation) / (1.0 - correlation)
     return np.asarray(np.sqrt(variance))
 
 
 def last_force(force: Floats) -> float:
-    """Return the mean force [N] over the last few points, at least three, of a loading curve (points,) [N]."""
+    """Return the mean force [N] over the last few points (at least three) of a loading curve."""
     return float(force[-max(3, len(force) // 50) :].mean())
 
 
 def _load_cell_force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:
     """Return the force of the load cell [N] at travels [mm], for forces up to about `largest` [N].
 
-    The travel is an explicit function of the force. So it is tabulated against the force, and the table is inverted.
+    The module docstring gives the travel as an explicit function of the force. So the travel is tabulated at many
+    forces, and the table is inverted by interpolation.
     """
-    force = _TABLE_END * largest * _FINE
+    force = _TABLE_END * largest * _TABLE_FORCES
     unsettled = parameters.settling * np.exp(-force / np.exp(parameters.log_settling_force))
     position = parameters.touch + law.depth(force, float(np.exp(parameters.log_modulus))) - unsettled
     return np.asarray(np.interp(travel, position, force) + parameters.offset + parameters.drift * travel)

@@ -1,4 +1,4 @@
-"""The modulus of a fruit from one compression test: by a fitted force law, and as plate stress over strain."""
+"""The modulus of a fruit from one compression test, by a fitted force law and as plate stress divided by strain."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ import numpy as np
 from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, geometry_data, hertz_law, solved_law
 from instrument.compress.holds import HeldRelaxation, held_relaxation
 from instrument.compress.law_fit import LawFit, fit_law
-from instrument.compress.phases import Loading, phases, without_frame
+from instrument.compress.phases import Loading, Phases, phases, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen, read_specimens
 from pipeline.storage.stopwatch import Count, silent
@@ -19,20 +19,24 @@ from sensor.quantity import Bounds, report_field, validation_error
 from sensor.turns import in_turn
 
 COVERAGE = 1.96
-"""Number of standard errors to each side that contain 95 %."""
+"""Half width of a 95 % interval of a normal distribution, in standard errors."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
-"""Plausible moduli of whole fruit and tubers [MPa]; beyond them a unit is wrong."""
+"""Plausible moduli of whole fruit and tubers [MPa]; a value outside is probably due to a wrong unit."""
 ALLOWED_PERCENT = Bounds(below=100.0)
-"""Allowed half width of a modulus [%]; a larger error bar contains 0."""
-_ASIDE = 0.2  # half width of the range of points for secant and tangent, as a fraction of the travel to their strain
-_LEAST_POINTS = 6  # minimum number of these points
-_RISEN = 0.1  # fraction of the largest force at which the plate certainly touches the fruit
-_LAST = 0.95  # fraction of the curve up to which a strain may be evaluated
+"""Allowed half width of the error bar of a modulus [%]; a larger error bar contains 0."""
+# Half width of the window of points for secant and tangent, as a fraction of the depth at their strain.
+_WINDOW = 0.2
+_LEAST_POINTS = 6  # minimum number of points in this window
+_CERTAIN_CONTACT = 0.1  # fraction of the largest force above which the plate certainly touches the fruit
+_LAST_STRAIN = 0.95  # largest strain of a secant, as a fraction of the strain at the end of the curve
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlateModulus:
-    """Stress over strain at one strain: the secant from the first touch and the tangent, with errors at 95 %."""
+    """Secant and tangent moduli of plate stress against strain at one strain, with errors at 95 %.
+
+    The secant begins at first contact.
+    """
 
     strain_percent: float
     E_secant_MPa: float
@@ -46,8 +50,8 @@ class PlateModulus:
 class CompressionResult:
     """The moduli of one specimen of a compression test, with their errors at 95 %.
 
-    The errors from scatter, force curve and Poisson's ratio add as the root of their squares. The other shares are
-    bounds that a test may reach together, so they add linearly. `pipeline modulus` prints the same numbers.
+    The errors due to scatter, force curve, Poisson's ratio and machine compliance add in quadrature. The other shares
+    are bounds that a test may reach at the same time, so they add linearly. `pipeline modulus` prints the same numbers.
 
     Examples
     --------
@@ -57,46 +61,49 @@ class CompressionResult:
     True
     """
 
-    file: str = report_field("", "file, with the name of its sheet")
+    file: str = report_field("", "name of the file and of its sheet")
     specimen: str = report_field("", "name of the specimen in the file")
-    read_as: str = report_field("", "what was read: headers, units, lines and columns that were passed over")
+    read_as: str = report_field("", "what was read: headers, units and lines, and the columns that were ignored")
     E_MPa: float = report_field("MPa", "modulus of the flesh")
     E_hertz_MPa: float | None = report_field(
         "MPa", "apparent modulus of ASAE S368; null if Hertz's law cannot be fitted"
     )
-    E_over_1_minus_nu2_MPa: float = report_field("MPa", "the modulus that the forces of a sensor depend on")
-    E_plate_MPa: float = report_field("MPa", "the paper's modulus: force over plate area, over travel over height")
-    u_percent: float = report_field("%", "half width of the error bar of E")
-    shares_percent: dict[str, float] = report_field(
-        "%", "the parts of this error by their cause", key="u_shares_percent"
+    E_over_1_minus_nu2_MPa: float = report_field("MPa", "the modulus on which the forces of a sensor depend")
+    E_plate_MPa: float = report_field(
+        "MPa", "the paper's modulus: force per plate area, divided by the ratio of travel to height"
     )
+    u_percent: float = report_field("%", "half width of the error bar of E")
+    shares_percent: dict[str, float] = report_field("%", "share of each cause in this error", key="u_shares_percent")
     u_plate_percent: float = report_field("%", "half width of the error bar of `E_plate_MPa`")
     reads_low: float = report_field("1", "`E_MPa` divided by `E_plate_MPa`", key="plate_reads_low_by")
     first_touch_mm: float = report_field("mm", "travel at the first touch")
-    force_rises_from_mm: float = report_field("mm", "travel from which the fitted force rises")
-    range_end_mm: float = report_field("mm", "travel at the end of the range that is fitted")
-    failure_mm: float | None = report_field("mm", "travel at which the force fell; null if it did not")
-    zero_N: float = report_field("N", "fitted force before the touch")
-    drift_N_per_mm: float = report_field("N/mm", "fitted drift of this zero over the travel")
-    noise_N: float = report_field("N", "standard deviation of the noise of the force")
-    follows_law: bool = report_field("", "whether the curve follows the force of such a body within its noise")
-    follows_hertz: bool = report_field("", "whether it follows Hertz's law")
+    force_rises_from_mm: float = report_field("mm", "travel at which the fitted force begins to rise")
+    range_end_mm: float = report_field("mm", "travel at the end of the fitted range")
+    failure_mm: float | None = report_field("mm", "travel at failure, where the force falls; null without a failure")
+    zero_N: float = report_field("N", "fitted force before the first touch")
+    drift_N_per_mm: float = report_field("N/mm", "fitted drift of this zero with the travel")
+    noise_N: float = report_field("N", "standard deviation of the force noise")
+    follows_law: bool = report_field("", "whether the curve follows the force law of such a body within its noise")
+    follows_hertz: bool = report_field("", "whether the curve follows Hertz's law within its noise")
     secants: tuple[PlateModulus, ...] = report_field(
-        "", "secant and tangent of force over plate area, over travel over height, at each strain", key="at_strain"
+        "", "secant and tangent moduli of plate stress against strain, at each strain", key="at_strain"
     )
     geometry: TestGeometry = report_field(
         "", "body and tools of the test", inline=lambda it: {"geometry": geometry_data(it.geometry)}
     )
-    notes: tuple[str, ...] = report_field("", "what was assumed, and what to look at")
+    notes: tuple[str, ...] = report_field("", "assumptions that were made, and what should be checked")
     relaxation: HeldRelaxation | None = report_field(
-        "", "what [a hold](#how-flesh-relaxes) shows; left out for a curve without a hold", left_out=True, default=None
+        "",
+        "relaxation measured in [a hold](#how-flesh-relaxes); left out for a curve without a hold",
+        left_out=True,
+        default=None,
     )
     curve: Loading = report_field("", "travel [mm] and force [N] of the loading, up to failure", told=False)
-    fit: LawFit = report_field("", "the force law that was fitted, with its parameters", told=False)
+    fit: LawFit = report_field("", "the fitted force law with its parameters", told=False)
 
     @property
     def name(self) -> str:
-        """Return the name of the modulus in an answer."""
+        """Return the name of the test in an answer: the names of its file and of its specimen."""
         return f"{Path(self.file).name} {self.specimen}"
 
 
@@ -107,11 +114,11 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
     Parameters
     ----------
     file : str or Path
-        A table of force over travel, a CSV file or a workbook.
+        A CSV file or a workbook with force against travel.
     geometry : TestGeometry
         The body that was pressed, and the tools.
     progress : callable, optional
-        Function that is called with the numbers of finished parts and of all parts of the work on a specimen.
+        Function that is called with the number of finished parts and the number of all parts of the work on a specimen.
 
     Returns
     -------
@@ -121,9 +128,9 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
     Raises
     ------
     InputError
-        If the file has no force over travel, or a curve is no compression of such a body.
+        If the file has no force and travel, or if a curve does not show the compression of such a body.
     SolveError
-        If the force of such a body cannot be solved. It is a RuntimeError.
+        If there is no solution for the force on such a body. It is a subclass of RuntimeError.
 
     Examples
     --------
@@ -138,11 +145,13 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
 def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False, count: Count = silent
 ) -> CompressionResult:
-    """Return the moduli of one specimen, from the fit of a solved force law and from stress over strain.
+    """Return the moduli of one specimen, from the fit of a solved force law and from plate stress divided by strain.
 
-    `compression_negative` allows travel and force that are negative in compression. `count` is called with the number
-    of finished parts of the work and their total. Raises InputError for a curve that is no compression of such a body,
-    for an implausible modulus, and for an error bar that contains 0. Raises SolveError if the law cannot be solved.
+    With `compression_negative`, travel and force may be negative in compression. `count` is called with the number of
+    finished parts of the work and with the number of all parts.
+
+    Raises InputError for a curve that does not show the compression of such a body, for an implausible modulus, and for
+    an error bar that contains 0. Raises SolveError if there is no solution for the force law.
     """
     test = phases(specimen, compression_negative=compression_negative)
     specimen = test.specimen
@@ -151,38 +160,20 @@ def measured_modulus(
     law = solved_law(geometry, count)
     chosen = choose_range(curve, law)
     if chosen is None:
-        hint = "check that it is a whole loading, from before the touch on"
+        hint = "check that the table contains the whole loading, from before the first contact on"
         raise validation_error(str(specimen), "curve", "", "a loading that follows the force law of a fruit", hint)
     E = chosen.modulus.value
     if not PLAUSIBLE.hold(E):
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
-    # Random errors add as squares. Those due to the law of flesh, friction and shape are bounds, which may all have the
-    # same sign, so they add linearly.
-    bounds = {}
-    for name, others in law.others.items():
-        bounds[name] = max(_modulus_change(other, curve, chosen) for other in others)
-    random_errors = {
-        "scatter of the points": COVERAGE * chosen.modulus.relative,
-        "force curve": law.error,
-        POISSON: bounds.pop(POISSON),
-    }
-    if geometry.compliance_error_um_per_N:
-        points = int(np.searchsorted(curve.travel, chosen.last, side="right"))
-        random_errors["machine compliance"] = _change_by_frame(specimen, test.loading, chosen, points, geometry)
+    random_errors, bounds = _error_shares(test, curve, law, chosen, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
     _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
     apparent_law = hertz_law(geometry)
     hertz = apparent_law and choose_range(curve, apparent_law)
-    zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
-    relaxation = None
-    if test.hold:
-        frame_deflections = 1e-3 * geometry.compliance_um_per_N * (specimen.force - curve.zero)  # [mm]
-        corrected = replace(specimen, travel=specimen.travel - frame_deflections)
-        relaxation = held_relaxation(corrected, test.hold, chosen.touch.value, zero)
     E_plate = secants[0].E_secant_MPa
     return CompressionResult(
         file=specimen.file,
@@ -208,16 +199,51 @@ def measured_modulus(
         secants=tuple(secants),
         geometry=geometry,
         notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
-        relaxation=relaxation,
+        relaxation=_relaxation_of_hold(test, curve, chosen, geometry),
         curve=curve,
         fit=chosen.fit,
     )
 
 
-def _modulus_change(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
-    """Return the relative error of the modulus [1] if another law were the true one.
+def _error_shares(
+    test: Phases, curve: Loading, law: ForceLaw, chosen: RangeFit, geometry: TestGeometry
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the relative errors of the modulus [1] by their cause: the random errors, and the bounds.
 
-    The other law is fitted to the chosen range. If that fails, the stiffnesses of the two laws are compared.
+    Random errors add in quadrature. The errors due to the constitutive law, the friction and the shape are bounds that
+    may all have the same sign, so they add linearly.
+    """
+    bounds = {}
+    for name, others in law.others.items():
+        bounds[name] = max(_modulus_change(other, curve, chosen) for other in others)
+    random_errors = {
+        "scatter of the points": COVERAGE * chosen.modulus.relative,
+        "force curve": law.error,
+        POISSON: bounds.pop(POISSON),
+    }
+    if geometry.compliance_error_um_per_N:
+        points = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+        random_errors["machine compliance"] = _frame_error(test.specimen, test.loading, chosen, points, geometry)
+    return random_errors, bounds
+
+
+def _relaxation_of_hold(
+    test: Phases, curve: Loading, chosen: RangeFit, geometry: TestGeometry
+) -> HeldRelaxation | None:
+    """Return the relaxation of the flesh from the hold of a test; None for a test without a hold."""
+    if not test.hold:
+        return None
+    specimen = test.specimen
+    zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
+    frame_deflections = 1e-3 * geometry.compliance_um_per_N * (specimen.force - curve.zero)  # [mm]
+    corrected = replace(specimen, travel=specimen.travel - frame_deflections)
+    return held_relaxation(corrected, test.hold, chosen.touch.value, zero)
+
+
+def _modulus_change(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
+    """Return the relative error of the modulus [1] in the case that another force law is the true one.
+
+    The other law is fitted to the chosen range. If this fit fails, the stiffnesses of the two laws are compared.
     """
     count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
     has_drift = chosen.fit.parameters.drift != 0.0
@@ -227,13 +253,10 @@ def _modulus_change(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
     return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
 
 
-def _change_by_frame(
-    specimen: Specimen, measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry
-) -> float:
-    """Return the largest relative change of the modulus [1] due to the error of the machine's compliance.
+def _frame_error(specimen: Specimen, measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry) -> float:
+    """Return the largest relative change of the modulus [1] that the error of the machine's compliance may cause.
 
-    The error is added and subtracted. `measured` is the loading without correction, and its first `count` points are
-    the chosen range.
+    `measured` is the loading without the correction for this compliance. Its first `count` points are the chosen range.
     """
     changes = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
@@ -245,19 +268,19 @@ def _change_by_frame(
 
 
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
-    """Raise InputError if the travel from the first force to the end exceeds the height of the body."""
-    is_loaded = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
+    """Raise InputError if the travel under load exceeds the height of the body."""
+    is_loaded = curve.force > curve.zero + _CERTAIN_CONTACT * (float(curve.force.max()) - curve.zero)
     depth = float(curve.travel[-1] - curve.travel[int(np.argmax(is_loaded))])
     if depth > geometry.height_mm:
         name = f"{specimen}: travel under load"
         bound = f"less than the height of the body, {geometry.height_mm:g} mm"
-        raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
+        raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of the travel, and --height")
 
 
 def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
     """Raise InputError if the error bar contains 0.
 
-    The hint names the largest part of the error, and the row with the largest jump of the force.
+    The hint names the largest share of the error, and the row with the largest jump in the force.
     """
     if not ALLOWED_PERCENT.hold(u_percent):
         jumps = np.abs(np.diff(specimen.force, n=2))
@@ -270,9 +293,9 @@ def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -
 
 
 def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: float) -> list[str]:
-    """Return notes on what is unusual in a test: its strain, its modulus E [MPa], its fit and its zero line.
+    """Return notes on unusual properties of a test: its strain, its modulus E [MPa], its fit and its zero line.
 
-    `requested_strain` is the first strain of the geometry, and `first_strain` the strain of the first secant [%].
+    `requested_strain` is the first strain in the geometry, and `first_strain` is the strain of the first secant [%].
     """
     notes = []
     if first_strain != requested_strain:
@@ -280,49 +303,53 @@ def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: fl
     if not USUAL_MODULI.hold(E):
         notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
     if not chosen.follows:
-        cause = "the shape of the fruit or its flesh differs"
-        notes.append(f"the curve does not follow the force of such a fruit within its noise: {cause}")
+        cause = "the shape of the fruit or the behaviour of its flesh differs"
+        notes.append(f"the curve does not follow the force law of such a fruit within its noise: {cause}")
     if chosen.idle == 0:
-        notes.append("no rows before the touch: the zero of the force is fitted together with the modulus")
+        notes.append("no rows before the first touch: the zero of the force is fitted together with the modulus")
     drift = chosen.fit.parameters.drift
     if drift:
-        notes.append(f"the zero line drifts by {drift:.3g} N/mm: the drift is subtracted")
+        notes.append(f"the zero line drifts by {drift:.3g} N/mm: this drift is subtracted")
     return notes
 
 
 def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
     """Return the strains of the geometry [%] that the curve reaches.
 
-    The first one is replaced by the largest possible strain if it lies beyond the end. Raises InputError for a strain
-    that is smaller than the error of the first touch.
+    If the curve does not reach the first strain, it is replaced by the largest possible strain. Raises InputError for a
+    strain that is smaller than the error of the first touch.
     """
     percent_per_mm = 100.0 / geometry.height_mm
-    last = percent_per_mm * _LAST * (float(curve.travel[-1]) - chosen.touch.value)
+    last = percent_per_mm * _LAST_STRAIN * (float(curve.travel[-1]) - chosen.touch.value)
     touch_error = percent_per_mm * COVERAGE * chosen.touch.error
     first, *others = geometry.strains_percent
     smallest = min(geometry.strains_percent)
     if smallest < touch_error:
-        bound = f"at least {touch_error:.2g} %, within which the first touch is known"
-        raise validation_error("--strain", smallest, "%", bound, "take a larger strain, or a finer curve")
+        bound = f"at least {touch_error:.2g} %, the error of the first touch"
+        raise validation_error("--strain", smallest, "%", bound, "choose a larger strain, or measure more points")
     if first > last:
         first = min(float(f"{last:.2g}"), last)
     return [first, *(strain for strain in others if strain <= last)]
 
 
 def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
-    """Return the secant and tangent moduli of stress over strain at a strain [%], with their errors at 95 %.
+    """Return the secant and tangent moduli of plate stress against strain at a strain [%], with their errors at 95 %.
 
-    They come from a parabola that is fitted to the nearby points, at least the nearest `_LEAST_POINTS`.
+    With the force F(d) at the depth d from first contact, the height h and the plate area A, they are
+
+        E_secant = (F / A) / (d / h),    E_tangent = (dF/dd / A) h.
+
+    F and dF/dd come from a parabola that is fitted to the points near d, at least to the nearest `_LEAST_POINTS`.
     """
     depth = 0.01 * strain * geometry.height_mm
     offsets = curve.travel - chosen.touch.value - depth  # travel relative to the travel at the strain [mm]
     distances = np.abs(offsets)
-    is_near = distances <= max(_ASIDE * depth, np.sort(distances)[_LEAST_POINTS - 1])
+    is_near = distances <= max(_WINDOW * depth, np.sort(distances)[_LEAST_POINTS - 1])
     force = (curve.force - chosen.fit.zero_line(curve.travel))[is_near]
     coefficients, covariance = np.polyfit(offsets[is_near], force, 2, cov=True)
     half_curvature, slope, force_at_strain = coefficients.tolist()
     _, slope_error, force_error = np.sqrt(np.diag(covariance)).tolist()
-    # An error of the touch shifts the curve along the travel.
+    # An error in the first contact shifts the curve along the travel, which changes the force and the slope at d.
     force_error = math.hypot(force_error, slope * chosen.touch.error)
     slope_error = math.hypot(slope_error, 2.0 * half_curvature * chosen.touch.error)
     modulus_per_stiffness = geometry.height_mm / geometry.plate_area_mm2  # [1/mm]

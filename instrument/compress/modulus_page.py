@@ -1,4 +1,4 @@
-"""The HTML page of compression tests: force against travel with the fitted law, and plate stress against strain."""
+"""The HTML page of compression tests, with plots of force against travel and of plate stress against strain."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,17 +15,18 @@ _STEPS = 100  # number of points of the fitted law
 
 
 def modulus_page(results: Sequence[CompressionResult]) -> str:
-    """Return the HTML page of all results."""
+    """Return the HTML page that shows all results."""
     tests_per_file = Counter(result.file for result in results)
     tests = [_plot_data(result, only_specimen=tests_per_file[result.file] == 1) for result in results]
     return render_page("modulus.html.j2", (*FIGURES, "modulus.js"), {"tests": tests}, results=results)
 
 
 def _plot_data(result: CompressionResult, *, only_specimen: bool) -> Plain:
-    """Return the data of a test that the plots of the page show.
+    """Return the data of one test for the plots of the page.
 
-    They are travel [mm], force [N], the fitted law, strain [%] and plate stress [MPa], decimated to `_MOST_POINTS`. The
-    test is named after its file, and also after its specimen unless it is the `only_specimen` of the file.
+    The data are travel [mm], force [N], the fitted force law, strain [%] and plate stress [MPa]. The measured curves
+    are decimated to `_MOST_POINTS`. The name of the test is the name of its file, followed by the name of its specimen
+    unless it is the `only_specimen` of the file.
     """
     curve = result.curve
     geometry = result.geometry

@@ -1,4 +1,4 @@
-"""Bodies of a compression test; each defines the presses of a tool on its sides."""
+"""Shapes of bodies in a compression test; each body defines how the tools press its sides."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,19 +11,21 @@ from solve.compression.force_curve import CompressionPress
 from solve.compression.half_body import Section
 from solve.compression.tool import Tool
 
-POINT_CONTACT = 1.5  # exponent of Hertz's law at the first contact of every convex body
-_LINE_CONTACT = 1.0  # up to a logarithm, which the terms of the curve follow
+# Exponents n of the force law F ~ D^n at small depths D
+POINT_CONTACT = 1.5  # Hertz's law, valid for every convex body
+_LINE_CONTACT = 1.0  # apart from a logarithm, which the fitted force curve represents
 _FLAT_CONTACT = 1.0
-_DEEPEST = 0.15  # largest depth over the smaller of half height and radius; most fruit has failed before
-_DEEPEST_BALL = 0.1  # largest depth over the radius of a ball plunger; beyond it some laws of flesh have no equilibrium
-_DEEPEST_FLAT = 0.3  # largest depth over the radius of a flat plunger
-_WIDEST = 0.8  # largest ratio of the radii of plunger and body; nearer to the edge the flesh would shear off
+# Largest depths that are solved
+_DEEPEST = 0.15  # relative to the half height or the radius, whichever is smaller; most fruit fails at smaller depths
+_DEEPEST_BALL = 0.1  # relative to the radius of a ball plunger; at larger depths some flesh laws have no equilibrium
+_DEEPEST_FLAT = 0.3  # relative to the radius of a flat plunger
+_WIDEST = 0.8  # largest ratio of plunger radius to body radius; with a wider plunger the flesh shears off at the edge
 _MEASURE = "measure it on the fruit"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plunger:
-    """A plunger that presses from above: a rod with a flat end, or a ball.
+    """A plunger that presses from above: a rod with a flat end or with a ball.
 
     Parameters
     ----------
@@ -57,12 +59,12 @@ class Plunger:
 
     @property
     def deepest(self) -> float:
-        """Return the largest depth that is solved [mm]."""
+        """Return the largest depth [mm] that is solved."""
         return self.radius_mm * (_DEEPEST_BALL if self.ball else _DEEPEST_FLAT)
 
 
 class BoundingPress(NamedTuple):
-    """A press whose force, times a factor [1], is a bound of the force on one side of the real body."""
+    """A press whose force, multiplied by `factor` [1], bounds the force on one side of the real body."""
 
     press: CompressionPress
     factor: float
@@ -81,12 +83,12 @@ class CompressedBody:
 
     @property
     def section(self) -> Section:
-        """Return the section of the body that is solved between plates."""
+        """Return the cross-section on which a compression between plates is solved."""
         raise NotImplementedError
 
     @property
     def per_mm(self) -> float:
-        """Return the relative decrease of the modulus if every radius or width is larger by 1 mm [1/mm]."""
+        """Return the relative decrease of the modulus per mm of increase in every radius or width [1/mm]."""
         raise NotImplementedError
 
     @property
@@ -96,41 +98,44 @@ class CompressedBody:
         return None if section.is_round else math.pi * section.radius**2
 
     def sides(self, plunger: Plunger | None, plates: int) -> tuple[CompressionPress, ...]:
-        """Return one press for each deformed side of the body, the upper one first.
+        """Return one press for each side of the body that deforms, the upper side first.
 
         `plates` is 1 for a body in a rigid seat, whose lower side does not deform, and 2 otherwise. Raises InputError
-        for a combination of body and tools that is not solved.
+        for an unsupported combination of body and tools.
         """
         section = self.section
         if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
-            bound = "between plates, or as docs/modulus.md names with a plunger or in a seat"
-            raise validation_error("body", self.kind, "", bound, "this combination is not solved: take other tools")
+            bound = "between plates, or with a plunger or seat that docs/modulus.md lists for it"
+            raise validation_error("body", self.kind, "", bound, "choose other tools, because these are not supported")
         presses = _round_presses(section, plunger) if section.is_round else _presses_on_end(section, plunger)
         return presses[:plates]
 
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - a ball has both
-        """Return the relative radii of the point contacts [mm]; empty if Hertz's law does not apply."""
+        """Return the relative radius of each point contact [mm]; empty if Hertz's law does not apply."""
         return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - others
-        """Return bounds for each simplification of the body, by its name; each bound has one press for each side."""
+        """Return bounds for each simplification of the body, keyed by its name.
+
+        Each bound consists of one press for each side.
+        """
         return {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipsoid(CompressedBody):
-    """A ball, an ellipsoid or any convex fruit, with two radii of curvature at each contact.
+    """A ball, an ellipsoid or another convex fruit, with two radii of curvature at each contact.
 
-    The upper and the lower contact have the same radii.
+    The radii at the upper and the lower contact are equal.
 
     Parameters
     ----------
     height_mm : float
         Height between the plates [mm].
     radius_mm : float
-        Radius of curvature at the contact, in one plane [mm].
+        Radius of curvature at the contact in one vertical plane [mm].
     radius_across_mm : float
-        Radius of curvature in the perpendicular plane [mm].
+        Radius of curvature at the contact in the perpendicular vertical plane [mm].
 
     Raises
     ------
@@ -151,27 +156,27 @@ class Ellipsoid(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the section of a ball-shaped body; two different radii are replaced by their equivalent radius."""
+        """Return the section of a body of revolution, whose radius is the equivalent radius of the two radii."""
         radius = equivalent_radius(self.radius_mm, self.radius_across_mm)
         return Section(half_height=0.5 * self.height_mm, radius=radius)
 
     @property
     def per_mm(self) -> float:
-        """Return the relative decrease of the modulus per mm [1/mm], by Hertz's law E ~ 1 / sqrt(R)."""
+        """Return the relative decrease of the modulus per mm of radius R [1/mm], where E ~ 1 / sqrt(R) (Hertz)."""
         return 0.5 / self.radius_mm
 
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
-        """Return the relative radii of the upper and the lower point contact [mm]; a flat plunger has none."""
+        """Return the relative radii of the upper and the lower point contact [mm]; empty with a flat plunger."""
         radius = self.section.radius
         if plunger is None:
             return (radius,) * plates
         return (relative_radius(plunger.radius_mm, radius), radius)[:plates] if plunger.ball else ()
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return bounds for two different radii: bodies with either radius, under the plates.
+        """Return bounds for two different radii: bodies of revolution with one or the other radius, under the plates.
 
-        Their factors match the ellipsoid at small forces, where by Hertz's law the force grows with the root of the
-        radius. A side under a plunger stays as it is.
+        At small depths the force is proportional to the square root of the radius (Hertz). The factors are chosen so
+        that there the bounds agree with the ellipsoid. A side under a plunger is not changed.
         """
         if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
             return {}
@@ -186,7 +191,7 @@ class Ellipsoid(CompressedBody):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderOnSide(CompressedBody):
-    """A cylinder on its side between plates, in plane strain except at its free ends.
+    """A cylinder that lies on its side between plates, in plane strain except at its free ends.
 
     Parameters
     ----------
@@ -218,13 +223,14 @@ class CylinderOnSide(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return the relative decrease of the modulus per mm of contact length [1/mm]; for a line, E ~ 1 / length."""
+        """Return the relative decrease of the modulus per mm of contact length [1/mm], where E ~ 1 / length."""
         return 1.0 / self.length_mm
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return the bound for free ends.
+        """Return the bound for the free ends.
 
-        At each end, a length of one radius is taken in plane stress, with 1 - nu^2 times the force of plane strain.
+        It assumes plane stress over a length of one radius at each end. There the force is 1 - nu^2 times the force in
+        plane strain.
         """
         end_fraction = min(1.0, 2.0 * self.radius_mm / self.length_mm)
         return {"free ends": [[BoundingPress(side, 1.0 - end_fraction * side.law.poisson**2) for side in sides]]}
@@ -232,7 +238,7 @@ class CylinderOnSide(CompressedBody):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderOnEnd(CompressedBody):
-    """A cylinder pressed along its axis, such as a plug from a cork borer.
+    """A cylinder compressed along its axis, such as a plug from a cork borer.
 
     Parameters
     ----------
@@ -269,19 +275,19 @@ class CylinderOnEnd(CompressedBody):
 
 @dataclass(frozen=True, kw_only=True)
 class RectangularBlock(CompressedBody):
-    """A rectangular block, solved as a cylinder with the same area of its end.
+    """A rectangular block, which is solved as a cylinder with the same end area.
 
-    This is exact between frictionless plates. Of all ends with one area, gripping plates restrain the round one most;
-    the error share of friction covers this.
+    This is exact between frictionless plates. Plates without slip restrain a round end more than any other end of the
+    same area. The error share of friction covers this difference.
 
     Parameters
     ----------
     height_mm : float
         Height between the plates [mm].
     width_mm : float
-        Width of its end [mm].
+        Width of the end face [mm].
     length_mm : float
-        Length of its end [mm].
+        Length of the end face [mm].
 
     Raises
     ------
@@ -324,13 +330,13 @@ KINDS: Mapping[str, type[CompressedBody]] = {
     "cylinder-side": CylinderOnSide,
     "block": RectangularBlock,
 }
-"""Classes of bodies by their name in `--body`; their fields are the flags of their sizes."""
+"""The class of each body, keyed by its name in `--body`. Each field of a class is the size that a flag sets."""
 
 
 def _round_presses(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
     """Return the presses on a round body: by a plate or a plunger from above, and by a plate from below."""
     deepest = _DEEPEST * min(section.half_height, section.radius)
-    contact = math.sqrt(section.radius * deepest)  # contact radius by Hertz's law
+    contact = math.sqrt(section.radius * deepest)  # contact radius [mm] by Hertz's law
     exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT
     plate = CompressionPress(section=section, deepest=deepest, contact=contact, exponent=exponent)
     if plunger is None:
@@ -341,9 +347,9 @@ def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Compressi
 
 
 def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
-    """Return the presses on a cylinder on its end: by two plates, or by a plunger while it stands on a table.
+    """Return the presses on a cylinder that stands on its end, by two plates or by a plunger from above.
 
-    Raises InputError for a plunger that is too wide.
+    Under a plunger, the cylinder stands on a table. Raises InputError for a plunger that is too wide.
     """
     radius = section.radius
     if plunger is None:
@@ -357,7 +363,7 @@ def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[Compress
             plunger.radius_mm,
             "mm",
             bound,
-            "leave the plunger out if it is wider, because it is a plate then",
+            "leave out a wider plunger, because it acts as a plate",
         )
     height = 2.0 * section.half_height
     deepest = min(_DEEPEST * height, plunger.deepest)

@@ -1,4 +1,4 @@
-"""Reading of a table with the sizes of each specimen, for tests of different fruit in one call."""
+"""Reader for a table with the sizes of each specimen, so that one command can evaluate tests of different fruit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _WORDS = {
     "plunger_radius": ("plunger",),
 }
 SIZES = tuple(_WORDS)
-"""The sizes of a test by the names of their flags."""
+"""The sizes of a test, named like their flags."""
 _TEXTS = {"file": Quantity(units={}), "specimen": Quantity(units={}, words=("sample",))}
 
 
@@ -28,8 +28,8 @@ _TEXTS = {"file": Quantity(units={}), "specimen": Quantity(units={}, words=("sam
 class SpecimenSizes:
     """The sizes of specimens [mm].
 
-    `rows` has the sizes by the name of their flag, for each file and specimen; the specimen "" means all of a file.
-    `understood` describes how the table `source` was read.
+    The key of `rows` is a file and a specimen; the specimen "" represents all specimens of the file. The value of
+    `rows` holds the sizes, named like their flags. `understood` describes how the table `source` was read.
     """
 
     source: str
@@ -38,27 +38,29 @@ class SpecimenSizes:
 
     @property
     def files(self) -> list[Path]:
-        """Return the files in the table, relative to its folder."""
+        """Return the paths of the files named in the table; names are relative to the folder of the table."""
         folder = Path(self.source).parent
         return [folder / file for file in dict.fromkeys(file for file, _ in self.rows)]
 
     def sizes_of(self, specimen: Specimen) -> Mapping[str, float]:
-        """Return the sizes of a specimen [mm] by the names of their flags; raises InputError if the table has none."""
-        # The table may name a file by its path or by its name, with or without the ending.
+        """Return the sizes of a specimen [mm], named like their flags; raises InputError if the table lacks them."""
+        # The table may give a file by its path or by its name, with or without the extension.
         path = Path(specimen.path)
         for file in (specimen.path, path.name, path.stem):
             for name in (specimen.name, ""):
                 if (file, name) in self.rows:
                     return self.rows[file, name]
         bound = f"a row of {specimen.path}, specimen {specimen.name!r}"
-        raise validation_error(self.source, len(self.rows), "rows", f"a table with {bound}", "add its sizes")
+        raise validation_error(
+            self.source, len(self.rows), "rows", f"a table with {bound}", "add the sizes of this specimen"
+        )
 
 
 def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     """Read a table with the sizes of specimens.
 
-    `flags` are the names of sizes that are given on the command line. Raises InputError if the table has one of them
-    too, for a row without a file, and for a second row for the same specimen.
+    `flags` are the names of the sizes that are given on the command line. Raises InputError if the table also contains
+    one of these sizes, for a row without a file, and for a second row for the same specimen.
     """
     sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
     table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")
@@ -73,7 +75,7 @@ def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
         file, specimen = (columns[name].cell(row) if name in columns else "" for name in _TEXTS)
         key = (file, specimen)
         if not file or key in rows:
-            bound = "a file, and for each of its specimens one row"
+            bound = "a file name, with only one row for each specimen of a file"
             raise validation_error(place_of(table.source, row.line), ", ".join(key), "", bound, "correct that line")
         given = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
         rows[key] = {column.name: table.number(row, column) for column in given}

@@ -1,8 +1,9 @@
-"""Reading of the force-travel curves in a file: two columns, or an export of TRAPEZIUM X in either of its layouts.
+"""Reader for force-travel curves in a file with two columns, or in an export of TRAPEZIUM X in either of its layouts.
 
-A table begins at a header that names a force and a travel, and ends at a blank line. Several specimens may be side by
-side, each with its own TIME, FORCE and STROKE. A header may be repeated within one test, as LabVIEW does for each
-segment. Other content of a file, such as its method or results, is skipped.
+A table begins at a header that names a force and a travel, and ends at a blank line. A table may contain several
+specimens side by side, each with its own columns TIME, FORCE and STROKE. A header may be repeated within one test, as
+in files from LabVIEW, which writes a header for each segment. Other content of a file, such as a method or results, is
+skipped.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,21 +38,21 @@ QUANTITIES = {
     ),
     "time": Quantity(units=TIME, default="s", words=tuple(WORDS["words"]["time"]), by_clock=True),
 }
-"""The words in headers of common testing machines."""
+"""The quantities in a table, with the words by which common testing machines name them in headers."""
 LEAST_ROWS = 12
-"""Minimum number of rows of a curve; a table with fewer rows beside a longer one is a table of results."""
+"""Minimum number of rows of a curve. A shorter table in a file with longer ones contains results."""
 _REQUIRED = {"force", "travel"}
-# largest distance from the end of a segment that continues to the largest compression, as a fraction of the travel
+# A segment can only be continued if it ends near its largest compression: within this fraction of its travel.
 _AT_END = 0.05
-_STEPS = 3.0  # largest distance from this end to the start of the next segment [steps]
+_STEPS = 3.0  # largest distance from the end of a segment to the start of the next one, in steps between rows
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Specimen:
-    """One curve: travel [mm], force [N] and time [s] as measured, shape (rows,), and the line of each row.
+    """One curve: the measured travel [mm], force [N] and time [s], all (rows,), and the line number of each row.
 
-    `labels` are the headers by quantity. `notes` are assumptions made on reading, and `understood` summarises in one
-    line what was read. `path` is the file without the name of a sheet.
+    `labels` holds the header of each quantity. `notes` are assumptions made while reading, and `understood` summarises
+    in one line what was read. `path` is the file without the name of a sheet.
     """
 
     file: str
@@ -66,25 +67,25 @@ class Specimen:
     path: str = ""
 
     def __str__(self) -> str:
-        """Return the name of the specimen for messages."""
+        """Return the file and the name of the specimen, as text for messages."""
         return f"{self.file}, specimen {self.name!r}"
 
     def cell(self, row: int, quantity: str) -> str:
-        """Return the name of the cell of a quantity in a row, for messages."""
+        """Return the location of a quantity's cell in a row, as text for messages."""
         return place_of(self.file, self.lines[row], self.labels[quantity])
 
     def up_to(self, end: int) -> "Specimen":
-        """Return the curve of the rows before row number `end`."""
+        """Return the curve up to, but not including, the row with index `end`."""
         time = None if self.time is None else self.time[:end]
         return replace(self, travel=self.travel[:end], force=self.force[:end], time=time, lines=self.lines[:end])
 
 
 def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES) -> list[Specimen]:
-    """Return every curve of a file.
+    """Read all curves in a file.
 
-    `quantities` describes the columns. Segments of one test are joined. Short tables beside longer ones, and tables
-    with statistics, contain results: they are skipped and listed in `understood`. Raises InputError for a file without
-    force and travel, and for cells that cannot be read.
+    `quantities` describes the columns. Segments of the same test are joined. A table with statistics, or a short table
+    in a file with longer ones, contains results: it is skipped, and `understood` says so. Raises InputError for a file
+    without force and travel, and for cells that cannot be read.
     """
     reader = TableReader(quantities, [sorted(_REQUIRED)], "force_N,travel_mm")
     tables = [replace(table, rows=list(table.rows)) for sheet in sheets_of(source) for table in reader.tables(sheet)]
@@ -111,10 +112,10 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
 
 
 def _is_continuation(first: Specimen, second: Specimen) -> bool:
-    """Return whether the second curve continues the first one, which must end at its largest compression.
+    """Return whether the second curve continues the first one.
 
-    Both must be in the same file. The second one must begin within a few steps of the end of the first one, in travel
-    and in force, and must not go back by more than a step.
+    Both must be in the same file, and the first curve must end at its largest compression. The second curve must begin
+    within a few steps of this end, both in travel and in force, and must not go back by more than one step.
     """
     travel = first.travel
     if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004
@@ -130,12 +131,12 @@ def _is_continuation(first: Specimen, second: Specimen) -> bool:
 
 
 def _join_segments(first: Specimen, second: Specimen) -> Specimen:
-    """Return two consecutive segments of a test as one curve; raises InputError if the time restarts in the second."""
+    """Join two consecutive segments of a test into one curve; raises InputError if the time restarts in the second."""
     time = None
     if first.time is not None and second.time is not None:
         if second.time[0] < first.time[-1]:
-            bound = f"at least the {first.time[-1]:g} s of the line before, from which travel and force continue"
-            hint = "correct the times, or leave that column out"
+            bound = f"at least {first.time[-1]:g} s, the time of the line before, because travel and force continue"
+            hint = "correct the times, or leave out their column"
             raise validation_error(second.cell(0, "time"), float(second.time[0]), "s", bound, hint)
         time = np.concatenate([first.time, second.time])
     return replace(
@@ -150,41 +151,42 @@ def _join_segments(first: Specimen, second: Specimen) -> Specimen:
 
 
 def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
-    """Yield the specimens in a table, which may stand side by side; `count` specimens were read before this table.
+    """Yield the specimens in a table, which may hold several side by side.
 
-    Raises InputError for a specimen without a force or a travel.
+    `count` is the number of specimens that were read before this table. Raises InputError for a specimen without a
+    force or a travel.
     """
-    # A repeated force or travel column begins the next specimen.
+    # The next specimen begins at a repeated force or travel column.
     groups: list[dict[str, Column]] = [{}]
     for column in table.columns:
         if column.name in groups[-1] and (column.name in _REQUIRED or groups[-1].keys() >= _REQUIRED):
             groups.append({})
         groups[-1].setdefault(column.name, column)
-    if groups[1:] and not groups[-1].keys() & _REQUIRED:  # a last column that only has times is no specimen
+    if groups[1:] and not groups[-1].keys() & _REQUIRED:  # columns with only times are not a specimen
         groups.pop()
 
     for number, columns in enumerate(groups, start=count + 1):
         if not columns.keys() >= _REQUIRED:
             labels = [column.label for column in columns.values()]
-            bound = "for each specimen one force and one travel"
-            hint = "choose one of each by --columns force=HEADER,travel=HEADER, each a header or the number of a column"
+            bound = "one force and one travel for each specimen"
+            hint = "choose them with --columns force=HEADER,travel=HEADER, where HEADER is a header or a column number"
             raise validation_error(place_of(table.source, table.header.line), ", ".join(labels), "", bound, hint)
-        # The row above the header may have the name of the specimen, above its first column.
+        # The row above the header may contain the name of the specimen, above its first column.
         above, *others = (table.above.cell(column.index) for column in columns.values())
         name = "" if any(others) or is_number(above) else above
         yield _read_specimen(table, columns, name or f"{number}")
 
 
 def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Specimen:
-    """Return the curve in `columns` of a table, by their quantities; `name` is the name of the specimen.
+    """Read the curve of the specimen called `name` from a table; `columns` holds its columns, keyed by quantity.
 
-    Cells below a specimen that is shorter than its neighbours are empty. Raises InputError for a cell that cannot be
-    read.
+    Raises InputError for a cell that cannot be read.
     """
+    # A specimen that is shorter than its neighbours ends with rows of empty cells.
     filled = [row for row in table.rows if any(column.cell(row) for column in columns.values())]
     table = table.limited_to([*columns.values()], filled)
     notes = [
-        f"{columns[quantity].note}; --units {quantity}=UNIT sets another"
+        f"{columns[quantity].note}; --units {quantity}=UNIT sets another unit"
         for quantity in ("force", "travel")
         if columns[quantity].note
     ]

@@ -13,14 +13,14 @@ from instrument.compress.modulus import CompressionResult
 from instrument.template import template_parts
 from sensor.words import next_multiple, rounded
 
-_MODULI = 7  # length of the list for a design, as in the paper
+_MODULI = 7  # number of moduli in the list for a design, as in the paper
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitSummary:
-    """The tests of one fruit: their number, and the mean and standard deviation of each modulus [MPa].
+    """The tests of one fruit: their number, and the mean and standard deviation of both moduli [MPa].
 
-    The deviation of a single test is 0.
+    The standard deviation is 0 if there is only one test.
     """
 
     name: str
@@ -33,20 +33,20 @@ class FruitSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRange:
-    """The moduli that a design file requires [MPa]: the largest one, and a list over the range."""
+    """The moduli that a design file requires [MPa]: the largest modulus, and a list that spans the range."""
 
     E_max_MPa: float
     E_MPa: tuple[float, ...]
 
     def join_moduli(self, sign: str) -> str:
-        """Return the moduli as text with a separator."""
+        """Return the list of moduli as text, separated by `sign`."""
         return sign.join(f"{E:g}" for E in self.E_MPa)
 
 
 def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) -> list[FruitSummary]:
     """Return one summary for each fruit.
 
-    All specimens of a file belong to one fruit, or `by_folder` all files of a folder.
+    All specimens in a file are from the same fruit; with `by_folder`, all files in a folder are.
     """
     tests_of_fruit: dict[str, list[CompressionResult]] = {}
     for result in results:
@@ -56,12 +56,12 @@ def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) ->
 
 
 def overall_modulus(summaries: Sequence[FruitSummary]) -> FruitSummary:
-    """Return the mean and the standard deviation [MPa] over all fruit, each counted once."""
+    """Return the mean and the standard deviation [MPa] over all fruit; each fruit has the same weight."""
     return _summarise("all fruit", summaries)
 
 
 def _summarise(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
-    """Return the means and standard deviations of tests, or of the means of fruit; `name` is the summary's name."""
+    """Return the mean and standard deviation of the moduli of tests or fruit, in a summary called `name`."""
     flesh = [test.E_MPa for test in tests]
     plate = [test.E_plate_MPa for test in tests]
     return FruitSummary(
@@ -75,13 +75,13 @@ def _summarise(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> 
 
 
 def design_range(results: Sequence[CompressionResult]) -> DesignRange:
-    """Return the range of moduli for a design file, which contains all error bars of the results.
+    """Return the range of moduli for a design file, which covers the error bars of all results.
 
-    The ends are rounded outwards to two digits. For one specimen the list contains only its modulus.
+    The ends are rounded outwards to two significant digits. For a single specimen, the list contains only its modulus.
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
-    # The ends are products whose last bits are kept. These decide how a modulus half way between two digits is rounded.
+    # The ends are not cleaned of round-off, because it decides how a modulus halfway between two digits is rounded.
     E_max = next_multiple(float((E * (1.0 + u)).max()), 2, math.inf)
     E_min = next_multiple(float((E * (1.0 - u)).min()), 2, 0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
@@ -91,8 +91,8 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
 def result_parts(
     results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange
 ) -> list[RenderableType]:
-    """Return the answer for the terminal: tables of the specimens and fruit, notes, and the range for a design."""
-    shares: dict[str, float] = {}  # the largest part of the error by each cause
+    """Return the answer for the terminal: tables of specimens and fruit, notes, and the modulus range for a design."""
+    shares: dict[str, float] = {}  # largest share of each cause in the error
     for result in results:
         shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
     return template_parts(

@@ -206,4 +206,4 @@ def test_too_few_fruit_and_readings_that_tell_nothing_are_refused():
     assert refusal(fit_scale, "fruit.csv", ("a", "b", "a"), read[:3], read[:3], "N").value == 2
     for firmness in (read[::-1], np.full(12, 3.0), np.tile([3.0, 5.0], 6)):
         told = refusal(fit_scale, "fruit.csv", tuple("abcdefghijkl"), read, firmness, "N")
-        assert told.field == "fruit.csv: error of fruit left out"
+        assert told.field == "fruit.csv: error of the firmness of fruit left out of the fit"
