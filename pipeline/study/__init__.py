@@ -1,4 +1,4 @@
-"""Studies: many designs around one, solved once each, kept in one file: `from pipeline.study import run_study`."""
+"""Studies: variations of a base design, each solved once and stored in one file; begin with `run_study`."""
 
 from pipeline.study.engines import Engine, process_engine
 from pipeline.study.execute import StudySummary, run_study

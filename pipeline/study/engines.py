@@ -1,4 +1,4 @@
-"""Workers that solve the points of a study: processes of this machine, or a running Dask cluster."""
+"""Engines that solve the points of a study, with processes on this machine or with a running Dask cluster."""
 
 import asyncio
 import logging
@@ -22,19 +22,20 @@ Result = TypeVar("Result")
 
 MAX_PROCESSES = 1024
 _RETRIES = 2  # number of retries of an item whose worker was lost
-_IN_FLIGHT = 4  # submitted items per worker: enough that no worker is idle, few enough that a million need no memory
+_IN_FLIGHT = 4  # submitted items per worker: enough to keep all workers busy, few enough to limit memory
 _CHECK_SECONDS = 5.0  # time without a result after which the engine is checked
-_CONNECT_SECONDS = 4  # time allowed for a scheduler to accept a connection
-_ANSWER_SECONDS = 15  # time allowed for a scheduler to answer
-_WITHOUT_WORKERS_SECONDS = 120  # time allowed for a lost worker to be restarted
+_CONNECT_SECONDS = 4  # timeout for a scheduler to accept a connection
+_ANSWER_SECONDS = 15  # timeout for a scheduler to answer
+_WITHOUT_WORKERS_SECONDS = 120  # timeout for a lost worker to be restarted
 
 
 @dataclass(kw_only=True)
 class Engine:
-    """Workers that persist between studies, behind an executor that is opened when the first item is submitted.
+    """A pool of workers that several studies can share.
 
-    `open` and `close` start and end the executor, and `lost` lists the exceptions that it raises for a lost worker.
-    `check` raises InputError if no result can arrive any more, because all workers are permanently lost.
+    `open` starts an executor when the first item is submitted, and `close` ends it. `lost` lists the exceptions that
+    the executor raises if a worker is lost. `check` raises InputError if all workers are permanently lost, so that no
+    result can arrive any more.
     """
 
     open: Callable[[], Executor]
@@ -45,10 +46,10 @@ class Engine:
     _executor: Executor | None = field(default=None, init=False)
 
     def submit(self, work: Callable[[Item], Result], item: Item) -> Future[Result]:
-        """Submit `work` on an item to the workers, and return its future."""
+        """Submit the call `work(item)` to the workers, and return its future."""
         try:
             return self._current_executor().submit(work, item)
-        except self.lost:  # an executor that has lost a worker accepts no more work, so another one is opened
+        except self.lost:  # an executor that has lost a worker does not accept more work, so a new one is opened
             self.check()
             self.end()
             return self._current_executor().submit(work, item)
@@ -59,7 +60,7 @@ class Engine:
         return self._executor
 
     def end(self) -> None:
-        """Close the executor immediately. The next submitted item opens another one."""
+        """Close the executor immediately. The next submitted item opens a new one."""
         executor, self._executor = self._executor, None
         if executor is not None:
             self.close(executor)
@@ -68,10 +69,11 @@ class Engine:
 def completed_items(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], if_lost: Callable[[Item], Result]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item with the result of `work` on it, in the order of completion.
+    """Yield each item and the result of `work(item)`, in the order of completion.
 
-    Items whose worker was lost are retried at the end, one at a time, because an item may be the cause of the loss. If
-    the worker is lost each time, `if_lost` gives the result. Raises InputError if the engine has no workers any more.
+    An item whose worker was lost is retried at the end, with no other item in parallel, because the item itself may be
+    the cause of the loss. If the worker is lost in every attempt, the result is `if_lost(item)`. Raises InputError if
+    the engine has no workers any more.
     """
     lost_items: list[Item] = []
     yield from _run_items(engine, work, items, engine.workers * _IN_FLIGHT, lost_items)
@@ -88,13 +90,13 @@ def completed_items(
 def _run_items(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], max_in_flight: int, lost_items: list[Item]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item with its result, in the order of completion.
+    """Yield each item and its result, in the order of completion.
 
     At most `max_in_flight` items are submitted at a time. An item whose worker was lost is appended to `lost_items`.
     """
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
-    # Finished futures put themselves into a queue, because polling all of them would take longer than a task.
+    # Each future puts itself into this queue when it is finished. Polling all futures would take longer than a task.
     finished: SimpleQueue[Future[Result]] = SimpleQueue()
     try:
         while True:
@@ -117,7 +119,7 @@ def _run_items(
             else:
                 yield item, result
     finally:
-        if running:  # the caller stopped early or an error occurred, so nothing needs these results
+        if running:  # the caller stopped early or an error occurred, so these results are not needed
             engine.end()
 
 
@@ -127,26 +129,26 @@ def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractConte
     Raises InputError if both a scheduler and a number of processes are given.
     """
     if processes is not None and scheduler is not None:
-        hint = "leave it out: the cluster has its own workers"
+        hint = "leave it out, because the cluster has its own workers"
         raise validation_error("--processes", processes, "", "left out if --scheduler is given", hint)
     return process_engine(processes) if scheduler is None else cluster_engine(scheduler)
 
 
 @contextmanager
 def process_engine(processes: int | None = None) -> Iterator[Engine]:
-    """Start the processes that solve the points of a study, for a `with` statement.
+    """Provide processes on this machine that solve the points of a study, as a context manager.
 
-    Each process has one thread. All processes end when the statement ends.
+    Each process has one thread. All processes end when the `with` statement ends.
 
     Parameters
     ----------
     processes : int, optional
-        The number of processes; by default one for each core.
+        Number of processes; by default one per core.
 
     Yields
     ------
     Engine
-        The engine for `run_study`, which may serve several studies.
+        Engine for `run_study`. Several studies may use it.
 
     Raises
     ------
@@ -164,7 +166,7 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
     count = available_cores() if processes is None else processes
     if not 1 <= count <= MAX_PROCESSES:
         bound = f"at least 1 and at most {MAX_PROCESSES}"
-        raise validation_error("--processes", count, "", bound, "leave it out for all cores")
+        raise validation_error("--processes", count, "", bound, "leave it out to use all cores")
     engine = Engine(open=lambda: open_workers(count), close=close_workers, workers=count, lost=(BrokenExecutor,))
     try:
         yield engine
@@ -174,10 +176,10 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
 
 @contextmanager
 def cluster_engine(address: str) -> Iterator[Engine]:
-    """Yield an engine whose workers belong to the Dask scheduler at `address`, for instance tcp://127.0.0.1:8786.
+    """Provide an engine with the workers of the Dask scheduler at `address`, for instance tcp://127.0.0.1:8786.
 
-    Raises InputError if the package `distributed` is missing, the scheduler does not answer, it has no workers, or a
-    worker runs different code.
+    Raises InputError if the package `distributed` is missing, if the scheduler does not answer or has no workers, or if
+    a worker runs different code.
     """
     try:
         from distributed.client import ClosedClientError
@@ -185,32 +187,32 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     except ImportError as error:
         hint = "install it with: pip install 'twintip[cluster]'"
         raise validation_error(
-            "--scheduler", address, "", "used where the package distributed is installed", hint
+            "--scheduler", address, "", "used with the package distributed, which is not installed", hint
         ) from error
-    # A lost cluster is reported as an error of one line, so the log messages of `distributed` are suppressed. It sets
-    # the level of each of these loggers itself.
+    # A lost cluster is reported as a one-line error, so the log messages of `distributed` are suppressed. The package
+    # sets the level of each of these loggers separately, so setting the level of the root logger would have no effect.
     for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     client = _connect(address)
 
     def check() -> None:
         try:
-            if client.scheduler is None:  # the client has given up
+            if client.scheduler is None:  # the client has given up reconnecting
                 raise ConnectionError
             client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
         except (OSError, RuntimeError) as error:
             bound = "the address of a scheduler that still answers and has workers"
-            hint = "all finished points are kept; start the scheduler again and repeat the command"
+            hint = "start the scheduler again and repeat the command; all finished points are stored"
             raise validation_error("--scheduler", address, "", bound, hint) from error
 
     def close(executor: Executor) -> None:
-        with suppress(OSError, RuntimeError):  # a scheduler that is gone needs no shutdown
+        with suppress(OSError, RuntimeError):  # the scheduler may have ended already
             executor.shutdown(wait=False)
 
     try:
         _refuse_other_code(client, address)
         yield Engine(
-            open=lambda: client.get_executor(pure=False),  # the same item, submitted again, is a new task
+            open=lambda: client.get_executor(pure=False),  # so that an item that is submitted again becomes a new task
             close=close,
             workers=sum(client.nthreads().values()),
             lost=(KilledWorker, CancelledError, ClosedClientError),
@@ -222,7 +224,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
 
 def _connect(address: str) -> "Client":
-    """Return a client of the scheduler at an address; raises InputError if no scheduler answers there."""
+    """Return a client connected to the scheduler at `address`; raises InputError if no scheduler answers there."""
     from distributed import Client
     from distributed.comm import connect
 
@@ -231,22 +233,24 @@ def _connect(address: str) -> "Client":
         await connection.close()
 
     try:
-        asyncio.run(greet())  # a client without a scheduler would block for half a minute when it is closed
+        asyncio.run(greet())  # checked first, because closing a client without a scheduler blocks for half a minute
         return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
-    except (OSError, ValueError, RuntimeError, MemoryError) as error:  # MemoryError: something else answered
-        hint = "start it with dask scheduler, and check the address"
+    except (OSError, ValueError, RuntimeError, MemoryError) as error:  # MemoryError: another program answered
+        hint = "start a scheduler with dask scheduler, and check the address"
         raise validation_error("--scheduler", address, "", "the address of a scheduler that answers", hint) from error
 
 
 def _refuse_other_code(client: "Client", address: str) -> None:
-    """Raise InputError if a cluster has no workers, or if a worker runs different code from this machine."""
+    """Raise InputError if the cluster has no workers, or if a worker runs different code from this machine."""
     try:
         digests: dict[str, str] = client.run(code_digest)
     except ImportError as error:
         msg = "--scheduler: twintip is missing on a worker; install the version of this machine there"
         raise InputError(msg) from error
     if not digests:
-        raise validation_error("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
+        raise validation_error(
+            "--scheduler", address, "", "a scheduler with workers", "start workers with: dask worker ADDRESS"
+        )
     for worker, digest in digests.items():
         if digest != code_digest():
             msg = f"--scheduler: worker {worker} runs different code from this machine; install the same version there"

@@ -1,4 +1,4 @@
-"""Execution of a study: solved points are skipped, and each new result is stored at once."""
+"""Execution of a study: points that are already stored are skipped, and each new result is stored immediately."""
 
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,35 +18,35 @@ from pipeline.study.study_table import table_columns, table_rows
 from pipeline.study.tasks import lost_points, solve_points
 from sensor.turns import in_turn
 
-_MAX_POINTS_PER_TASK = 64  # limited because all points of a task are lost if its worker is lost
-_MIN_TASKS_PER_WORKER = 16  # enough that all workers finish at nearly the same time
+_MAX_POINTS_PER_TASK = 64  # limited, because a lost worker loses all points of its task
+_MIN_TASKS_PER_WORKER = 16  # enough for all workers to finish at almost the same time
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudySummary:
     """The outcome of a study, which `run_study` returns.
 
-    `table` and `best` read the folder each time, so that the points are not kept in memory.
+    `table` and `best` read the folder on each use, so that the points are not kept in memory.
 
     Attributes
     ----------
     folder : Path
-        Folder of the results.
+        Folder that contains the results.
     points : int
-        Number of points of the study.
+        Number of points in the study.
     done, refused, failed : int
-        Number of points by outcome.
+        Number of points with each outcome.
     solved : int
         Number of points that this run solved.
     seconds : float
         Duration of this run [s].
     best : dict or None
-        The point with the smallest value of the first wanted key, as a row of the table.
+        The point with the smallest value of the first key in `wanted`, as a row of the table.
 
     Methods
     -------
     table()
-        Return all points as columns for `pandas.DataFrame`: number, status, varied and wanted keys, error.
+        Return all points as columns for `pandas.DataFrame`: number, status, varied keys, requested outputs, and error.
 
     Examples
     --------
@@ -66,19 +66,20 @@ class StudySummary:
     seconds: float
 
     def table(self) -> dict[str, list[Any]]:
-        """Return a table of all points: its columns are number, status, each varied or wanted key, and error.
+        """Return a table of all points.
 
-        The columns are lists of equal length, as for `pandas.DataFrame`. Missing values are None. Raises InputError if
-        the study has been removed.
+        Its columns are the number, the status, each varied key, each requested output, and the error. The columns are
+        lists of equal length, as for `pandas.DataFrame`. A missing value is None. Raises InputError if the study has
+        been removed.
         """
         with stored_study(self.folder) as store:
             return table_columns(store)
 
     @property
     def best(self) -> dict[str, Any] | None:
-        """Return the point with the smallest value of the first wanted key, as a row of the table.
+        """Return the point with the smallest value of the first key in `wanted`, as a row of the table.
 
-        None if no point has a number for this key. The point is the first of the best designs on study.html. Raises
+        It is the first of the best designs on study.html, and None if no point has a number for this key. Raises
         InputError if the study has been removed.
         """
         with stored_study(self.folder) as store:
@@ -88,16 +89,16 @@ class StudySummary:
 
 @in_turn()
 def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> StudySummary:
-    """Solve those points of a study that its folder does not hold yet, and return the outcome of the whole study.
+    """Solve the points of a study that are not stored in its folder yet, and return the outcome of the whole study.
 
-    A point that is refused or fails is stored with its message, and the study continues.
+    If a point is refused or fails, its message is stored and the study continues.
 
     Parameters
     ----------
     study : Study
         The study, from `read_study`.
     folder : Path
-        The folder for the results, which may already hold some of the points.
+        The folder for the results. It may already contain some of the points.
     engine : Engine
         The engine that solves the points, from `process_engine`.
     progress : callable, optional
@@ -106,12 +107,12 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None
     Returns
     -------
     StudySummary
-        The number of points by outcome, and their table.
+        The number of points with each outcome, and the table of all points.
 
     Raises
     ------
     InputError
-        If the folder cannot be written, is in use, or has another study.
+        If the folder cannot be written, is in use, or contains another study.
 
     Examples
     --------
@@ -141,23 +142,23 @@ def solve_missing(
     engine: Engine,
     progress: Count | None = None,
 ) -> None:
-    """Solve the `missing` points of a store, `count` of them, on the workers of an engine.
+    """Solve the `missing` points of a store on the workers of an engine.
 
-    Each result is stored as soon as its task is finished. `progress` is called with the numbers of stored points and of
-    all points.
+    `count` is the number of missing points. Each result is stored as soon as its task is finished. Then `progress` is
+    called with the number of stored points and the number of all points.
     """
     stored = sum(store.counts().values())
     total = stored + count
     if progress is not None and count:
         progress(stored, total)
-    # A point of the level `contact` may cost less than the overhead of a task, so a task has several of them.
-    size = 1
+    # Solving a point at the level `contact` may take less time than the overhead of a task. So a task has several.
+    points_per_task = 1
     if study.level == "contact":
-        size = max(1, min(_MAX_POINTS_PER_TASK, count // (_MIN_TASKS_PER_WORKER * engine.workers)))
-    # The points carry their settings, so the rows of a file of points need not be sent with each task.
+        points_per_task = max(1, min(_MAX_POINTS_PER_TASK, count // (_MIN_TASKS_PER_WORKER * engine.workers)))
+    # Each point contains its settings, so the rows of the study are removed from the data sent with each task.
     solve = partial(solve_points, replace(study, rows=()), store.path.parent)
-    tasks = completed_items(engine, solve, _batches(missing, size), partial(lost_points, study))
-    with closing(tasks) as completed_tasks:  # closing ends the workers, also after an error
+    tasks = completed_items(engine, solve, _batches(missing, points_per_task), partial(lost_points, study))
+    with closing(tasks) as completed_tasks:  # closing also ends the workers after an error
         for _, results in completed_tasks:
             store.put(results)
             stored += len(results)
@@ -166,7 +167,7 @@ def solve_missing(
 
 
 def _batches(points: Iterable[Point], size: int) -> Iterator[Sequence[Point]]:
-    """Yield points in groups of `size`; the last group may be smaller."""
+    """Yield the points in batches of `size`; the last batch may be smaller."""
     waiting = iter(points)
     while batch := list(islice(waiting, size)):
         yield batch

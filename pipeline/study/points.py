@@ -1,4 +1,4 @@
-"""The points of a study in order: a grid, a Sobol sequence, or the rows of a file."""
+"""The points of a study in order: a grid, a Sobol sequence, Saltelli's scheme, or the rows of a file."""
 
 import itertools
 import math
@@ -13,12 +13,12 @@ from pipeline.study.variation import Setting
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
-_SOBOL_BITS = 30
+_SOBOL_BITS = 30  # bits of the generator; it can draw up to 2^30 points
 
 
 @dataclass(frozen=True, kw_only=True)
 class Point:
-    """One point of a study: its number, from 0, and the value of each varied key."""
+    """One point of a study: its number, counted from 0, and the value of each varied key."""
 
     number: int
     settings: Mapping[str, Setting]
@@ -27,7 +27,8 @@ class Point:
 def point_count(study: Study) -> int:
     """Return the number of points of a study.
 
-    Raises InputError for a search, whose number of points is unknown, and for a grid of more than MAX_POINTS points.
+    Raises InputError for a search, whose number of points is not known in advance, and for a grid with more than
+    MAX_POINTS points.
     """
     match study.how:
         case "points":
@@ -37,18 +38,18 @@ def point_count(study: Study) -> int:
         case "sensitivity":  # Saltelli's scheme
             return study.samples * (len(study.vary) + 2)
         case "search":
-            bound = "sobol, grid or points for a study"
-            raise validation_error("how", study.how, "", bound, "run it with: pipeline optimise")
+            bound = "sobol, grid, points or sensitivity for a study"
+            raise validation_error("how", study.how, "", bound, "run a search with: pipeline optimise")
     count = math.prod(len(varied.grid()) for varied in study.vary.values())
     if count > MAX_POINTS:
-        raise validation_error("vary", count, "points", f"at most {MAX_POINTS}", "take fewer steps")
+        raise validation_error("vary", count, "points", f"at most {MAX_POINTS}", "choose fewer steps")
     return count
 
 
 def points_of(study: Study) -> Iterator[Point]:
-    """Yield every point of a study in order.
+    """Yield all points of a study in order.
 
-    Sobol points are nested: a study with more samples begins with the points of the same study with fewer.
+    A Sobol study with more samples begins with the same points as a study with fewer samples.
     """
     for number, settings in enumerate(_settings(study)):
         yield Point(number=number, settings=settings)
@@ -68,9 +69,9 @@ def _settings(study: Study) -> Iterator[Mapping[str, Setting]]:
 
 
 def _sobol_fractions(study: Study) -> Iterator[list[float]]:
-    """Yield the points of a scrambled Sobol sequence as fractions [1] of each key's range.
+    """Yield the points of a scrambled Sobol sequence, each as fractions [1] of the ranges of the keys.
 
-    They are drawn one by one, because SciPy expects a power of two when it draws several at once.
+    They are drawn one by one, because SciPy warns if several points are drawn whose number is not a power of two.
     """
     sequence = qmc.Sobol(len(study.vary), scramble=True, bits=_SOBOL_BITS, rng=study.seed)
     for _ in range(study.samples):
@@ -78,16 +79,16 @@ def _sobol_fractions(study: Study) -> Iterator[list[float]]:
 
 
 def _saltelli_fractions(study: Study) -> Iterator[list[float]]:
-    """Yield the points at which SciPy's sensitivity analysis needs values, in its order.
+    """Yield the points at which SciPy's sensitivity analysis evaluates its function, in the same order.
 
-    A point is a list of fractions [1] of each key's range. SciPy does not return its points, so they are recorded in a
-    trial analysis.
+    A point is a list of fractions [1] of the ranges of the keys. SciPy does not return its points. So a trial analysis
+    is run with a function that records them.
     """
     recorded: list[Floats] = []
 
     def record_fractions(fractions: Floats) -> Floats:
         recorded.append(fractions)
-        return fractions.copy()  # any varying numbers will do, because the indices are not used
+        return fractions.copy()  # arbitrary values that vary, because the indices of the trial are not used
 
     saltelli_indices(study, record_fractions)
     for fractions in recorded:
@@ -95,10 +96,10 @@ def _saltelli_fractions(study: Study) -> Iterator[list[float]]:
 
 
 def saltelli_indices(study: Study, numbers_at: Callable[[Floats], Floats]) -> Any:  # noqa: ANN401 - SciPy's record
-    """Return SciPy's Sobol indices of a function of the varied keys.
+    """Compute the Sobol indices of a function of the varied keys with SciPy.
 
-    `numbers_at` takes fractions [1] of the keys' ranges (keys, points) and returns its values at these points. The seed
-    of the study fixes the points, so they are the same on every call.
+    `numbers_at` is this function: it takes fractions (keys, points) [1] of the ranges of the keys, and returns its
+    values at these points. The seed of the study determines the points, so they are the same in every call.
     """
     distributions: list[Any] = [uniform()] * len(study.vary)
     return sobol_indices(func=numbers_at, n=study.samples, dists=distributions, rng=study.seed)

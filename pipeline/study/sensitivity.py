@@ -1,4 +1,4 @@
-"""Sobol indices: the fraction of an output's variance that each varied key causes, by itself and with other keys.
+"""Sobol indices: the fraction of an output's variance that each varied key causes, alone and with other keys.
 
 A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009.09.018, as implemented in SciPy.
 """
@@ -16,15 +16,15 @@ from sensor.arrays import Floats
 from sensor.quantity import InputError
 
 RESAMPLES = 200  # number of bootstrap samples
-CONFIDENCE = 0.95  # coverage of the intervals
+CONFIDENCE = 0.95  # coverage of the confidence intervals
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sensitivity:
     """The Sobol indices [1] of the output `wanted` with respect to the varied key `key`.
 
-    They are fractions of the output's variance: `first` is due to the key by itself, and `total` also includes its
-    interactions with other keys. Each has the ends of its 95 % interval from the bootstrap.
+    The indices are fractions of the output's variance. `first` is the fraction due to the key alone; `total` also
+    includes interactions with other keys. The intervals hold the ends of 95 % confidence intervals from a bootstrap.
     """
 
     wanted: str
@@ -36,10 +36,10 @@ class Sensitivity:
 
 
 def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
-    """Return the Sobol indices of each varying output with respect to each varied key.
+    """Return the Sobol indices of each output with respect to each varied key.
 
-    An output without a number at some point is left out. Raises InputError if points are missing, refused or failed,
-    because the indices need all of them.
+    Outputs that are constant, or that have no number at some point, are left out. Raises InputError if any point is
+    missing, refused or failed, because the indices need the values at all points.
     """
     missing = point_count(study) - store.counts()["done"]
     if missing:
@@ -56,15 +56,15 @@ def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
 def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
     """Return the Sobol indices of the output `wanted` with respect to each varied key.
 
-    `values` (points,) holds the output at all points of the study, in their order.
+    `values` (points,) holds the output at all points of the study, in the order of the points.
     """
     keys = len(study.vary)
-    # SciPy evaluates its function three times: on the sample matrices A and B, and on the mixtures AB of both. The
-    # function returns the stored values instead of computing them.
+    # SciPy calls its function three times: for the sample matrices A and B, and for the matrices AB that mix both. The
+    # lambda returns the stored values for each call instead of computing them.
     parts = iter(np.split(values, [study.samples, 2 * study.samples]))
     result = saltelli_indices(study, lambda _: next(parts))
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a key without influence has no variance to resample
+        warnings.simplefilter("ignore")  # SciPy warns about a key without influence, which has no variance to resample
         bootstrap = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
     first = result.first_order.reshape(keys)
     total = result.total_order.reshape(keys)
@@ -86,7 +86,8 @@ def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivit
 def _interval_ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record
     """Return the two ends [1] of each key's confidence interval.
 
-    The bootstrap yields nan for a key without influence. Both ends are then its index (keys,).
+    For a key without influence the bootstrap yields NaN. Both ends are then set to the index of the key, from `indices`
+    (keys,).
     """
     ends = np.column_stack([np.ravel(interval.low), np.ravel(interval.high)])
     is_undefined = ~np.isfinite(ends).all(axis=1)

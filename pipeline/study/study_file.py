@@ -1,6 +1,6 @@
-"""A study as its file states it: a base design, the varied keys, the sampling, and the requested outputs.
+"""A study as described in a study file: a base design, the varied keys, the sampling, and the requested outputs.
 
-All of it is checked when the file is read.
+All keys are checked when the file is read.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -41,19 +41,21 @@ HOW = ("sobol", "grid", "points", "search", "sensitivity")
 MAX_POINTS = 10_000_000
 REFUSED = "reading.refused"
 UNCERTAINTY_KEYS = ("verdicts.reading.uncertainty.value", "reading.uncertainty_percent")
-"""Keys of the uncertainty at the modulus where it is largest relative to its limit."""
+"""Keys of the uncertainty of a reading, at the modulus with the largest ratio of uncertainty to limit."""
 UNCERTAINTY_LIMIT = "verdicts.reading.uncertainty.limit"
-"""The limit at that modulus."""
+"""Key of the uncertainty limit at the same modulus."""
 _PROCESS_FILE = "print.process_file"
-_MIDDLE = 0.5  # fraction of a varied key's range at its middle [1]
-_NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")  # last parts of keys whose value is text
+_MIDDLE = 0.5  # the middle of a varied key's range, as a fraction of the range
+# Last parts of the keys whose values are strings or Booleans
+_NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """The goal of `pipeline optimise`: the key to minimise, the number of points, and the verdicts that must pass.
+    """The goal of `pipeline optimise`: the key to minimise, the verdicts that must pass, and the number of points.
 
-    A `front` shows the best design against one key: the search is repeated for each value in the list of this key.
+    A Pareto `front` shows the best design as a function of one key: the search is repeated for each value listed for
+    this key.
     """
 
     minimise: str = text_field(default="verdicts.reading.uncertainty.value", hint="name a key of report.json")
@@ -67,13 +69,13 @@ class Goal:
             "printable.low",
             "printable.high",
         ),
-        hint="name verdicts of a run",
+        hint="list the names of verdicts",
     )
     evaluations: int = quantity("", Bounds(at_least=1), default=600, hint="the default is 600")
     front: dict[str, Variation] | None = None
 
     def __post_init__(self) -> None:
-        """Raise InputError for an objective that is not a number of a report, and for invalid other keys."""
+        """Raise InputError if the objective is not a number in report.json, or if another key is invalid."""
         check_fields(self, "")
         if self.minimise.rpartition(".")[2] in _NO_NUMBERS:
             bound = "a key whose value is a number"
@@ -90,9 +92,9 @@ class Goal:
 
 
 def _check_front(front: Mapping[str, Variation]) -> None:
-    """Raise InputError unless a front has exactly one key with a list of at least two different numbers.
+    """Raise InputError unless a front consists of exactly one key with a list of at least two different numbers.
 
-    If the values are lists themselves, their first numbers must differ.
+    If the values are themselves lists, their first numbers must differ.
     """
     if len(front) != 1:
         bound = "one key of the design file with a list of values"
@@ -101,33 +103,34 @@ def _check_front(front: Mapping[str, Variation]) -> None:
         numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
         all_differ = len(numbers) > 1 and len(numbers) == len(set(numbers))
         if not all(map(is_number, numbers)) or not all_differ:
-            bound = "a list of at least two numbers that differ, or of lists whose first numbers do"
-            raise validation_error("front", f"{key} {numbers}", "", bound, "list the values of the key of the front")
+            bound = "a list of at least two different numbers, or of lists whose first numbers differ"
+            raise validation_error("front", f"{key} {numbers}", "", bound, "list the values of this key")
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyKeys:
-    """The keys that define a study: what varies, how points are drawn, and the outputs to store (`wanted`).
+    """The keys that define a study: the varied keys, the sampling, and the requested outputs (`wanted`).
 
-    `tol` is the relative tolerance [1] of the spring stiffnesses. `level` is the minimum that is solved for each point.
+    `tol` is the relative tolerance [1] of the spring stiffnesses. `level` is the lowest level to which each point is
+    solved.
     """
 
     vary: dict[str, Variation] = field(default_factory=dict)
     wanted: tuple[str, ...] = text_field(default=(), hint='for instance ["springs.K_l_N_per_m"]')
     samples: int = quantity("", Bounds(at_least=0, at_most=MAX_POINTS), default=0, hint="give the number of points")
-    seed: int = quantity("", Bounds(at_least=0), default=0, hint="any whole number will do")
+    seed: int = quantity("", Bounds(at_least=0), default=0, hint="choose any whole number")
     tol: float = quantity("1", TOLERANCES, default=DEFAULT_TOLERANCE, hint=f"the default is {DEFAULT_TOLERANCE:g}")
     level: Level = choice(LEVELS, default="contact")
     goal: Goal = field(default_factory=Goal, metadata={"key": "optimise"})
 
     def __post_init__(self) -> None:
-        """Raise InputError for a number outside its bounds or an unknown word."""
+        """Raise InputError for a number outside its bounds, or for an unknown choice."""
         check_fields(self, "")
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyFile(StudyKeys):
-    """The keys of a study file: those that define the study, and where its base design and points come from."""
+    """The keys of a study file: those that define the study, and those that name its base design and points."""
 
     base: str = text_field(default="paper", hint="name a preset, or a design file that ends in .toml")
     set: dict[str, Any] = field(default_factory=dict)
@@ -137,39 +140,39 @@ class StudyFile(StudyKeys):
 
 @dataclass(frozen=True, kw_only=True)
 class Study(StudyKeys):
-    """A study: many designs around a base design, and the outputs to store for each of them.
+    """A study: variations of a base design, and the outputs that are stored for each of them.
 
     `docs/studies.md` explains the keys of a study file.
 
     Attributes
     ----------
     name : str
-        Name of the study, from its file.
+        Name of the study, which is the name of its file.
     base : DesignTables
-        Tables of the base design. They may lack varied keys, which then complete the design.
+        Tables of the base design. They may lack varied keys; the values of a point then complete the design.
     how : "sobol", "grid", "points", "search" or "sensitivity"
-        How points are drawn.
+        Method by which points are drawn.
     vary : dict of str to Variation
         Range or list of values of each varied key.
     rows : tuple of tuple
-        Values of each point from a file of points; empty otherwise.
+        Values of each point in a file of points; empty for other methods.
     wanted : tuple of str
-        Keys of report.json that are stored for each point.
+        Keys of report.json whose values are stored for each point.
     samples : int
         Number of points to draw.
     seed : int
         Seed of the random numbers.
     tol : float
-        Allowed relative error of the springs [1].
+        Relative tolerance of the spring stiffnesses [1].
     level : "contact", "flexures" or "files"
-        The minimum that is solved for each point.
+        Lowest level to which each point is solved.
     goal : Goal
-        What `pipeline optimise` minimises, and the verdicts that must pass.
+        The key that `pipeline optimise` minimises, and the verdicts that must pass.
 
     Raises
     ------
     InputError
-        If a value is not allowed, or contradicts another one.
+        If a value is invalid, or contradicts another value.
 
     Examples
     --------
@@ -184,7 +187,7 @@ class Study(StudyKeys):
     rows: tuple[Row, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid number or word, or for keys that do not fit together."""
+        """Raise InputError for an invalid value, or for keys that contradict each other."""
         super().__post_init__()
         if self.how == "sobol" and self.samples == 0:
             raise validation_error("samples", self.samples, "", "at least 1", "give the number of points")
@@ -199,14 +202,14 @@ class Study(StudyKeys):
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
         if self.how == "sensitivity" and len(self.vary) == 1:
-            hint = "a single key causes all of the variance; name another one under [vary]"
+            hint = "name another key under [vary], because a single key causes all of the variance"
             raise validation_error("vary", next(iter(self.vary)), "", "a table of at least two keys", hint)
         refuse_gone(*self.vary)
         for key in self.vary:
             if key not in every_key():
                 raise unknown_name("key", f"vary.{key}", every_key(), key)
         if _PROCESS_FILE in self.vary:
-            hint = "put the processes into one file, give it in the base or under [set], and vary print.process"
+            hint = "define all processes in one file, name it in the base or under [set], and vary print.process"
             name = f"vary.{_PROCESS_FILE}"
             raise validation_error(name, "", "", "left out", hint)
         if self.design is None:
@@ -214,7 +217,7 @@ class Study(StudyKeys):
 
     @cached_property
     def design(self) -> Design | None:
-        """Return the base design, or None if the base tables lack keys that vary."""
+        """Return the base design, or None if the base tables lack some of the varied keys."""
         try:
             return self.base.design()
         except InputError:
@@ -222,37 +225,37 @@ class Study(StudyKeys):
 
     @property
     def completing_settings(self) -> dict[str, Setting]:
-        """Return the settings that complete the base design: the middle of each varied key.
+        """Return the settings that complete the base design, with each varied key at the middle of its range.
 
-        Empty if the base is complete without them.
+        They are empty if the base design is complete without them.
         """
         return {} if self.design is not None else self.settings_at([_MIDDLE] * len(self.vary))
 
     def settings_at(self, fractions: Iterable[float]) -> dict[str, Setting]:
-        """Return the value of each varied key at its fraction [1] of the range, from 0 to 1.
+        """Return the value of each varied key at a fraction [1] of its range, from 0 to 1.
 
-        The fractions are in the order of the keys in the study file.
+        `fractions` holds one fraction for each key, in the order of the keys in the study file.
         """
         return {key: varied.at(fraction) for (key, varied), fraction in zip(self.vary.items(), fractions, strict=True)}
 
     @property
     def front(self) -> tuple[Setting, ...]:
-        """Return the values of the front's key. One search is run for each; empty if there is no front."""
+        """Return the values of the front's key, for each of which one search is run; empty if there is no front."""
         return self.vary[self.goal.front_key].grid() if self.how == "search" and self.goal.front else ()
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Return the varied and the wanted keys without duplicates."""
+        """Return the varied keys and the keys of the requested outputs, without duplicates."""
         return tuple(dict.fromkeys((*self.vary, *self.wanted)))
 
 
 def verdict_keys(goal: Goal) -> tuple[str, ...]:
-    """Return the keys of report.json that hold the verdicts of a goal, one for each field of each verdict."""
+    """Return the keys in report.json of all fields of the verdicts that a goal requires."""
     return tuple(f"verdicts.{name}.{field_name}" for name in goal.under for field_name in VERDICT_FIELDS)
 
 
 def front_number(value: object) -> object:
-    """Return the number that identifies a value of a front: the value itself, or the first number of a list."""
+    """Return the number that represents a value of a front: the value itself, or the first number if it is a list."""
     return value[0] if isinstance(value, list | tuple) else value
 
 
@@ -267,12 +270,12 @@ def read_study(path: Path) -> Study:
     Returns
     -------
     Study
-        The study, whose keys are all checked.
+        The study, with all keys checked.
 
     Raises
     ------
     InputError
-        If the file does not exist, a key is unknown, or a value is not allowed.
+        If the file does not exist, a key is unknown, or a value is invalid.
 
     Examples
     --------
@@ -280,51 +283,53 @@ def read_study(path: Path) -> Study:
     'grid'
     """
     data = read_toml(path, "FILE.toml")
-    folder = path.parent  # paths in the study file are relative to it
+    folder = path.parent  # paths in the study file are relative to this folder
     file = record_of(StudyFile, data, _CONVERTER)
     how = file.how or _default_sampling(data)
     goal = file.goal
     keys = {item.name: getattr(file, item.name) for item in fields(StudyKeys)}
     rows: tuple[Row, ...] = ()
-    needed = file.wanted  # the keys that determine the level
+    # The level is a grade of solution, such as contact only or a whole run; these keys determine the lowest one.
+    level_keys = file.wanted
     if how == "points":
         keys["vary"], rows = _read_points(folder / (file.points or ""))
     if how == "search":
         front = goal.front or {}
         for key in front.keys() & file.vary.keys():
-            hint = "leave it out under [vary], or name another key in the front"
+            hint = "remove the key from [vary], or choose another key for the front"
             raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
         keys["vary"] = {**file.vary, **front}
         keys["wanted"] = _extend_wanted(file.wanted, goal)
-        # Only whether a verdict passes determines the level of a search. The value of a verdict may need a higher one.
-        needed = (*needed, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
-    keys["level"] = max(file.level, level_of("wanted", needed), key=LEVELS.index)
+        # A search only needs to know whether a verdict passes; computing the value of a verdict may need a higher
+        # level.
+        level_keys = (*level_keys, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
+    keys["level"] = max(file.level, level_of("wanted", level_keys), key=LEVELS.index)
     return Study(name=path.stem, base=_base_tables(file, folder), how=how, rows=rows, **keys)
 
 
 def _extend_wanted(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
-    """Return the wanted keys together with those that a search needs.
+    """Return the requested outputs together with the outputs that a search needs.
 
-    A search needs its objective and its verdicts, the reason if the forces cannot be read, and the limit if it
-    minimises an uncertainty.
+    A search needs its objective and its verdicts. It also needs the reason why the forces cannot be read, and the limit
+    of an uncertainty that it minimises.
     """
-    reasons = []
+    further_keys = []
     if any(row_of(name).needs == "reading" for name in goal.under):
-        reasons.append(REFUSED)
+        further_keys.append(REFUSED)
     if goal.minimise in UNCERTAINTY_KEYS:
-        reasons.append(UNCERTAINTY_LIMIT)
-    return tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal), *reasons)))
+        further_keys.append(UNCERTAINTY_LIMIT)
+    return tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal), *further_keys)))
 
 
 def _default_sampling(data: Mapping[str, Any]) -> How:
-    """Return how points are drawn if the study file has no key `how`."""
+    """Return the method by which points are drawn if the study file has no key `how`."""
     if "points" in data:
         return "points"
     return "search" if "optimise" in data and "samples" not in data else "sobol"
 
 
 def _base_tables(file: StudyFile, folder: Path) -> DesignTables:
-    """Return the tables of the base design, in which the settings under `[set]` replace those of the base."""
+    """Return the tables of the base design, after applying the settings under `[set]`."""
     settings = file.set
     if settings.get(_PROCESS_FILE):  # the path is relative to the study file
         settings = {**settings, _PROCESS_FILE: str(folder / str(settings[_PROCESS_FILE]))}
@@ -332,31 +337,32 @@ def _base_tables(file: StudyFile, folder: Path) -> DesignTables:
 
 
 def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
-    """Read a CSV file of points: a header of keys, and one row of values for each point.
+    """Read a CSV file of points, which has a header of keys and one row of values for each point.
 
-    Return the varied keys, and the rows. Raises InputError if there is no row, a key occurs twice, or a row has another
-    length than the header.
+    Returns the varied keys and the rows. Raises InputError if there is no row, if a key occurs twice, or if a row is
+    not as long as the header.
     """
     sheet = single_sheet(path)
     header, *points = [row for row in sheet.rows if not row.empty]
     if not points:
-        raise validation_error("points", path.name, "", "a header of keys and at least one row", "add a point")
+        raise validation_error("points", path.name, "", "a file with a header and at least one row", "add a point")
     keys = header.cells
     if len(set(keys)) < len(keys):
-        bound = "each key in the header once"
+        bound = "a header without repeated keys"
         raise validation_error("points", ",".join(keys), "", bound, f"remove a column from {path.name}")
     rows = []
     for row in points:
         refuse_length(sheet.source, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
-    # The rows hold the values. A varied key needs only its name here, so its only choice is its value in the first row.
+    # The values are in `rows`. Of the varied keys only the names are used, so one arbitrary choice, from the first row,
+    # is enough.
     return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)
 
 
 def _design_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # noqa: ANN401 - a type of dict
     """Return the cattrs structure hook for a table of design keys, as under `[vary]` and `[set]`.
 
-    TOML reads the unquoted key `table.key` as nested tables, and a quoted one as a single key. The hook accepts both
+    TOML reads the unquoted key `table.key` as a nested table, and the quoted key as a single key. The hook accepts both
     and returns single keys.
     """
     structure = mapping_structure_factory(kind, _CONVERTER)

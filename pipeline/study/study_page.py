@@ -1,4 +1,4 @@
-"""The self-contained HTML page of a study: the trade-offs between its points, and the ten best points."""
+"""The self-contained HTML page of a study, which shows the trade-offs between its points and the ten best points."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -24,15 +24,16 @@ BEST = 10
 MAX_DOTS = 1_000  # maximum number of points in a plot; more would overlap
 _DESIGNS = "best-designs"
 _BASE = "base.toml"
-_SEED = 1  # fixed, so that the same study always has the same page
+_SEED = 1  # a fixed seed, so that a study always has the same page
 _VALUE_SENTENCE = re.compile(r"The value is [^.]*\.")
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # a Markdown link
 
 
 class ShownKey(NamedTuple):
-    """A key on the page of a study: its label with its unit, its range of numbers over the points, and its meaning.
+    """A key on the page of a study.
 
-    `counts` holds each text value of the key with its number of points; empty if the values are numbers.
+    `label` includes the unit. `low` and `high` are the ends of its range over all points; they are None if no value is
+    a number. `counts` holds each string value of the key and its number of points.
     """
 
     key: str
@@ -45,7 +46,7 @@ class ShownKey(NamedTuple):
 
 
 def refuse_page(folder: Path, *, force: bool) -> None:
-    """Raise InputError if the page of a study could not be written to a folder. Call it before anything is solved."""
+    """Raise InputError if the page of a study cannot be written to a folder; call this before anything is solved."""
     designs = folder / _DESIGNS
     paths = [folder / PAGE, designs / _BASE, *designs.glob("point-*.toml")]
     refuse_taken(paths, "--out", force=force)
@@ -59,12 +60,12 @@ def write_page(
     *,
     force: bool = False,
 ) -> Path:
-    """Write the page of a study, its base design and the designs of its best points; return the path of the page.
+    """Write the page of a study, its base design, and the designs of its best points; return the path of the page.
 
-    All of them are written into the folder of the store. `best` are the numbers of the best points, best first; by
-    default the ten points with the smallest values of the first wanted key. `proved` maps points whose whole run passed
-    to their design files. If there are many points, a random sample of the others is shown. Raises InputError like
-    `write_files`.
+    The files are written into the folder of the store. `best` holds the numbers of the best points, the best one first;
+    by default these are the ten points with the smallest values of the first key in `wanted`. `proved` maps each point
+    whose whole run passed to its design file. The page shows all of these points, and at most `MAX_DOTS` others, which
+    are drawn at random. Raises InputError like `write_files`.
     """
     proved = proved or {}
     if best is None:
@@ -104,11 +105,12 @@ def write_page(
 
 
 def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
-    """Return the varied and wanted keys that have a row of their own on the page.
+    """Return the varied keys and requested outputs that have their own row on the page.
 
-    The error, limit, tolerance and outcome of a verdict have none if its value is wanted, because they are shown with
-    it.
+    The error, limit, tolerance and outcome of a verdict have no row if the value of this verdict is requested, because
+    they appear in the row of the value.
     """
+    # A search adds the key REFUSED for its own use, so the page does not show it.
     keys_without_row = {REFUSED} if study.how == "search" else set()
     for key in study.wanted:
         name, _, last = key.rpartition(".")
@@ -121,22 +123,22 @@ def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
             varies = key in study.vary
             label, meaning = _label_and_meaning(key, varies=varies)
             meaning = _LINK.sub(r"\1", meaning).replace("`", "")  # the page shows plain text, not Markdown
-            counts = {shown(value): count for value, count in store.words(key).items()}
+            counts = {shown(value): count for value, count in store.text_counts(key).items()}
             keys.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
     return tuple(keys)
 
 
 def is_part_of_limit(key: str) -> bool:
-    """Return whether a key is the limit of a verdict that bounds its value on one side only."""
+    """Return whether a key is the limit of a verdict whose value is only bounded on one side."""
     name, field = verdict_field(key)
     return field == "limit" and row_of(name).sense is not None
 
 
 def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
-    """Return the label of a key, with its unit if the key does not contain it, and the meaning of the key.
+    """Return the label of a key and its meaning.
 
-    A varied key is looked up among the keys of a design, any other among those of the report. The meaning is empty if
-    it is unknown.
+    The label includes the unit if the key itself does not. A varied key is looked up among the keys of a design, and
+    any other key among the keys of the report. The meaning is empty if it is not known.
     """
     table, _, last = key.partition(".")
     name, field = verdict_field(key)
@@ -146,9 +148,10 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
         if entry is None:
             return label, ""
         if row_of(name).standard and field != "passed":
-            label = f"{label}, one standard deviation"  # a study shows keys of report.json unchanged
+            # A study shows the values in report.json, which are standard deviations and not half widths at 95 %.
+            label = f"{label}, one standard deviation"
         label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
-        # Of the meaning, only the question of the verdict and the sentence on its value are shown.
+        # The meaning is shortened to the question of the verdict and the sentence that describes its value.
         value_sentence = _VALUE_SENTENCE.search(entry.meaning) if field == "value" else None
         return label, f"{entry.meaning.partition('?')[0]}?{f' {value_sentence[0]}' if value_sentence else ''}"
     if (
@@ -164,11 +167,11 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
 def _design_files(
     store: StudyStore, study: Study, best: Sequence[int], proved: Mapping[int, Path]
 ) -> tuple[dict[Path, bytes], dict[str, str]]:
-    """Return the design files of the base and of the best points, by path, and the link of each point to its file.
+    """Return the design files of the base and of the best points, keyed by path, and a link to the file of each point.
 
-    A proved point gets a link to the design file of its run, and no other file. An incomplete base design has no file.
-    A base that defines processes of its own, between which the study varies, gets no link: its file holds only one of
-    them.
+    A proved point is linked to the design file of its run, so no other file is written for it. An incomplete base
+    design has no file. If the study varies between processes that the base defines itself, the base is not linked,
+    because its file would contain only one of these processes.
     """
     folder = store.path.parent
     files = {}

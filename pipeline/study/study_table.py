@@ -1,4 +1,4 @@
-"""The table of a study: one row for each point, and one column for each varied or wanted key."""
+"""The table of a study, with one row for each point and one column for each varied key or requested output."""
 
 import csv
 import json
@@ -15,12 +15,12 @@ FLAG = "--export"
 
 
 def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
-    """Raise InputError if the table of a study could not be written to `path`; `folder` is the folder of the study.
+    """Raise InputError if the table of a study cannot be written to `path`.
 
-    The study creates its folder later, so that folder need not exist yet.
+    `folder` is the folder of the study. It need not exist yet, because the study creates it later.
     """
     if path.suffix != ".csv":
-        raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its ending")
+        raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its extension")
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
         raise validation_error(FLAG, str(path), "", "a file in an existing folder", "create that folder first")
     refuse_taken([path], FLAG, force=force)
@@ -32,9 +32,10 @@ def export_table(store: StudyStore, path: Path, *, force: bool = False) -> None:
 
 
 def table_rows(store: StudyStore, numbers: Sequence[int] | None = None) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the points with these numbers, by default of all points.
+    """Yield the rows of the points with the given numbers, by default of all points.
 
-    A row has the number, the status, every varied and wanted key, and the error. Missing values are None.
+    A row consists of the point's number, its status, its value of each varied key and requested output, and its error.
+    Missing values are None.
     """
     keys = store.keys
     for point in store.rows(numbers):
@@ -44,7 +45,7 @@ def table_rows(store: StudyStore, numbers: Sequence[int] | None = None) -> Itera
 
 
 def table_columns(store: StudyStore) -> dict[str, list[Any]]:
-    """Return the columns of the table of a study by name, each a list with one value for each point."""
+    """Return the columns of the table of a study, keyed by name; each is a list with one value for each point."""
     columns: dict[str, list[Any]] = {name: [] for name in _column_names(store)}
     for row in table_rows(store):
         for name, value in row.items():
@@ -53,7 +54,7 @@ def table_columns(store: StudyStore) -> dict[str, list[Any]]:
 
 
 def _write_csv(store: StudyStore, path: Path) -> None:
-    """Write the table as CSV, point by point. Numbers have all their digits, and a missing value is an empty cell."""
+    """Write the table as CSV, point by point, with all digits of each number and empty cells for missing values."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, _column_names(store), lineterminator="\n")
         writer.writeheader()

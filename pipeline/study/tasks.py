@@ -1,4 +1,4 @@
-"""Tasks of a study: the work of one process, which solves some points and returns their results."""
+"""Tasks of a study, in each of which a worker solves some points and returns their results."""
 
 import errno
 import time
@@ -19,7 +19,7 @@ from sensor.quantity import InputError
 Status = Literal["done", "refused", "failed"]
 
 MACHINE = "machine: "
-"""Prefix of the message of a point that failed due to a fault of the machine; the same command retries the point."""
+"""Prefix of the message of a point that failed because of a machine fault; repeating the command retries the point."""
 LOST = f"{MACHINE}the worker that solved this point was lost repeatedly; free memory and run the same command again"
 _DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _MACHINE_FAULTS = (OSError, MemoryError, BrokenExecutor)
@@ -27,9 +27,9 @@ _MACHINE_FAULTS = (OSError, MemoryError, BrokenExecutor)
 
 @dataclass(frozen=True, kw_only=True)
 class PointResult(Point):
-    """A point with its result: its values by wanted key, or the reason why it was refused or failed.
+    """A point and its result: the values of the requested outputs, or the reason why it was refused or failed.
 
-    `seconds` is the CPU time that it took [s].
+    `seconds` is the CPU time [s] that was used to solve the point.
     """
 
     status: Status
@@ -39,17 +39,18 @@ class PointResult(Point):
 
 
 def solve_points(study: Study, folder: Path, points: Sequence[Point]) -> tuple[PointResult, ...]:
-    """Solve some points of a study and return their results; a point that is refused or fails does not stop the others.
+    """Solve some points of a study and return their results.
 
-    The files of whole runs are written into `folder`, except for a search, which keeps none.
+    If a point is refused or fails, the other points are still solved. The files of whole runs are written into
+    `folder`, except in a search, which does not keep files.
     """
     return tuple(_solve_point(study, folder, point) for point in points)
 
 
 def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...]:
-    """Return the results of points whose worker was lost: each of them failed.
+    """Return results with the status "failed" for points whose worker was lost.
 
-    Raises BrokenExecutor in a search, because its next points depend on all earlier ones.
+    Raises BrokenExecutor in a search, because its next points depend on the results of all earlier points.
     """
     if study.how == "search":
         raise BrokenExecutor(LOST)
@@ -57,10 +58,10 @@ def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...
 
 
 def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
-    """Return the result of a point: its values, or the reason why it was refused or failed.
+    """Solve a point and return its values, or the reason why it was refused or failed.
 
-    An error due to a fault of the machine is raised if the disk is full. In a search it is always raised, because the
-    next points depend on this one.
+    An exception caused by a machine fault is raised if the disk is full. In a search it is always raised, because the
+    next points depend on the result of this one.
     """
     start = time.process_time()
     values: Mapping[str, object] = {}
@@ -80,9 +81,9 @@ def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
 
 
 def _fault_of_machine(failure: Exception) -> BaseException | None:
-    """Return the fault of the machine that caused an error, or None if the design of the point caused it.
+    """Return the machine fault that caused an exception, or None if the design of the point caused it.
 
-    A missing file is counted as an error of the design, because a key of the design may name the file.
+    A missing file is attributed to the design, because a key of the design may name the file.
     """
     for cause in (failure, failure.__cause__):
         if isinstance(cause, _MACHINE_FAULTS) and not isinstance(cause, FileNotFoundError):
@@ -91,18 +92,20 @@ def _fault_of_machine(failure: Exception) -> BaseException | None:
 
 
 def _wanted_values(study: Study, folder: Path, point: Point) -> dict[str, object]:
-    """Solve a point up to the level of its study, and return the values of its wanted keys.
+    """Solve a point to the level of its study, and return the values of the requested outputs.
 
-    The level `files` is a whole run with all files. At lower levels only those parts of the report are solved that hold
-    a wanted key, with springs fitted by finite elements, or at the level `contact` sized by closed forms.
+    The level `files` is a whole run that writes all files. At lower levels, only the parts of the report that contain a
+    requested output are solved. Their springs are fitted by finite elements at the level `flexures`, and sized by
+    closed-form expressions at the level `contact`.
     """
     design = study.base.design(point.settings)
     if study.level == "files":
-        from pipeline import run  # the import takes seconds, and only these points need it
+        from pipeline import run  # imported here because the import takes seconds and only this level needs it
 
         out = None if study.how == "search" else folder / "designs" / f"{point.number:07d}"
         options = RunOptions(tolerance=study.tol, out=out)
-        result = run(design, options, beside=False)  # the engine has one process for each core
+        # A parallel CAD process would not help, because the engine already has one process per core.
+        result = run(design, options, beside=False)
         report: Mapping[str, object] = {**vars(report_of_result(result)), PASSED: result.passed}
     else:
         options = RunOptions(tolerance=study.tol)

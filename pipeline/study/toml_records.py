@@ -1,4 +1,4 @@
-"""Records from tables of a TOML file by cattrs, with one-line errors."""
+"""Conversion of TOML tables to records by cattrs, with one-line error messages."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
@@ -13,25 +13,25 @@ T = TypeVar("T")
 
 
 class MisfitError(ValueError):
-    """A value that is not allowed for its key, raised where the key is unknown; `named` adds the key."""
+    """An error for an invalid value, raised where its key is not known; `named` adds the key."""
 
     def __init__(self, value: object, bound: str, hint: str) -> None:
-        """Store the value, and the bound and hint for `validation_error`."""
+        """Store the invalid value, and the bound and the hint for `validation_error`."""
         super().__init__(bound)
         self.value = value
         self.bound = bound
         self.hint = hint
 
     def named(self, name: str) -> InputError:
-        """Return the error as an InputError that names the key."""
+        """Return this error as an InputError about the key `name`."""
         return validation_error(name, str(self.value), "", self.bound, self.hint)
 
 
 def record_of(kind: type[T], table: Mapping[str, Any], converter: cattrs.Converter) -> T:
-    """Return a TOML table as a record of type `kind`, structured by a converter of `file_converter`.
+    """Convert a TOML table to a record of type `kind`, with a converter from `file_converter`.
 
-    Raises InputError for the first wrong key, with its dotted name; for an unknown key, it suggests the closest known
-    one.
+    Raises InputError for the first invalid key; the message contains its dotted name. For an unknown key, the message
+    suggests the most similar known key.
     """
     try:
         return converter.structure(table, kind)
@@ -42,8 +42,9 @@ def record_of(kind: type[T], table: Mapping[str, Any], converter: cattrs.Convert
 def file_converter() -> cattrs.Converter:
     """Return a cattrs converter from TOML tables to records.
 
-    Numbers and texts pass unchanged, because the records check them. A field may have another `key` in the file.
-    An integer becomes a float in a float field, and a list becomes a tuple in a field for texts.
+    Numbers and strings are not converted, because the records check them. Two exceptions are an integer in a float
+    field, which becomes a float, and a list in a field for strings, which becomes a tuple. The metadata `key` of a
+    field is its name in the file, if this differs from the name of the field.
     """
     converter = cattrs.Converter(forbid_extra_keys=True)
     for text_or_whole in (int, str):
@@ -59,15 +60,15 @@ def file_converter() -> cattrs.Converter:
 
 
 def is_instance_of(kind: Any, origin: Any) -> bool:  # noqa: ANN401 - any types
-    """Return whether `kind` is a parametrised form of the generic type `origin`, as `dict[str, int]` is of `dict`."""
+    """Return whether `kind` is a parametrised form of the generic type `origin`, such as `dict[str, int]` of `dict`."""
     return get_origin(kind) is origin
 
 
 def check_table(value: object) -> Mapping[str, Any]:
-    """Return `value` unchanged if it is a table; otherwise raises MisfitError."""
+    """Return `value` unchanged; raises MisfitError if it is not a table."""
     if not isinstance(value, Mapping):
         bound = "a table"
-        raise MisfitError(value, bound, "write its name in brackets and its keys below it")
+        raise MisfitError(value, bound, "write the name of the table in brackets, and its keys below")
     return value
 
 
@@ -78,21 +79,21 @@ def _unchanged(value: Any, _: object) -> Any:  # noqa: ANN401 - any value
 def _check_bool(value: object, _: object) -> bool:
     if not isinstance(value, bool):
         bound = "true or false"
-        raise MisfitError(value, bound, "write one of these words, without quotes")
+        raise MisfitError(value, bound, "write true or false without quotes")
     return value
 
 
 def _record_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
-    """Return the cattrs structure hook that turns a table into a record and rejects unknown keys."""
+    """Return the cattrs structure hook that converts a table to a record and rejects unknown keys."""
     renamed = {item.name: override(rename=key_of(item)) for item in fields(kind)}
     structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **renamed)  # type: ignore[arg-type]
     return lambda table, of_kind: structure(check_table(table), of_kind)
 
 
 def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
-    """Return the first error of a table as one line; `path` is the dotted name of the table in the file.
+    """Return the first error in a table as a one-line InputError; `path` is the dotted name of the table in the file.
 
-    An unknown key comes before a missing one, because a misspelled key is both.
+    An unknown key is reported before a missing key, because a misspelled key causes both errors.
     """
     kind: Any = errors.cl
     error = min(errors.exceptions, key=lambda one: not isinstance(one, cattrs.ForbiddenExtraKeysError))
@@ -101,7 +102,7 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
         keys = list(map(key_of, fields(kind)))
         return unknown_name("key", _join_path(path, unknown), keys, unknown)
     hint = ""
-    # The notes of cattrs tell in which field and at which index of a list the error occurred.
+    # The notes of cattrs contain the field and the list index at which the error occurred.
     for note in getattr(error, "__notes__", ()):
         if isinstance(note, cattrs.AttributeValidationNote):
             item = kind.__dataclass_fields__[note.name]
@@ -114,10 +115,10 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
             return _first_error(error, path)
         case MisfitError():
             return error.named(path)
-        case InputError():  # the message begins with a key of the record
+        case InputError():  # its message begins with a key of the record
             name = _join_path(path, error.field)
             return InputError(_join_path(path, str(error)), field=name, value=error.value, bound=error.bound)
-    return validation_error(path, None, "", "given", hint)  # KeyError: the key is missing in the table
+    return validation_error(path, None, "", "given", hint)  # KeyError: the key is missing from the table
 
 
 def _join_path(path: str, key: str) -> str:

@@ -1,4 +1,4 @@
-"""The outputs that a study may request: keys of report.json, what must be solved for each, and their values."""
+"""The outputs that a study may request: their keys in report.json, the level of solution for each, and their values."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -11,17 +11,21 @@ from sensor.verdict import row_of, verdict_rows
 Level = Literal["contact", "flexures", "files"]
 
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
-"""Levels of a solution by cost: closed forms and contact; springs fitted by finite elements; a whole run with files."""
+"""Levels of solution in order of cost.
+
+`contact` solves the contact and sizes the springs by closed-form expressions. `flexures` fits the springs by finite
+elements. `files` is a whole run that writes all files.
+"""
 
 VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
 PASSED = "passed"
-"""The key of an output that is not in the report: whether all verdicts of a run passed."""
+"""The key of an output that report.json does not contain: whether all verdicts of a run passed."""
 
 
 def level_of(name: str, keys: Iterable[str]) -> Level:
-    """Return the cheapest level of solution that yields all keys; `name` is the name of the list in the study file.
+    """Return the lowest level of solution that provides all keys; `name` is the name of the list in the study file.
 
-    Raises InputError for a key that is not in report.json; the message suggests the closest known key.
+    Raises InputError for a key that is not in report.json; the message suggests the most similar known key.
     """
     return max((_level_of(name, key) for key in keys), key=LEVELS.index, default="contact")
 
@@ -33,18 +37,18 @@ def _level_of(name: str, key: str) -> Level:
     for known_level in LEVELS:
         if known_level == level:
             return known_level
-    # The key is unknown: suggest the closest one among all that can be requested, with their placeholders filled in.
+    # The key is unknown, so suggest the most similar key that can be requested. Placeholders in keys are filled in.
     values = []
     for known_key in report_keys():
         if known_key.is_value and known_key.level:
             values.append(known_key.name.replace("[]", ".0").replace("SPRING", "low"))
     verdicts = [f"verdicts.{verdict}.value" for row in verdict_rows() if row.level for verdict in row.names]
-    bound = "a key of report.json that docs/studies.md names, down to one number or text"
+    bound = "a key of report.json that docs/studies.md lists and that holds a single number or string"
     raise validation_error(name, key, "", bound, f"did you mean {nearest(key, [*values, *verdicts, PASSED])}?")
 
 
 def _plain_level(key: str) -> str:
-    """Return the level of a key that does not belong to a verdict; an empty string if it cannot be requested."""
+    """Return the level of a key that is not part of a verdict; an empty string if it cannot be requested."""
     if key == PASSED:
         return "files"
     known_key = report_key(key)
@@ -58,7 +62,7 @@ def _verdict_level(key: str) -> str:
         return ""
     row = row_of(verdict)
     level = (row.value_level if field == "value" else None) or row.level
-    # A verdict on a solid has no level in the table of verdicts, because it needs a whole run.
+    # Verdicts on solids have no level in the table of verdicts, because they always need a whole run.
     return level or ("files" if row.group == "solid" else "")
 
 
@@ -70,9 +74,9 @@ def verdict_field(key: str) -> tuple[str, str]:
 
 
 def wanted_value(report: object, key: str) -> object:
-    """Return the value at a key of a report or of its parts; raises InputError if the report has no such key."""
+    """Return the value of a key in a report or in its parts; raises InputError if the report lacks this key."""
     try:
         return value_at(report, key)
     except KeyError as error:
         bound = "a key of the report of this design"
-        raise validation_error("wanted", key, "", bound, "request another key or change the base") from error
+        raise validation_error("wanted", key, "", bound, "request another key, or change the base") from error

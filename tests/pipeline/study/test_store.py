@@ -76,9 +76,9 @@ def test_store_tells_the_numbers_and_the_words_of_a_key(written, tmp_path):
         assert store.best("error", 3) == [7, 3, 5]
         assert store.best("none", 2) == [3, 5]
         assert [row.number for row in store.rows(store.best("error", 2))] == [7, 3]
-        assert store.words("method") == {"split": 2, "direct": 1}
-        assert store.words("passed") == {True: 1, False: 1}
-        assert store.words("error") == {}
+        assert store.text_counts("method") == {"split": 2, "direct": 1}
+        assert store.text_counts("passed") == {True: 1, False: 1}
+        assert store.text_counts("error") == {}
 
 
 def test_settings_that_are_stored_are_not_lacking_and_new_ones_take_free_numbers(written, tmp_path):
