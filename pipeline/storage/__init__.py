@@ -1,1 +1,1 @@
-"""Storage of results: the output folder, the cache, and VTU files."""
+"""Storage of results: the output folder, the cache, and VTU files for ParaView."""

@@ -1,7 +1,7 @@
-"""A cache of the results of stages: for equal inputs and equal code the stored result is returned instead of solved.
+"""A cache of the results of stages: a stage with equal inputs and equal code is not solved again.
 
-An entry is a JSON file in $XDG_CACHE_HOME/twintip. Its name contains a digest of stage, inputs, code and library
-versions.
+An entry is a JSON file in $XDG_CACHE_HOME/twintip. Its name contains a digest of the stage, its inputs, the code, and
+the versions of the libraries.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ _MAX_BYTES = 256 * 2**20  # maximum size of an entry; the base64 files of a desi
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of the cache, which need not exist; None for a user without a home folder."""
+    """Return the folder of the cache, which may not exist yet; None for a user without a home folder."""
     cache_home = Path(os.environ.get("XDG_CACHE_HOME", ""))
     if cache_home.is_absolute():
         return cache_home / "twintip"
@@ -35,15 +35,15 @@ def cache_folder() -> Path | None:
 def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
     """Return the stored result of a stage for these inputs, or call `compute` and store its result.
 
-    Inputs are records or plain data, and the result is of type `kind`. A new result passes through JSON too, so that it
-    equals a stored one to the last bit.
+    The inputs are records or plain data, and the result is of type `kind`. A new result is also converted to JSON and
+    back, so that it equals a stored result to the last bit.
     """
-    result = stored(stage, inputs, kind)
-    if result is not None:
-        return result
-    fresh = compute()
-    store(stage, inputs, fresh)
-    return from_plain(kind, json.loads(_as_json(fresh)))
+    stored_result = stored(stage, inputs, kind)
+    if stored_result is not None:
+        return stored_result
+    new_result = compute()
+    store(stage, inputs, new_result)
+    return from_plain(kind, json.loads(_as_json(new_result)))
 
 
 def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
@@ -63,9 +63,10 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 
 
 def store(stage: str, inputs: object, result: object) -> None:
-    """Store the result of a stage for these inputs: write it to a temporary file and rename that file.
+    """Store the result of a stage for these inputs, in a temporary file that is then renamed.
 
-    Nothing is stored, without an error, if the cache cannot be written or something other than a file has that name.
+    If the cache cannot be written, or if the path of the entry is not a regular file, nothing is stored and no error is
+    raised.
     """
     path = _entry_path(stage, inputs)
     if path is None or (os.path.lexists(path) and not is_regular(path)):
@@ -74,10 +75,10 @@ def store(stage: str, inputs: object, result: object) -> None:
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        for unfinished in path.parent.glob(f"{path.name}.*.part"):  # of a killed process
+        for unfinished in path.parent.glob(f"{path.name}.*.part"):  # left behind by a killed process
             unfinished.unlink()
         try:
-            with part.open("x", encoding="utf-8") as file:  # "x" does not follow a link
+            with part.open("x", encoding="utf-8") as file:  # "x" does not follow a symbolic link
                 file.write(f"{_digest(path, body)}\n{body}")
             part.replace(path)
         finally:
@@ -85,7 +86,7 @@ def store(stage: str, inputs: object, result: object) -> None:
 
 
 def _entry_path(stage: str, inputs: object) -> Path | None:
-    """Return the path of the file that holds a result; None if there is no folder for the cache."""
+    """Return the path of the file for a result; None if there is no folder for the cache."""
     folder = cache_folder()
     if folder is None:
         return None
@@ -98,5 +99,5 @@ def _as_json(result: object) -> str:
 
 
 def _digest(path: Path, body: str) -> str:
-    """Return the digest of an entry together with its name, so that a copy under another name is invalid."""
+    """Return the digest of an entry; it covers the name of the file, so that a copy with another name is invalid."""
     return hashlib.sha256(f"{path.name}\n{body}".encode()).hexdigest()

@@ -1,7 +1,7 @@
-"""Linear problems as CalculiX decks: second-order elements, named sets of nodes, and static steps. Units: N, mm, MPa.
+"""Input decks for CalculiX: linear problems with second-order elements, node sets and static steps, in N, mm and MPa.
 
-Node numbers begin with 0 in this module and with 1 in the text of a deck. After the nodes of the elements come the
-ground node, if there are springs to the ground, and one node for each mean displacement.
+Node numbers begin at 0 in this module and at 1 in the text of a deck. The nodes of the elements are followed by the
+ground node, if there are springs to the ground, and by one node for each mean displacement.
 """
 
 import io
@@ -17,9 +17,9 @@ from pipeline.storage.vtu import VTK_NODES
 from sensor.arrays import Floats, Ints
 from solve.linear import SolveError
 
-SAME_POSITION = 1e-7  # maximum distance of two nodes at the same position [mm]
+SAME_POSITION = 1e-7  # maximum distance of two nodes that have the same position [mm]
 GROUND = "ground"
-VERTICAL = 3  # the third component, u_z
+VERTICAL = 3  # number of the displacement component u_z
 _TET_CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=np.float64)
 _TET_EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
 # CalculiX numbers the nodes of an element as VTK does.
@@ -28,25 +28,25 @@ _NODES = {
     "C3D20": VTK_NODES,
     "C3D20R": VTK_NODES,
 }
-# For each number of nodes, a corner of the cell and the other ends of the three edges that meet there.
+# For each number of nodes per cell: one corner, and the opposite ends of the three edges that meet at this corner.
 _EDGE_ENDS = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}
-_TERMS_PER_LINE = 4  # terms of an equation in one line
+_TERMS_PER_LINE = 4  # terms of an equation that are written in one line
 
 
 class Basis(Protocol):
-    """The used part of a scikit-fem basis of displacements."""
+    """The attributes of a scikit-fem displacement basis that this module uses."""
 
     doflocs: Floats
     element_dofs: Ints
     elem: Any
 
     def get_dofs(self, facets: str) -> Any:  # noqa: ANN401 - a view of scikit-fem
-        """Return the dofs on a named boundary."""
+        """Return the degrees of freedom on a named boundary."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Elements:
-    """Second-order elements: `nodes` (3, n) [mm], node numbers `cells` (m, 10 or 20), and CalculiX's element type."""
+    """Second-order elements: `nodes` (3, n) [mm], node numbers `cells` (m, 10 or 20), and the element type `kind`."""
 
     nodes: Floats
     cells: Ints
@@ -58,18 +58,18 @@ class Elements:
         return int(self.nodes.shape[1])
 
     def at(self, positions: Floats) -> Ints:
-        """Return the numbers of the nodes at `positions` (3, n) [mm]; raises SolveError if a position has no node."""
+        """Return the numbers of the nodes at `positions` (3, n) [mm]; raises SolveError if there is no node at one."""
         distance, index = cKDTree(self.nodes.T).query(positions.T)
         farthest = float(np.max(distance))
         if not farthest <= SAME_POSITION:
-            msg = f"deck: a node is missing by {farthest:.1e} mm: must be at its position; check the element type"
+            msg = f"deck: the nearest node is {farthest:.1e} mm from its position; check the element type"
             raise SolveError(msg)
         return np.asarray(index, dtype=np.int64)
 
     def nodal_values(self, basis: Basis, values: Floats) -> Floats:
-        """Return the `values` (dofs,) of the vertical degrees of freedom as values at the nodes (nodes,).
+        """Return the `values` (dofs,) at vertical degrees of freedom as values at the nodes (nodes,).
 
-        Nodes without such a degree of freedom have the value 0.
+        The value is 0 at a node without such a degree of freedom.
         """
         dofs = np.flatnonzero(values)
         nodes = self.at(basis.doflocs[:, dofs])
@@ -77,25 +77,26 @@ class Elements:
 
 
 def elements_of(basis: Basis, kind: str) -> Elements:
-    """Return the nodes [mm] and cells of a scikit-fem basis of displacements as elements of CalculiX's type `kind`.
+    """Convert the nodes [mm] and cells of a scikit-fem displacement basis to elements of CalculiX's type `kind`.
 
-    The nodes of inverted cells are reordered, because CalculiX needs a positive volume.
+    The nodes of inverted cells are reordered, because CalculiX requires elements of positive volume.
     """
-    # Each node is represented by its third degree of freedom, u_z.
+    # Each node has three degrees of freedom; here it is represented by the third one, u_z.
     numbers, cells = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = cells.reshape(len(_NODES[kind]), -1)
     nodes = np.asarray(basis.doflocs)[:, numbers]
-    # CalculiX's order of the nodes in a cell is found by their positions in the reference cell. Exchanging x and y
-    # there gives the order of a mirrored cell.
+    # The positions of the nodes in the reference cell determine CalculiX's node order. Swapping x and y in the
+    # reference cell yields the node order of a mirrored cell.
     reference_nodes = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
     regular, mirrored = (cells[reference_nodes.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
+    # The triple product of the edges at one corner has the sign of the volume.
     corner, *edge_ends = (nodes[:, regular[node]] for node in _EDGE_ENDS[len(cells)])
     is_inverted = np.linalg.det(np.stack([(end - corner).T for end in edge_ends], axis=1)) < 0.0
     return Elements(nodes=nodes, cells=np.where(is_inverted, mirrored, regular).T, kind=kind)
 
 
 def boundary_sets(elements: Elements, basis: Basis, names: Sequence[str]) -> dict[str, Ints]:
-    """Return the node numbers (nodes,) on each of the named boundaries of the mesh of a basis."""
+    """Return the node numbers (nodes,) on each named boundary of the mesh of `basis`, keyed by name."""
     return {name: elements.at(basis.doflocs[:, basis.get_dofs(name).all("u^3")]) for name in names}
 
 
@@ -103,8 +104,8 @@ def boundary_sets(elements: Elements, basis: Basis, names: Sequence[str]) -> dic
 class LinearStep:
     """One static step of a deck.
 
-    `held` gives the displacement components (1 to 3) that are held at zero in each node set, `pressed` the prescribed
-    u_z [mm] of each node set, and `loads` (nodes,) the forces along z [N].
+    For each node set, `held` lists the displacement components (1 to 3) that are held at zero, and `pressed` holds the
+    prescribed u_z [mm]. `loads` (nodes,) are the forces along z [N].
     """
 
     held: Mapping[str, Sequence[int]]
@@ -114,12 +115,12 @@ class LinearStep:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Deck:
-    """A body of one material, with its sets of nodes and its load steps; E in MPa.
+    """A body of one material with modulus `E` [MPa], its node sets and its load steps.
 
-    `springs` is an additional stiffness matrix [N/mm], shape (3 nodes, 3 nodes), without coupling between the axes.
-    Springs to the ground all end at one node, which the set `ground` must hold. A mean is an extra node whose u_z is a
-    weighted sum of the body's u_z, with the weights (nodes,) [1] in `means`. Each step prints the displacements of the
-    means and of the node set `asked`.
+    `springs` is an additional stiffness matrix (3 nodes, 3 nodes) [N/mm] that does not couple the axes. All springs to
+    the ground end at one node, which the node set `ground` must contain. A mean is an additional node whose u_z is a
+    weighted sum of the u_z of the body, with the weights (nodes,) [1] in `means`. Each step prints the displacements of
+    the means and of the node set `asked`.
     """
 
     elements: Elements
@@ -133,18 +134,18 @@ class Deck:
 
     @property
     def mean_nodes(self) -> dict[str, int]:
-        """Return the number of the node of each mean."""
+        """Return the node number of each mean, keyed by its name."""
         first = self.elements.count + (self.springs is not None)
         return {name: first + number for number, name in enumerate(self.means)}
 
     @property
     def node_count(self) -> int:
-        """Return the number of all nodes, including ground and means."""
+        """Return the number of all nodes, including the ground and the means."""
         return self.elements.count + (self.springs is not None) + len(self.means)
 
     @property
     def printed(self) -> tuple[str, ...]:
-        """Return the names of the sets whose displacements each step prints."""
+        """Return the names of the node sets whose displacements are printed in each step."""
         return (*self.means, *(() if self.asked is None else (self.asked,)))
 
     def text(self, heading: Sequence[str] = ()) -> str:
@@ -164,9 +165,9 @@ class Deck:
 
 
 def _write_nodes(file: TextIO, deck: Deck) -> None:
-    """Write all nodes. A mean lies at the weighted mean of its nodes' positions.
+    """Write all nodes of a deck. The position of a mean is the weighted mean of the positions of its nodes.
 
-    Numbers have at most 20 characters, because CalculiX reads no more.
+    Numbers have at most 20 characters, because CalculiX does not read more.
     """
     positions = deck.elements.nodes.T
     nodes = np.column_stack([np.arange(1, len(positions) + 1), positions])
@@ -183,7 +184,7 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
     """Write the elements, node sets and material of a deck."""
     elements = deck.elements
     cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
-    # A cell is written in lines of 8 numbers, because CalculiX reads at most 16 numbers per line.
+    # A cell is split into lines of 8 numbers, because CalculiX reads at most 16 numbers per line.
     formats = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
     file.write(f"*ELEMENT, TYPE={elements.kind}, ELSET=SOLID\n")
     np.savetxt(file, cells, ",\n".join(", ".join(line) for line in formats))
@@ -197,10 +198,11 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
 def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None:
     """Write a stiffness matrix [N/mm] as springs along each axis.
 
-    The stiffness of the spring between two nodes is the negative of their entry in the matrix. The sum of a row is the
-    stiffness of the spring from its node to the ground. Springs whose stiffnesses agree to six digits share a card.
+    The spring between two nodes has the negative of their matrix entry as its stiffness. The spring from a node to the
+    ground has the sum of the node's row as its stiffness. Springs with stiffnesses that agree to six digits share a
+    card.
     """
-    number = len(elements.cells)  # springs are numbered after the cells
+    number = len(elements.cells)  # element number of the previous spring; springs are numbered after the cells
     for axis in range(3):
         stiffness_matrix = matrix[axis::3, axis::3]
         upper = triu(stiffness_matrix, 1).tocoo()
@@ -220,18 +222,18 @@ def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None
 
 
 def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
-    """Write the equation that makes the u_z of `node` the mean of other nodes' u_z with `weights` (nodes,) [1]."""
+    """Write the equation that makes u_z of `node` the mean of the other nodes' u_z, with `weights` (nodes,) [1]."""
     terms = [(node, -1.0), *((int(other), float(weights[other])) for other in np.flatnonzero(weights))]
-    words = [f"{number + 1}, {VERTICAL}, {weight:.12e}" for number, weight in terms]
-    lines = [", ".join(words[first : first + _TERMS_PER_LINE]) for first in range(0, len(words), _TERMS_PER_LINE)]
+    texts = [f"{number + 1}, {VERTICAL}, {weight:.12e}" for number, weight in terms]
+    lines = [", ".join(texts[first : first + _TERMS_PER_LINE]) for first in range(0, len(texts), _TERMS_PER_LINE)]
     file.write(f"*EQUATION\n{len(terms)}\n" + "\n".join(lines) + "\n")
 
 
 def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[str]) -> None:
-    """Write a step: its supports, prescribed displacements and loads, and the output that it prints.
+    """Write a step: its supports, its prescribed displacements and loads, and its printed output.
 
-    The total reactions of the node set `support` and of the pressed sets are printed, and the displacements of the sets
-    in `printed`.
+    The output consists of the total reactions of the node set `support` and of the sets with a prescribed displacement,
+    and of the displacements of the sets in `printed`.
     """
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():
@@ -252,7 +254,8 @@ def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[
 def support_nodes(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
     """Return the numbers (nodes,) of the nodes whose u_z is held at zero in a step.
 
-    Each node is listed once, although sets may share nodes along an edge. Nodes with a prescribed u_z are left out.
+    Each node is listed only once, although sets may share the nodes of an edge. A node with a prescribed u_z is not
+    included.
     """
     held_nodes = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
     pressed_sets = [sets[name] for name in step.pressed]

@@ -1,4 +1,4 @@
-"""Digests that distinguish a file as a run wrote it from a file that a person made or changed."""
+"""Digests that distinguish files written by a run from files that a user created or changed."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from typing import Any
 REPORT = "report.json"
 KEY = "digest"
 Json = dict[str, Any]
-"""A JSON object as read from a file."""
+"""A JSON object that was read from a file."""
 _BACKUP = re.compile(r"(\.[0-9]+)?\.bak$")
 _KINDS = (
     (stat.S_ISDIR, "folder"),
@@ -20,17 +20,17 @@ _KINDS = (
     (stat.S_ISFIFO, "pipe"),
     (stat.S_ISSOCK, "socket"),
 )
-_MAX_NAME_BYTES = 240  # a name is cut to this length before its ending is added; file systems allow 255 [bytes]
+_MAX_NAME_BYTES = 240  # names are truncated to this length before the suffix is added; file systems allow 255 [bytes]
 
 
 def file_digest(path: Path) -> str:
-    """Return the sha256 of a file; raises OSError if it cannot be read."""
+    """Return the SHA-256 digest of a file; raises OSError if the file cannot be read."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def is_regular(path: Path) -> bool:
-    """Return whether a path is a regular file, not a link, folder or pipe."""
+    """Return whether a path is a regular file rather than a link, a folder or a pipe."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except (OSError, ValueError):
@@ -38,7 +38,7 @@ def is_regular(path: Path) -> bool:
 
 
 def kind_of(path: Path) -> str:
-    """Return what a path is that is not a regular file: folder, link, pipe, socket or device."""
+    """Return the kind of a path that is not a regular file: folder, link, pipe, socket or device."""
     mode = path.lstat().st_mode
     for is_of_kind, kind in _KINDS:
         if is_of_kind(mode):
@@ -47,7 +47,7 @@ def kind_of(path: Path) -> str:
 
 
 def has_digest(path: Path, sha256: object) -> bool:
-    """Return whether a path is a regular file with the digest `sha256`; raises OSError for an unreadable file."""
+    """Return whether a path is a regular file with the digest `sha256`; raises OSError if it cannot be read."""
     try:
         return is_regular(path) and file_digest(path) == sha256
     except FileNotFoundError:  # the file was removed between the two checks
@@ -55,21 +55,24 @@ def has_digest(path: Path, sha256: object) -> bool:
 
 
 def content_digest(data: Mapping[str, Any]) -> str:
-    """Return the sha256 of a JSON object without its key `digest`, written in UTF-8 with sorted keys and no spaces."""
+    """Return the SHA-256 digest of a JSON object without its key `digest`.
+
+    The object is written in UTF-8, with sorted keys and without spaces.
+    """
     content = {key: value for key, value in data.items() if key != KEY}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).hexdigest()
 
 
 def with_digest(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a JSON object with its digest as the last key."""
+    """Return the JSON object with its digest as the last key."""
     return {**{key: value for key, value in data.items() if key != KEY}, KEY: content_digest(data)}
 
 
 def keep_aside(path: Path, folder: Path) -> None:
-    """Move a file or folder into `folder` under the first unused name of NAME.bak, NAME.2.bak, NAME.3.bak and so on.
+    """Move a file or folder into `folder`, under the first unused name of NAME.bak, NAME.2.bak, NAME.3.bak and so on.
 
-    A path that is a backup already keeps its name if that is unused.
+    A path that already has the name of a backup keeps this name if it is unused.
     """
     stem = os.fsdecode(os.fsencode(_BACKUP.sub("", path.name))[:_MAX_NAME_BYTES])
     name = path.name if _BACKUP.search(path.name) else f"{stem}.bak"

@@ -1,6 +1,7 @@
-"""Files that a command writes to a path of the user's choice: completely or not at all, and never over foreign files.
+"""Files that a command writes to a path chosen by the user.
 
-The cache stores the digest of each file that was written in this way, which identifies it later.
+A file is written completely or not at all, and never replaces a file that is not from this program. To recognise the
+files of this program, the cache stores the digest of each file that is written.
 """
 
 import hashlib
@@ -16,42 +17,43 @@ from pipeline.storage.interrupts import interruptible
 from sensor.quantity import InputError, validation_error
 
 Content = bytes | Callable[[Path], object]
-"""The bytes of a file, or a function that writes them to a path."""
+"""The content of a file, or a function that writes it to a path."""
 
-_WRITTEN = "written"  # stage of the cache whose entries are the digests of written files
+_WRITTEN = "written"  # name of the stage under which the cache stores the digests of written files
 
 
 def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> None:
-    """Raise InputError if a file could not be written to one of these paths; the message names `flag`.
+    """Raise InputError if a file cannot be written to one of these paths; the message names `flag`.
 
-    An existing file must be one that `write_files` wrote and nobody changed; with `force` any file will do. A folder, a
-    link, a pipe or a device is never replaced. The output folder of a run accepts no further file, because the next run
-    would reject it.
+    An existing file must be one that `write_files` wrote and that was not changed since; with `force`, any file is
+    accepted. A folder, a link, a pipe or a device is never replaced. No file can be added to the output folder of a
+    run, because the next run would reject the folder.
     """
     for path in paths:
         nearest_folder = next(folder for folder in path.absolute().parents if folder.exists())
         try:
             with tempfile.TemporaryFile(dir=nearest_folder):
-                pass  # this only tests whether a file can be created there
+                pass  # only tests whether a file can be created in this folder
         except OSError as error:
             raise _not_writable(path, flag, error) from error
         if is_regular(path.parent / REPORT):
-            bound = "a file outside the output folder of a run, which would refuse it"
-            raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
+            bound = "a file outside the output folder of a run, because the next run would reject this file"
+            raise validation_error(flag, str(path), "", bound, f"choose another path with {flag}")
         if os.path.lexists(path) and not is_regular(path):
-            bound = f"the name of a file, but it is that of a {kind_of(path)}"
-            raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
+            bound = f"the path of a file, but it is a {kind_of(path)}"
+            raise validation_error(flag, str(path), "", bound, f"choose another path with {flag}")
         if os.path.lexists(path) and not force and not is_ours(path):
-            bound = "a new file, or one that a command wrote and nobody changed"
-            hint = f"name another one with {flag}, or keep this one as NAME.bak with --force"
+            bound = "a new file, or a file that a command wrote and that is unchanged"
+            hint = f"choose another path with {flag}, or keep this file as NAME.bak with --force"
             raise validation_error(flag, str(path), "", bound, hint)
 
 
 def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False) -> list[Path]:
-    """Write the content of each file beside its path and rename it; return the paths.
+    """Write each file beside its path, move it to this path when it is complete, and return all paths.
 
-    A file that already has these bytes is left unchanged. With `force` a foreign file is kept as NAME.bak. Raises
-    InputError like `refuse_taken`, before anything is written.
+    A file that already has the given bytes is left unchanged. With `force`, an existing file that is not from this
+    program is kept as NAME.bak. Raises InputError like `refuse_taken`. All paths are checked before the first file is
+    written, and each path again just before its file is moved there. It is also raised if a file cannot be written.
     """
     new = {path: content for path, content in files.items() if not _has_content(path, content)}
     refuse_taken(new, flag, force=force)
@@ -65,7 +67,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                     else:
                         content(part)
                 digest = file_digest(part)
-                refuse_taken([path], flag, force=force)  # again, because producing the content may have taken long
+                refuse_taken([path], flag, force=force)  # checked again, because writing the content may take long
                 if os.path.lexists(path) and not is_ours(path):
                     keep_aside(path, path.parent)
                 part.replace(path)
@@ -76,15 +78,15 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
 
 
 def _has_content(path: Path, content: Content) -> bool:
-    """Return whether a file already has the bytes to be written; False for a function that writes the content."""
+    """Return whether a file already contains the given bytes; False if the content is a function that writes it."""
     return isinstance(content, bytes) and has_digest(path, hashlib.sha256(content).hexdigest())
 
 
 def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
-    bound = f"a file in a place that can be written ({error.strerror})"
-    return validation_error(flag, str(path), "", bound, f"name another place with {flag}")
+    bound = f"a file in a folder that can be written ({error.strerror})"
+    return validation_error(flag, str(path), "", bound, f"choose another path with {flag}")
 
 
 def is_ours(path: Path) -> bool:
-    """Return whether a file has the content of some file that `write_files` wrote."""
+    """Return whether a file has the same content as a file that `write_files` wrote."""
     return is_regular(path) and stored(_WRITTEN, file_digest(path), bool) is True

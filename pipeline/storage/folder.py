@@ -1,7 +1,9 @@
-"""The output folder: a run writes it beside its place and then renames it as a whole; foreign files are never touched.
+"""The output folder of a run, which is replaced as a whole when the run is complete.
 
-Working files for the folder NAME are in the hidden folder .NAME.twintip: the lock, the new outputs, and between the two
-renames also the old outputs. A killed run leaves the hidden folder behind, and the next run clears it.
+A run writes its outputs into the hidden folder .NAME.twintip beside the output folder NAME, and renames it at the end.
+Files that no run has written are never deleted. The hidden folder holds a lock, the new outputs, and for a moment also
+the old outputs, because the replacement consists of two renames. If a run is killed, it leaves the hidden folder
+behind, and the next run clears it.
 """
 
 import json
@@ -24,16 +26,16 @@ _LOCK, _OLD, _NEW = "lock", "old", "new-"
 
 
 class OutputError(InputError):
-    """An unusable output folder; the message is one line."""
+    """An output folder cannot be used; the message is one line."""
 
 
 @contextmanager
 def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     """Yield an empty folder, which replaces `path` if the block succeeds and is removed if the block fails.
 
-    Without a path the folder is removed in either case. Of the previous folder, only files that its report.json lists
-    are deleted. Raises OutputError before the block runs if `path` cannot be written, is in use by another run, or
-    holds other files. With `force` other files are kept as NAME.bak.
+    Without a path, the folder is removed in either case. Only those files of the previous folder are deleted that its
+    report.json lists. With `force`, other files are kept as NAME.bak. Raises OutputError if `path` cannot be written,
+    is in use by another run, or contains other files. This is checked before the block runs, and again at the end.
     """
     if path is None:
         with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():
@@ -50,20 +52,20 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
                     _check_listed(new)
                 _publish(new, target, new.with_name(_OLD), force=force)
         finally:
-            with suppress(OSError):  # the folder is not empty: it holds the outputs
+            with suppress(OSError):  # after a success, the innermost folder contains the outputs and remains
                 for folder in missing:
                     folder.rmdir()
 
 
 def refuse_unusable(path: Path, *, force: bool) -> None:
-    """Raise OutputError if `output_folder` would reject this path; nothing is created or locked."""
+    """Raise OutputError if `output_folder` would reject this path, without creating or locking anything."""
     refuse_unmanaged(_check_usable(path), force=force)
 
 
 def unchanged_report(path: Path) -> bytes | None:
-    """Return the content of report.json if all files of an output folder are unchanged since its last run.
+    """Return the content of report.json if no file in the output folder has changed since its last run.
 
-    None if a file was changed, removed or added. Raises OutputError if no folder can be at this path.
+    Returns None if a file was changed, removed or added. Raises OutputError if no run can write a folder at this path.
     """
     target = _check_usable(path)
     _clear_after_kill(target)
@@ -74,16 +76,16 @@ def unchanged_report(path: Path) -> bytes | None:
 
 
 def _clear_after_kill(target: Path) -> None:
-    """Remove the working files that a killed run left beside a folder; those of a run in progress are locked."""
+    """Remove the working files that a killed run left beside a folder; the files of an active run are locked."""
     if _folder_beside(target).exists():
         with suppress(OutputError), write_beside(target, "--out"):
-            pass  # leaving the block clears the folder
+            pass  # the end of the block clears the working folder
 
 
 def managed_files(folder: Path) -> list[str]:
-    """Return the names of the files that the last run wrote into a folder and nobody changed, report.json last.
+    """Return the names of the files that the last run wrote into a folder and that are unchanged; report.json is last.
 
-    Empty if the report is missing or was changed itself.
+    The list is empty if the report is missing or was changed.
     """
     digests = _listed_digests(folder)
     if digests is None:
@@ -92,9 +94,9 @@ def managed_files(folder: Path) -> list[str]:
 
 
 def unmanaged_files(folder: Path) -> list[str]:
-    """Return the sorted names of everything in a folder that is not a managed file, including links and folders.
+    """Return the sorted names of all entries in a folder that are not managed files, including links and folders.
 
-    A changed report.json comes first.
+    If report.json was changed, it comes first.
     """
     if not folder.exists():
         return []
@@ -104,26 +106,26 @@ def unmanaged_files(folder: Path) -> list[str]:
 
 
 def refuse_unmanaged(folder: Path, *, force: bool) -> None:
-    """Raise OutputError if a folder holds anything except the unchanged files of its last run.
+    """Raise OutputError if a folder contains anything except the unchanged files of its last run.
 
-    With `force` other files are allowed, but folders, links, pipes and devices are not.
+    With `force`, other files are allowed, but folders, links, pipes and devices are not.
     """
     names = unmanaged_files(folder)
     for name in names:
         if not is_regular(folder / name):
-            bound = f"a folder of files, and it holds {name!r}, a {kind_of(folder / name)}"
-            raise _refused(folder, bound, "name another folder with --out, or move that away")
+            bound = f"a folder that contains only files, but it contains {name!r}, a {kind_of(folder / name)}"
+            raise _refused(folder, bound, "choose another folder with --out, or move that away")
     if names and not force:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        bound = f"a new or empty folder, or one with the unchanged files of its last run, and it holds {names[0]!r}"
-        hint = "name another folder with --out, move these files away, or keep them as NAME.bak with --force"
+        bound = f"new, empty, or unchanged since its last run, but it contains {names[0]!r}"
+        hint = "choose another folder with --out, move these files away, or keep them as NAME.bak with --force"
         raise _refused(folder, f"{bound}{more}", hint)
 
 
 def _listed_digests(folder: Path) -> dict[str, str] | None:
-    """Return the sha256 of each file that report.json lists, by name.
+    """Return the SHA-256 digest of each file that report.json lists, keyed by name.
 
-    None if the report is missing, unreadable or changed, or if it lists a file outside its folder.
+    Returns None if the report is missing, unreadable or changed, or if it lists a file outside its folder.
     """
     path = folder / REPORT
     try:
@@ -138,9 +140,9 @@ def _listed_digests(folder: Path) -> dict[str, str] | None:
 
 
 def _check_listed(new: Path) -> None:
-    """Raise ValueError if the new folder holds a file that report.json does not list.
+    """Raise ValueError if the new folder contains a file that report.json does not list.
 
-    The next run would take it for a foreign file and reject the folder.
+    The next run would treat this file as one of the user and reject the folder.
     """
     unlisted = unmanaged_files(new)
     if unlisted:
@@ -154,70 +156,73 @@ def _refused(path: Path, bound: str, hint: str, flag: str = "--out") -> OutputEr
 
 
 def _check_usable(path: Path) -> Path:
-    """Return the real path of an output folder; raises OutputError if no run can write a folder there.
+    """Return the resolved path of an output folder; raises OutputError if no run can write a folder at this path.
 
-    That is the case for a file, a path that cannot be resolved, a place without permission to write, and a folder that
-    cannot be replaced: the current one, one above it, or a mount point.
+    The path must be resolvable, must not be a file, and must be in a folder that can be written. A folder that cannot
+    be replaced is rejected too: the current folder, a folder above it, or a mount point.
     """
     try:
         target = path.resolve()
         here = Path.cwd()
         existing = next(folder for folder in (target, *target.parents) if folder.exists())
     except (OSError, RuntimeError) as error:
-        raise _refused(path, f"a path that leads somewhere ({error})", "name another folder with --out") from error
+        raise _refused(path, f"a path that can be resolved ({error})", "choose another folder with --out") from error
     if not existing.is_dir():
-        raise _refused(path, f"a folder; {str(existing)!r} is a file", "name another folder with --out")
+        raise _refused(path, f"a folder, but {str(existing)!r} is a file", "choose another folder with --out")
     if target == here or target in here.parents or target.is_mount():
-        bound = "a folder that can be replaced, not the current one, one above it or a mounted one"
-        raise _refused(path, bound, "name a folder inside it")
-    parent = existing if existing != target else target.parent  # the folder in which names are created and renamed
+        bound = "a folder that can be replaced: not the current folder, a folder above it, or a mount point"
+        raise _refused(path, bound, "choose a folder inside it")
+    parent = existing if existing != target else target.parent  # the folder whose entries are created and renamed
     if not os.access(parent, os.W_OK | os.X_OK):
-        bound = f"in a folder that can be written, and {str(parent)!r} cannot"
-        raise _refused(path, bound, "name another folder with --out, or change its permissions")
+        bound = f"in a folder that can be written, but {str(parent)!r} cannot be written"
+        raise _refused(path, bound, "choose another folder with --out, or change its permissions")
     return target
 
 
 @contextmanager
 def write_beside(target: Path, flag: str) -> Iterator[Path]:
-    """Lock a file or folder `target`, and yield an empty folder beside it; both are removed at the end.
+    """Lock a file or folder `target`, and yield an empty folder beside it; lock and folder are removed at the end.
 
-    The lock of a killed process is free again. Signals are held until the end; use `interruptible` around work that may
-    be interrupted. Raises OutputError if another process holds the lock, or if the working folder beside `target` holds
-    foreign files. The message names `flag`, the flag of the command that names the target.
+    If a process is killed, its lock is released. Signals are delayed until the end of the block; use `interruptible`
+    around work that may be interrupted. Raises OutputError if another process holds the lock, or if the working folder
+    beside `target` contains other files. The message names `flag`, the command-line flag of the target.
     """
     with uninterrupted():
         working_folder = _folder_beside(target)
         lock = _acquire_lock(working_folder, target, flag)
         try:
             _clear(working_folder, target)
-            new = working_folder / f"{_NEW}{os.getpid()}"  # a new name, because workers of a killed run may still write
+            new = (
+                working_folder / f"{_NEW}{os.getpid()}"
+            )  # a unique name, because workers of a killed run may still be writing
             new.mkdir()
             yield new
         finally:
             _clear(working_folder, target)
             (working_folder / _LOCK).unlink(missing_ok=True)
-            with suppress(OSError):  # foreign files that could not be moved back remain there
+            with suppress(OSError):  # the folder remains if it contains files that could not be moved back
                 working_folder.rmdir()
             lock.release()
 
 
 def _acquire_lock(working_folder: Path, target: Path, flag: str) -> BaseFileLock:
-    """Create the working folder of a target and return its lock, which is held.
+    """Create the working folder of a target, acquire its lock, and return the lock.
 
-    Raises OutputError if another process holds the lock, the folder holds foreign files, or it cannot be created.
+    Raises OutputError if another process holds the lock, if the folder contains other files, or if it cannot be
+    created.
     """
-    hint = f"name another place with {flag}"
+    hint = f"choose another path with {flag}"
     try:
         working_folder.mkdir(parents=True, exist_ok=True)
         contents = list(working_folder.iterdir())
         if contents and not (is_regular(working_folder / _LOCK) and all(_is_working_file(path) for path in contents)):
-            bound = f"a folder beside which no other {working_folder.name!r} stands"
+            bound = f"beside no other folder called {working_folder.name!r}"
             raise _refused(target, bound, "move that folder away", flag)
         lock = FileLock(working_folder / _LOCK, blocking=False)
         lock.acquire()
     except Timeout as error:
         bound = "a folder that no other run is writing"
-        raise _refused(target, bound, f"wait for that run, or {hint}", flag) from error
+        raise _refused(target, bound, f"wait until the other run has finished, or {hint}", flag) from error
     except OSError as error:
         bound = f"in a folder that can be written ({error.strerror})"
         raise _refused(target, bound, f"{hint}, or change its permissions", flag) from error
@@ -229,7 +234,7 @@ def _folder_beside(target: Path) -> Path:
 
 
 def _is_working_file(path: Path) -> bool:
-    """Return whether a path in the working folder is the empty lock, or a folder that a run creates there."""
+    """Return whether a path in the working folder is the empty lock file, or a folder that a run creates there."""
     if path.name == _LOCK:
         return path.stat().st_size == 0
     is_folder = path.is_dir() and not path.is_symlink()
@@ -237,30 +242,30 @@ def _is_working_file(path: Path) -> bool:
 
 
 def _clear(working_folder: Path, target: Path) -> None:
-    """Remove unfinished outputs from the working folder, and restore or delete the old outputs there.
+    """Remove unfinished outputs from the working folder, and restore or delete the old outputs in it.
 
-    Foreign files among the old outputs are moved into the target as NAME.bak.
+    Files of the user among the old outputs are moved into the target as NAME.bak.
     """
     for new in working_folder.glob(f"{_NEW}*"):
         shutil.rmtree(new, ignore_errors=True)
     old = working_folder / _OLD
     if not old.exists():
         return
-    if not target.exists():  # the run ended between the two renames of `_publish`, so the old outputs still count
+    if not target.exists():  # the run ended between the two renames in `_publish`, so the old outputs are restored
         old.rename(target)
         return
     for name in managed_files(old):
         (old / name).unlink()
-    for foreign in sorted(old.iterdir()):
-        keep_aside(foreign, target)
+    for user_file in sorted(old.iterdir()):
+        keep_aside(user_file, target)
     old.rmdir()
 
 
 def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
-    """Move the old folder `target` to `old`, and rename the `new` one to its place.
+    """Move the existing folder `target` to `old`, and rename the folder `new` to `target`.
 
-    The old folder is checked again after its move, because a file may have been added during the run. If the check
-    fails, the folder is moved back. Raises OutputError like `refuse_unmanaged`.
+    The existing folder is checked again after it was moved, because a file may have been added during the run. If this
+    check fails, the folder is moved back. Raises OutputError like `refuse_unmanaged`.
     """
     if target.exists():
         new.chmod(stat.S_IMODE(target.stat().st_mode))
@@ -269,5 +274,5 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
             refuse_unmanaged(old, force=force)
         except OutputError:
             old.rename(target)
-            refuse_unmanaged(target, force=force)  # raises the same error again, with the name of the target
+            refuse_unmanaged(target, force=force)  # raises the same error, but with the path of the target
     new.rename(target)

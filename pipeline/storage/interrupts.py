@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM: a command ends at once by KeyboardInterrupt, except in blocks that must be completed.
+"""Handling of Ctrl-C and SIGTERM: they end a command immediately by KeyboardInterrupt.
 
-A signal can arrive at any line of Python. `uninterrupted` delays its exception where that would leave files or
-processes behind.
+A signal can arrive at any line of Python code. `uninterrupted` delays its exception in blocks that would otherwise
+leave files or processes behind.
 """
 
 import signal
@@ -15,38 +15,38 @@ _REPEAT_S = 1.0  # period after which the exception is raised again, because som
 
 
 class InterruptedCommand(KeyboardInterrupt):
-    """The end of this process due to a signal.
+    """The exception that ends this process after a signal.
 
-    A plain KeyboardInterrupt will not do: Python remembers one that leaves `exec`, and then ends itself as if by Ctrl-C
-    instead of with our exit code.
+    It is a subclass because a plain KeyboardInterrupt has a side effect: if it leaves `exec`, Python later ends as if
+    by Ctrl-C, and not with the exit code of this program.
     """
 
 
 class _Ending:
     """The state of the signals in this process."""
 
-    signal_number: int | None = None  # number of the first signal
-    depth = 0  # number of nested blocks that delay signals
-    is_pending = False  # whether an exception is due at the end of these blocks
+    signal_number: int | None = None  # number of the first signal that arrived
+    depth = 0  # number of nested blocks that delay the exception
+    is_pending = False  # whether the exception must be raised at the end of these blocks
 
 
 def end_by_signals() -> None:
-    """Let Ctrl-C and SIGTERM end this process by KeyboardInterrupt, without output from Python itself."""
+    """Let Ctrl-C and SIGTERM end this process by KeyboardInterrupt, without a traceback from Python."""
     for number in SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # a shell lets its background jobs ignore Ctrl-C
+        if signal.getsignal(number) is not signal.SIG_IGN:  # background jobs of a shell ignore Ctrl-C
             signal.signal(number, _handle_signal)
     signal.signal(signal.SIGALRM, _raise_again)
-    for hook in ("excepthook", "unraisablehook"):  # Python would print an exception that no code of ours can catch
+    for hook in ("excepthook", "unraisablehook"):  # these would print exceptions that this program cannot catch
         setattr(sys, hook, _silence_after_signal(getattr(sys, hook)))
 
 
 def ending_signal() -> int | None:
-    """Return the number of the signal that ends this process, or None if no signal has arrived."""
+    """Return the number of the signal that is ending this process, or None if no signal has arrived."""
     return _Ending.signal_number
 
 
 def ignore_signals() -> None:
-    """Ignore further signals, so that the process ends by itself with its own exit code."""
+    """Ignore further signals, so that the process can finish and return its own exit code."""
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in (*SIGNALS, signal.SIGALRM):
         signal.signal(number, signal.SIG_IGN)
@@ -54,7 +54,7 @@ def ignore_signals() -> None:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Delay the exception of a signal that arrives inside the block until the block ends."""
+    """Delay the exception of a signal that arrives during the block until the end of the block."""
     before = _Ending.depth
     try:
         _Ending.depth = before + 1
@@ -66,7 +66,10 @@ def uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let signals end this block, although it is inside `uninterrupted`, whose blocks can then clean up."""
+    """Let signals end this block immediately, although it is inside a block of `uninterrupted`.
+
+    The enclosing blocks can then clean up without interruption.
+    """
     before = _Ending.depth
     try:
         _Ending.depth = 0
@@ -78,10 +81,11 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def signals_for_this_thread() -> Iterator[None]:
-    """Block signals while threads and processes are started inside the block, because these inherit the blocked state.
+    """Block signals while threads and processes are started in the block, so that only this thread receives signals.
 
-    A terminal sends Ctrl-C to worker processes too, which would print tracebacks. A thread would receive a signal for
-    which gmsh has a handler of its own, while `mesh.session` blocks signals only in the main thread.
+    Threads and processes inherit the blocked state. A terminal also sends Ctrl-C to worker processes, which would print
+    tracebacks. A thread would receive signals for which gmsh has its own handler, because `mesh.session` only blocks
+    signals in the main thread.
     """
     with uninterrupted():
         try:
@@ -92,7 +96,7 @@ def signals_for_this_thread() -> Iterator[None]:
 
 
 def _raise_if_pending() -> None:
-    """Raise the exception of a signal if it is due and no block delays it."""
+    """Raise the exception of a signal if it is pending and no block delays it."""
     if _Ending.is_pending and _Ending.depth == 0:
         _Ending.is_pending = False
         raise InterruptedCommand
@@ -106,7 +110,7 @@ def _handle_signal(number: int, _: FrameType | None) -> None:
 
 
 def _raise_again(*_: object) -> None:
-    """Raise the exception of a signal again, unless it is delayed or its `finally` blocks are running already."""
+    """Raise the exception of a signal again, unless it is delayed or already being handled."""
     error = sys.exception()
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
@@ -117,7 +121,7 @@ def _raise_again(*_: object) -> None:
 
 
 def _silence_after_signal(hook: Callable[..., object]) -> Callable[..., None]:
-    """Return a hook of `sys` that prints errors only until a signal arrives."""
+    """Return a hook of `sys` that prints errors only before a signal arrives."""
 
     def quiet_hook(*details: object) -> None:
         if _Ending.signal_number is None:

@@ -1,4 +1,4 @@
-"""Files that a stage writes, cached together with the verdicts on them: equal inputs give equal bytes."""
+"""Cache for the files that a stage writes, and for the verdicts on them; equal inputs give identical files."""
 
 import base64
 import os
@@ -16,25 +16,25 @@ from sensor.verdict import Verdict
 Inputs = Mapping[str, object]
 Verdicts = tuple[Verdict, ...]
 Written = tuple[tuple[Path, ...], Verdicts]
-"""The written files, and the verdicts on them."""
+"""The paths of the written files, and the verdicts on them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeptFiles:
-    """Files by name as base64 text, and the verdicts on them."""
+    """The contents of files as base64 text, keyed by file name, and the verdicts on these files."""
 
     files: dict[str, str] = field(default_factory=dict)
     verdicts: Verdicts = ()
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a name with a folder in it, and for invalid base64."""
+        """Raise ValueError for a name that contains a folder, and for invalid base64."""
         for name, text in self.files.items():
             if Path(name).name != name:
                 raise ValueError(name)
             base64.b64decode(text, validate=True)
 
     def write_to(self, folder: Path) -> Verdicts:
-        """Write the files into a folder and return the verdicts on them; raises OSError if that fails."""
+        """Write the files into a folder and return the verdicts on them; raises OSError if a file cannot be written."""
         for name, text in self.files.items():
             (folder / name).write_bytes(base64.b64decode(text))
         return self.verdicts
@@ -43,10 +43,11 @@ class KeptFiles:
 def begin_files(
     stage: str, inputs: Inputs, write: Callable[[Path], Written], executor: Executor | None
 ) -> Future[KeptFiles]:
-    """Begin to make the files of a stage in a worker, and return their future.
+    """Start making the files of a stage in a worker process, and return their future.
 
-    `write` writes the files into a folder, and returns their paths with the verdicts on them. The files are cached by
-    `inputs` and the file date. Cached files are returned at once, without a worker.
+    `write` writes the files into a folder, and returns their paths and the verdicts on them. The key in the cache
+    consists of `inputs` and the file date. If the files are cached, the future is already finished and no worker is
+    used.
     """
     cached_files = stored(stage, _with_date(inputs), KeptFiles)
     if cached_files is not None:
@@ -55,7 +56,7 @@ def begin_files(
 
 
 def _make_or_load(stage: str, inputs: Inputs, write: Callable[[Path], Written]) -> KeptFiles:
-    """Make the files of a stage, or load them if another process has cached them meanwhile."""
+    """Make the files of a stage, or load them if another process has cached them in the meantime."""
 
     def make() -> KeptFiles:
         with tempfile.TemporaryDirectory(prefix="twintip-") as folder:

@@ -1,4 +1,4 @@
-"""Frozen records as plain JSON data and back, by their type hints; for the cache and for reports."""
+"""Conversion of frozen records to plain JSON data and back, by their type hints, for the cache and for reports."""
 
 import math
 from collections.abc import Iterable
@@ -12,20 +12,21 @@ from cattrs.strategies import configure_union_passthrough
 from sensor.quantity import InputError
 
 T = TypeVar("T")
-ROUND_OFF = 1e-6  # relative difference up to which two numbers count as equal
+ROUND_OFF = 1e-6  # relative difference up to which two numbers are treated as equal
 Plain = dict[str, Any]
 
 
 def to_plain(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
-    """Return a record as nested JSON objects and lists."""
+    """Convert a record to nested JSON objects and lists."""
     return _CONVERTER.unstructure(record)
 
 
 def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Converter | None = None) -> T:
-    """Return plain data as a record of type `kind`, the inverse of `to_plain`.
+    """Convert plain data to a record of type `kind`; this is the inverse of `to_plain`.
 
-    `converter` may be a `strict_converter` with hooks for further types. Raises ValueError for a missing or unknown key
-    or a value of another type. The message names the place in the data, beginning with `name` or else with the type.
+    `converter` may be a `strict_converter` with additional hooks. Raises ValueError for a missing key, an unknown key,
+    or a value of another type. The message contains the location in the data, which begins with `name`, or with the
+    name of the type if there is no `name`.
     """
     try:
         _check_container(kind, data)
@@ -37,7 +38,7 @@ def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Co
 
 
 def _check_container(kind: type, data: object) -> None:
-    """Raise TypeError unless data for a record or a dict is a JSON object, and data for a tuple is a list."""
+    """Raise TypeError unless the data for a record or a dict is a JSON object, and the data for a tuple is a list."""
     is_object = is_dataclass(kind) or get_origin(kind) is dict
     if is_object and not isinstance(data, dict):
         msg = "expected a JSON object"
@@ -54,12 +55,12 @@ def _reason(error: BaseException, kind: type | None) -> str:
 
 
 def _is_array(kind: object) -> bool:
-    """Return whether a type is a NumPy array."""
+    """Return whether a type is that of a NumPy array, with or without parameters."""
     return getattr(kind, "__origin__", kind) is np.ndarray
 
 
 def _to_float(value: object, _kind: type) -> float:
-    """Return a number as a float; raises TypeError for texts and truth values, which `float` would accept."""
+    """Convert a number to a float; raises TypeError for strings and Booleans, which `float` would accept."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         msg = f"expected a number, got {value!r}"
         raise TypeError(msg)
@@ -67,9 +68,9 @@ def _to_float(value: object, _kind: type) -> float:
 
 
 def _check_type(value: object, kind: type) -> object:
-    """Return a text, integer or truth value unchanged.
+    """Return a string, an integer or a Boolean unchanged.
 
-    Raises TypeError for a value of another type, which `kind` itself would convert.
+    Raises TypeError for a value of another type, which a call of `kind` would convert.
     """
     if type(value) is not kind:
         msg = f"expected {kind.__name__}, got {value!r}"
@@ -78,9 +79,9 @@ def _check_type(value: object, kind: type) -> object:
 
 
 def strict_converter() -> cattrs.Converter:
-    """Return a cattrs converter between records and JSON data, which rejects a value of the wrong type.
+    """Return a cattrs converter between records and JSON data that rejects values of the wrong type.
 
-    An integer is accepted where a float is expected.
+    However, an integer is accepted for a float.
     """
     converter = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
     configure_union_passthrough(float | int | str | bool | None, converter)
@@ -96,11 +97,11 @@ _CONVERTER = strict_converter()
 
 
 def first_largest(values: Iterable[float], least: float = 0.0) -> int:
-    """Return the index of the first number that equals the largest number within round-off; nan is ignored.
+    """Return the index of the first number that equals the largest number within round-off; NaN is ignored.
 
-    Numbers that are equal by symmetry differ by round-off, and the difference depends on the processor. Two numbers are
-    equal within round-off if they differ by at most the fraction ROUND_OFF of the larger one or of `least`. Raises
-    ValueError if there is no number.
+    Without a tolerance, the result would depend on the processor, because numbers that are equal by symmetry differ by
+    round-off. Two numbers are treated as equal if they differ by at most the fraction ROUND_OFF of the larger number or
+    of `least`. Raises ValueError if there is no number.
     """
     numbers = list(values)
     largest = max(number for number in numbers if not math.isnan(number))

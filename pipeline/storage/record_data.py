@@ -1,16 +1,17 @@
-"""Conversion of records to JSON data and back, and to one line of text, as the fields of the records declare.
+"""Conversion of records to JSON data and back, and to one line of text, controlled by the metadata of their fields.
 
-A field declares its key, unit and meaning with `report_field`. Its metadata may also have:
+A field declares its key, unit and meaning with `report_field`. Its metadata may also contain:
 
-- `key`: the name of the field in the data, if that differs from the name of the field in the record;
-- `times`: the factor from the unit of the field to the unit of the key;
-- `left_out`: True if the key is omitted when the field has its default value. The name of another field, if the key is
-  omitted when that field has its default value;
-- `inline`: a function of the record, which returns the keys and values that replace the key of this field;
-- `attribute_unit`: the unit of the field for docstrings, if that differs from the unit of its key;
+- `key`: the name of the field in the data, if it differs from the name of the field in the record;
+- `times`: the factor that converts the unit of the field to the unit of the key;
+- `left_out`: True if the key is omitted when the field has its default value. The name of another field if the key is
+  omitted when that other field has its default value;
+- `inline`: a function of the record. It returns the keys and values that are written instead of the key of this field;
+- `attribute_unit`: the unit of the field in docstrings, if it differs from the unit of its key;
 - `told`: False for a field that has no key in the data;
-- `flat`: a record type, for a field that holds such a record or None. The keys of that record are written beside those
-  of this record; for None they are 0 or false. If the field has a key of its own, it states whether there is a record;
+- `flat`: a record type, for a field that holds such a record or None. The keys of this nested record are written at the
+  same level as the keys of the outer record; for None their values are 0 or false. If the field has a key, the value of
+  this key states whether there is a nested record;
 - `line`: a function of the record, which returns the text of this field in a line;
 - `absent`: the text that replaces `line` if the field has its default value.
 """
@@ -30,12 +31,12 @@ from sensor.quantity import InputError, key_of
 
 
 def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
-    """Return a record, or a list of records, as JSON data."""
+    """Convert a record, or a list of records, to JSON data."""
     return _CONVERTER.unstructure(record)
 
 
 def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any record
-    """Return a record as one line: the texts of the fields `names`, in this order."""
+    """Return one line of text for a record: the texts of the fields in `names`, in this order."""
     texts = []
     for name in names:
         item = record.__dataclass_fields__[name]
@@ -45,9 +46,9 @@ def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any rec
 
 
 def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], Any]:  # noqa: ANN401 - any record
-    """Return the cattrs unstructure hook that turns a record of type `kind` into JSON data.
+    """Return the cattrs unstructure hook that converts a record of type `kind` to JSON data.
 
-    The keys are in the order of the fields. The head of this module explains the metadata that the hook follows.
+    The keys are in the order of the fields. The docstring of this module explains the metadata that control the hook.
     """
     items = fields(kind)
     unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
@@ -76,10 +77,10 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
 
 
 def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
-    """Return the cattrs structure hook that turns JSON data into a record, the inverse of `unstructure_hook`.
+    """Return the cattrs structure hook that converts JSON data to a record; this is the inverse of `unstructure_hook`.
 
-    The hook raises InputError for a missing key, unless the key may be left out or older data lack it (a field with
-    `since`).
+    The hook raises InputError for a missing key. A key may be missing if its field has the metadata `left_out`, or
+    `since` for a key that older data do not contain.
     """
     items = fields(kind)
     overrides = {item.name: _override(item, converter) for item in items}
@@ -100,7 +101,7 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
             return structure(data, of_kind)
         except cattrs.ClassValidationError as error:
             for _, note in error.group_exceptions()[0]:
-                note.name = keys[note.name]  # the message shall name the key in the data, not the field
+                note.name = keys[note.name]  # so that the message names the key in the data instead of the field
             raise
 
     return structure_complete
@@ -108,9 +109,9 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
 
 @cache
 def fields_by_key(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401 - any record
-    """Return for each key of a record type in JSON data its field and the type of its value.
+    """Return the field and the type of the value for each key that a record type has in JSON data.
 
-    Fields without a key are left out. The keys of a flat record are included.
+    Fields without a key are left out. The keys of flat nested records are included.
     """
     result: dict[str, tuple[Field[Any], Any]] = {}
     hints = get_type_hints(kind)
@@ -124,22 +125,22 @@ def fields_by_key(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN4
 
 
 def value_at_key(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, and the value of any field
-    """Return the value that a record has at a key of its JSON data, in the unit of the key.
+    """Return the value of a key in the JSON data of a record, in the unit of the key.
 
-    Raises KeyError if its type has no such key.
+    Raises KeyError if the type of the record has no such key.
     """
     kind: Any = type(record)
     item, _ = fields_by_key(kind)[key]
-    # The value of a flat field, or of a field of a flat record, is known only after the conversion.
+    # The value of a flat field, and of each field of a flat record, is only known after converting the whole record.
     if "flat" in item.metadata or record.__dataclass_fields__.get(item.name) is not item:
         return as_data(record)[key]
     return scaled(getattr(record, item.name), item.metadata.get("times", 1.0))
 
 
 def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
-    """Return the keys that a flat field contributes to the data of its record.
+    """Return the keys and values that a flat field contributes to the data of the outer record.
 
-    `part` is the data of the record in this field, or None. For None each key has the zero value of its type.
+    `part` is the data of the nested record, or None. For None, each key has the zero value of its type.
     """
     own_key = {item.name: part is not None} if item.metadata.get("told", True) else {}
     zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}
@@ -147,9 +148,10 @@ def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
 
 
 def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
-    """Return data in which one key of a flat field, with its record as value, replaces the keys of that record.
+    """Return the data after replacing the keys of a flat nested record by a single key, whose value is this record.
 
-    The record is None if the key of the field is false, or if the field has no key and all values are 0 or false.
+    The nested record is None if the key of its field is false. If the field has no key, the record is None if all its
+    values are 0 or false.
     """
     kind = item.metadata["flat"]
     keys = fields_by_key(kind)
@@ -161,7 +163,7 @@ def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Co
 
 
 def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or records if the factor is 1
-    """Return a number, or nested lists and mappings of numbers, multiplied by a factor; None remains None."""
+    """Multiply a number, or all numbers in nested lists and mappings, by a factor; None remains None."""
     if factor == 1.0 or value is None:
         return value
     if isinstance(value, Mapping):
@@ -172,9 +174,9 @@ def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or reco
 
 
 def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
-    """Return the cattrs override for a field: its name in the data, and the conversion of its unit."""
+    """Return the cattrs override for a field, which defines its name in the data and the conversion of its unit."""
     if "flat" in item.metadata:
-        return override(struct_hook=lambda record, _: record)  # `_nest_record` has structured the record already
+        return override(struct_hook=lambda record, _: record)  # `_nest_record` has already structured the record
     if not item.metadata.get("told", True):
         return override(omit=True)
     times = item.metadata.get("times")
@@ -188,9 +190,10 @@ def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: AN
 
 
 def _is_required(item: Field[Any]) -> bool:
-    """Return whether data must have the key of a field.
+    """Return whether data must contain the key of a field.
 
-    It need not if the field has a default, and the key may be left out or was added after older data were written.
+    The key is optional if the field has a default value, and the key is either one that may be left out or one that
+    older data do not contain.
     """
     return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
 

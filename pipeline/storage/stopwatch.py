@@ -1,4 +1,4 @@
-"""Wall-clock and CPU time of each stage of a run; a listener is called when a stage begins."""
+"""Measurement of the wall-clock and CPU time of each stage of a run, with a callback when a stage begins."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -6,10 +6,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 Progress = Callable[[str], None]
-"""Called with the current piece of work."""
+"""A function that is called with a description of the current stage."""
 
 Count = Callable[[int, int], None]
-"""Called with the number of finished parts of a piece of work, and their total."""
+"""A function that is called with the number of finished parts of the work, and the number of all parts."""
 
 WORK = {
     "contact": "compliance of the fruit under the tips, meshed and solved",
@@ -24,12 +24,12 @@ WORK = {
     "behaviour": "tilt, stiffening and frequency of the springs",
     "fields": "displacement and stress for ParaView",
 }
-"""Descriptions of the stages of a run."""
+"""The descriptions of the stages of a run, which are shown as progress."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Seconds:
-    """Wall-clock and CPU time of this process by stage, and in `total` [s]."""
+    """The wall-clock and CPU time [s] that this process spent in each stage, and in `total`."""
 
     wall: dict[str, float]
     cpu: dict[str, float]
@@ -40,13 +40,14 @@ def silent(*_: object) -> None:
 
 
 class Stopwatch:
-    """Adds up the time of named stages, each of which may be entered more than once and inside another stage.
+    """A stopwatch that adds up the time of named stages.
 
-    The time of a nested stage is counted only for the inner stage.
+    A stage may be entered several times, also inside another stage. The time of a nested stage is added only to the
+    inner stage.
     """
 
     def __init__(self, progress: Progress = silent) -> None:
-        """Start the total time; `progress` is called with the description of each new stage."""
+        """Start measuring the total time; `progress` is called with the description of each stage that begins."""
         self._progress = progress
         self._description = ""
         self._wall_start = time.perf_counter()
@@ -59,7 +60,7 @@ class Stopwatch:
 
     @contextmanager
     def stage(self, stage: str) -> Iterator[None]:
-        """Add the time of a block to a stage."""
+        """Add the time spent in the block to a stage."""
         description = f"{stage}: {WORK[stage]}" if stage in WORK else stage
         if description != self._description:
             self._description = description
@@ -84,7 +85,7 @@ class Stopwatch:
         self._cpu_last = cpu
 
     def seconds(self) -> Seconds:
-        """Return the time of every stage until now and the total since the start [s], rounded to milliseconds."""
+        """Return the time of each stage so far, and the total time since the start [s], rounded to milliseconds."""
         wall = {**self._wall, "total": time.perf_counter() - self._wall_start}
         cpu = {**self._cpu, "total": time.process_time() - self._cpu_start}
         return Seconds(

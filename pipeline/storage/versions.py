@@ -1,4 +1,4 @@
-"""Digests of the program and versions of its packages, on which results depend in addition to their inputs."""
+"""Digests of the source code and versions of the packages, on which results depend in addition to their inputs."""
 
 import functools
 import hashlib
@@ -10,14 +10,14 @@ from pathlib import Path
 _SOURCES = ("sensor", "cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
 _PAGE_SUFFIXES = (".js", ".css", ".html.j2", ".LICENSE")
-"""Endings of files that only display numbers; a changed plot needs no new solution."""
+"""Endings of the names of files that only display numbers. If such a file changes, nothing needs to be solved again."""
 _ROOT = Path(__file__).parents[2]
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
 
 
 @functools.cache
 def code_digest() -> str:
-    """Return a digest of all source files that may affect numbers, and of the versions of the packages that compute."""
+    """Return a digest of all source files and package versions that may affect numbers."""
     digest = hashlib.sha256()
     for name, number in computing_versions().items():
         digest.update(f"{name}=={number}\n".encode())
@@ -27,7 +27,7 @@ def code_digest() -> str:
 
 @functools.cache
 def pages_digest() -> str:
-    """Return a digest of the scripts, styles and templates of all pages."""
+    """Return a digest of the scripts, style sheets and templates of all pages."""
     return sources_digest(_ROOT, of_pages=True)
 
 
@@ -37,9 +37,9 @@ def computing_versions() -> dict[str, str]:
 
 
 def sources_digest(root: Path, *, of_pages: bool = False) -> str:
-    """Return a digest of the source files in the folder `root` of the project that may affect numbers.
+    """Return a digest of those source files in the project folder `root` that may affect numbers.
 
-    With `of_pages` the digest covers the files that only display numbers instead.
+    With `of_pages`, the digest covers instead the files that only display numbers.
     """
     digest = hashlib.sha256()
     for package in _SOURCES:
@@ -52,7 +52,7 @@ def sources_digest(root: Path, *, of_pages: bool = False) -> str:
 
 
 def declared_packages() -> tuple[str, ...]:
-    """Return the names of the packages that every run needs; empty if the program is not installed."""
+    """Return the names of the packages that every run needs; empty if this program is not installed as a package."""
     try:
         requirements = requires("twintip") or []
     except PackageNotFoundError:
@@ -63,7 +63,7 @@ def declared_packages() -> tuple[str, ...]:
 
 @functools.cache
 def run_packages() -> dict[str, str | None]:
-    """Return the versions of the program and of the packages that every run needs; None for a missing package."""
+    """Return the version of this program and of each package that every run needs; None for a missing package."""
     return {name: installed_version(name) for name in ("twintip", *declared_packages())}
 
 

@@ -1,7 +1,7 @@
-"""Meshes and fields as VTU files for ParaView and PyVista; the names of arrays contain units.
+"""Export of meshes and fields to VTU files for ParaView and PyVista; the names of arrays contain units.
 
-The nodes of a cell are written in VTK's order. Eight-node hexahedra of scikit-fem remain hexahedra with eight nodes.
-Hexahedra with 27 nodes are written as the 20-node cells on which displacements are solved.
+The nodes of a cell are written in VTK's order. Hexahedra with 8 nodes are written unchanged. Hexahedra with 27 nodes
+are written as 20-node cells, on which the displacements are solved.
 """
 
 import math
@@ -17,7 +17,7 @@ from sensor.arrays import Floats
 
 Ints = NDArray[np.int64]
 
-KNOWN_BITS = 20  # number of significant bits that are written for the largest value of an array
+KNOWN_BITS = 20  # number of significant bits with which the largest value of an array is written
 _CORNERS = np.array(
     [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], dtype=np.float64
 )
@@ -28,11 +28,11 @@ VTK_NODES = np.vstack([_CORNERS, _CORNERS[_EDGES].mean(axis=1)])
 """Reference coordinates of the nodes of a 20-node hexahedron in VTK's order, from its file format."""
 
 _CELLS = {8: ("hexahedron", 8), 27: ("hexahedron20", 20)}
-"""Name of the cell type of meshio and number of its nodes, for each number of nodes in scikit-fem."""
+"""The cell type in meshio and the number of its nodes, keyed by the number of nodes per cell in scikit-fem."""
 
 
 class Mesh(Protocol):
-    """The used part of a scikit-fem mesh."""
+    """The attributes of a scikit-fem mesh that this module uses."""
 
     doflocs: Floats
     boundaries: Any
@@ -41,7 +41,7 @@ class Mesh(Protocol):
 
 
 HALF_AT_Y = "half_model_mirror_at_y_mm"
-"""Name of the array that marks a mesh as one half: its value is the plane y of symmetry [mm]."""
+"""Name of the array that marks a mesh as one half of a body; its value is y of the symmetry plane [mm]."""
 
 _GRID = b"<UnstructuredGrid>\n"
 _FIELD_DATA = (
@@ -51,50 +51,51 @@ _FIELD_DATA = (
 
 
 def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_y: float | None = None) -> None:
-    """Write a mesh [mm] and the arrays of `point_data` as a VTU file.
+    """Write a mesh [mm] and the arrays in `point_data` to a VTU file.
 
-    An array has shape (points,), (points, 3) or (points, 6) in the order of `mesh.doflocs`. Six components are xx, yy,
-    zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the largest value of
-    their array. Each named boundary is written as an array of this name, which is 1 on its nodes. `half_at_y` marks a
-    mesh that is one half of a body, by the y coordinate of its plane of symmetry [mm].
+    An array has the shape (points,), (points, 3) or (points, 6), in the order of `mesh.doflocs`. Six components are the
+    components xx, yy, zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the
+    largest value in their array. Each named boundary is written as an array with its name, which is 1 at the nodes of
+    the boundary. `half_at_y` [mm] is given for a mesh that is one half of a body; it is the y coordinate of the
+    symmetry plane.
 
-    Raises ValueError for an array of another size, with a value that is not finite, or with the name of a boundary, and
-    for cells of another type than in `_CELLS`.
+    Raises ValueError for an array with another shape, with a value that is not finite, or with the name of a boundary.
+    It is also raised for cells of a type that `_CELLS` does not contain.
     """
     kind, cells = _vtk_cells(mesh)
-    # The nodes of the cells come first in `doflocs`. The centres of facets and cells follow and are not written.
+    # In `doflocs`, the nodes that are written come first, followed by the centres of facets and cells.
     points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])
     arrays = {name: _check_array(path, name, values, len(points)) for name, values in point_data.items()}
     marks = {name: _mark_nodes(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
     clashes = sorted(arrays.keys() & marks.keys())
     if clashes:
-        msg = f"{path.name}: array {clashes[0]!r} has the name of a boundary; give it another name, with its unit"
+        msg = f"{path.name}: array {clashes[0]!r} has the name of a boundary; choose another name, with its unit"
         raise ValueError(msg)
     meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}).write(path)
-    if half_at_y is not None:  # meshio cannot write an array that belongs to the whole grid
+    if half_at_y is not None:  # added as text, because meshio cannot write an array that belongs to the whole grid
         field_data = _FIELD_DATA.format(name=HALF_AT_Y, value=half_at_y).encode()
         path.write_bytes(path.read_bytes().replace(_GRID, _GRID + field_data, 1))
 
 
 def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
-    """Return the VTK type of the cells, and their nodes in VTK's order, shape (cells, nodes).
+    """Return the VTK type of the cells, and their nodes (cells, nodes) in VTK's order.
 
-    The order is found by the positions of the nodes in the reference cell. Raises ValueError for another cell type.
+    The positions of the nodes in the reference cell determine this order. Raises ValueError for an unknown cell type.
     """
     nodes = np.asarray(mesh.dofs.element_dofs, dtype=np.int64)
     if len(nodes) not in _CELLS:
         msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELLS))}; write its linear mesh"
         raise ValueError(msg)
     kind, count = _CELLS[len(nodes)]
-    # scikit-fem's hexahedron is mirrored relative to VTK's; exchanging two axes of the reference cell corrects this.
+    # scikit-fem's hexahedron is mirrored relative to VTK's. Swapping two axes of the reference cell corrects this.
     distance = np.linalg.norm(VTK_NODES[:count, None, [1, 0, 2]] - mesh.elem().doflocs, axis=2)
     return kind, np.ascontiguousarray(nodes[distance.argmin(axis=1)].T)
 
 
 def _check_array(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
-    """Return an array as it is written, rounded, for `count` points.
+    """Return an array for `count` points as it is written to the file, with rounded values.
 
-    Raises ValueError for a wrong shape and for values that are not finite.
+    Raises ValueError for a wrong shape, and for values that are not finite.
     """
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape not in ((count,), (count, 3), (count, 6)):
@@ -107,18 +108,18 @@ def _check_array(path: Path, name: str, values: Floats, count: int) -> NDArray[n
 
 
 def _round_values(array: Floats) -> NDArray[np.float32]:
-    """Return values rounded to about a millionth of the largest magnitude.
+    """Return the values rounded to about a millionth of their largest magnitude.
 
-    Further digits depend on the number of threads, and so would the bytes of the file.
+    Further digits are not reproducible, because they depend on the number of threads.
     """
-    # The step is a power of 2, so that multiples of it are exact.
+    # The rounding step is a power of 2, so that its multiples are exact.
     step = math.ldexp(1.0, math.frexp(float(np.abs(array).max(initial=0.0)))[1] - KNOWN_BITS)
-    rounded = np.round(array / step) * step + 0.0  # adding 0 turns negative zeros into positive ones
+    rounded = np.round(array / step) * step + 0.0  # adding 0 makes negative zeros positive
     return rounded.astype(np.float32)
 
 
 def _mark_nodes(mesh: Mesh, facets: Any, count: int) -> NDArray[np.int8]:  # noqa: ANN401 - indices of some int type
-    """Return an array (count,) that is 1 at the nodes of some facets and of their edges, and 0 elsewhere."""
+    """Return an array (count,) that is 1 at the nodes of the given facets and of their edges, and 0 elsewhere."""
     dofs = mesh.dofs.get_facet_dofs(facets)
     marks = np.zeros(count, dtype=np.int8)
     for nodes in (*dofs.nodal.values(), *dofs.edge.values()):

@@ -1,4 +1,4 @@
-"""Worker processes of the library loky, with the interface of `concurrent.futures`."""
+"""Worker processes from the library loky, with the interface of `concurrent.futures`."""
 
 import os
 import signal
@@ -20,23 +20,23 @@ from sensor.quantity import validation_error
 T = TypeVar("T")
 _PROC = Path("/proc/self")
 
-# With one thread, sums are always added in the same order, so results are equal to the last bit in every process.
+# With a single thread, sums are always computed in the same order, so all processes give bitwise identical results.
 ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-# A crash is reported by BrokenExecutor, so loky's dump of the stack is turned off. Only an empty text does that.
+# A crash is reported by BrokenExecutor, so loky's stack dump is disabled. Only an empty string disables it.
 _ENVIRONMENT = {**ONE_THREAD, "PYTHONFAULTHANDLER": ""}
-_LOKY = r"loky\.process_executor"  # not the copy inside joblib
-_IDLE_SECONDS = 20.0  # time after which an idle worker ends; nothing else ends the workers of a killed process
+_LOKY = r"loky\.process_executor"  # does not match the copy of loky inside joblib
+_IDLE_SECONDS = 20.0  # time after which an idle worker ends; if this process is killed, only this ends its workers
 
 
 def available_cores() -> int:
-    """Return the number of cores that this process may use; 1 without /proc, where no worker can run."""
+    """Return the number of cores that this process may use; 1 without /proc, because workers need it."""
     if not _PROC.is_dir():
         return 1
     return len(os.sched_getaffinity(0))
 
 
 def open_workers(count: int) -> Executor:
-    """Return an executor of `count` processes with one thread each; `close_workers` ends it.
+    """Return an executor with `count` processes of one thread each; `close_workers` ends it.
 
     Raises InputError if there is no /proc, which loky's workers read to check their memory.
     """
@@ -44,24 +44,24 @@ def open_workers(count: int) -> Executor:
         raise validation_error(
             "/proc", "absent", "", "mounted for worker processes", "mount it, or use another machine"
         )
-    # The memory of a worker grows while it meshes and solves. loky then replaces the worker without losing work, so its
-    # warning is of no use.
+    # The memory of a worker grows as it meshes and solves. loky then replaces the worker without losing work, so its
+    # warning is not useful.
     warnings.filterwarnings("ignore", "A worker was restarted", UserWarning, _LOKY)
 
     class Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
-        """Worker processes with a temporary folder of their own, so that files of a killed worker are removed too."""
+        """Worker processes with their own temporary folder, so that the files of a killed worker are also removed."""
 
         def __init__(self) -> None:
             self.folder = tempfile.TemporaryDirectory(prefix="twintip-", ignore_cleanup_errors=True)
             environment = {**_ENVIRONMENT, "TMPDIR": self.folder.name}
-            # The start of the resource tracker unblocks both signals. It is started here, because otherwise the first
-            # worker would inherit that state.
+            # Starting the resource tracker unblocks both signals. It is started here, because otherwise the first
+            # worker would start it and inherit the unblocked state.
             with uninterrupted():
                 resource_tracker.ensure_running()
             super().__init__(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=environment)
 
         def submit(self, *call: object, **named: object) -> Future[object]:
-            with signals_for_this_thread():  # submit may start a process
+            with signals_for_this_thread():  # `submit` may start a process
                 future: Future[object] = super().submit(*call, **named)
             return future
 
@@ -76,14 +76,14 @@ def open_workers(count: int) -> Executor:
 def close_workers(executor: Executor) -> None:
     """End the processes of an executor immediately."""
     with uninterrupted():
-        executor.shutdown(kill_workers=True)  # type: ignore[call-arg]  # loky's own argument
+        executor.shutdown(kill_workers=True)  # type: ignore[call-arg]  # only loky has this argument
 
 
 @contextmanager
 def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
-    """Yield a worker process for the CAD kernel, which imports the kernel while this process solves.
+    """Yield an executor with one worker process, which imports the CAD kernel while this process solves.
 
-    Yields None if it is not `wanted`, or if there is only one core.
+    Yields None if no worker is `wanted`, or if only one core is available.
     """
     if not wanted or available_cores() == 1:
         yield None
@@ -99,9 +99,9 @@ def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
 
 
 def submit(executor: Executor | None, work: Callable[..., T], *arguments: object) -> Future[T]:
-    """Call `work` with these arguments in another process, and return the future of its result.
+    """Call `work` with the given arguments in another process, and return the future of its result.
 
-    Without an executor the call is made here at once.
+    Without an executor, the call is made immediately in this process.
     """
     if executor is not None:
         return executor.submit(work, *arguments)
@@ -109,14 +109,14 @@ def submit(executor: Executor | None, work: Callable[..., T], *arguments: object
 
 
 def finished_future(value: T) -> Future[T]:
-    """Return a future that already has its result."""
+    """Return a future that already has the result `value`."""
     future: Future[T] = Future()
     future.set_result(value)
     return future
 
 
 def _prepare_worker() -> None:
-    """Prepare a worker process: unblock SIGTERM, which it inherits blocked, ignore Ctrl-C, and suppress warnings."""
+    """Prepare a worker process: ignore Ctrl-C, unblock SIGTERM, which it inherits blocked, and suppress warnings."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     warnings.simplefilter("ignore")
