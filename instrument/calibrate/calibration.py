@@ -281,23 +281,17 @@ def calibrate_unit(
     Raises InputError if a table does not determine the springs or contradicts the design, and if a unit with these
     springs cannot read a modulus.
     """
-    # The weights determine the springs and the channels.
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighing = correct_weights(table, report, after_s)
-    names = [tip.name for tip in report.tips]
-    counts = [key for key in count_keys(len(names)) if key in table.numbers]
-    lines = fit_weight_lines(table, names, counts, weighing.forces)
-    deflections = [lines[name, DEFLECTION] for name in names]
-    springs = [stiffness_of_line(line) for line in deflections]
-    _refuse_unlike_design(table, springs, designed)
-    channels = calibrate_channels(table, report, lines, weighing.forces)
+    deflections, channels = _fit_weights(table, weighing, designed)
     assumptions = [weighing.note] if weighing.note else []
     # A press on a plate determines the springs more accurately, so its stiffnesses replace those from the weights.
     plate_springs = None
     requirements = report.design.reading or ReadingRequirements()
     if plate is not None:
-        plate_springs = _springs_on_plate(plate, table, channels, springs, report)
-        assumptions += _note_on_plate(plate_springs, springs, names, plate)
+        stiffnesses = [stiffness_of_line(line) for line in deflections]
+        plate_springs = _springs_on_plate(plate, table, channels, stiffnesses, report)
+        assumptions += _note_on_plate(plate_springs, stiffnesses, [tip.name for tip in report.tips], plate)
     elif requirements.on_plate:
         assumptions = [WITHOUT_PLATE, *assumptions]
     assumptions += _notes_on_bends(table, report, deflections, channels)
@@ -336,6 +330,23 @@ def calibrate_unit(
         channels=channels,
         ball_presses=ball_presses,
     )
+
+
+def _fit_weights(
+    table: MeasuredTable, weighing: Weighing, designed: MeasuringUnit
+) -> tuple[list[Line], ChannelCalibration | None]:
+    """Fit the lines of deflection [mm] against weight [N] of all tips, and calibrate the channels.
+
+    `designed` is a unit with the designed stiffnesses. The calibration of the channels is None if the table has no
+    counts. Raises InputError if the table does not determine the springs, or contradicts the design.
+    """
+    report = designed.report
+    names = [tip.name for tip in report.tips]
+    counts = [key for key in count_keys(len(names)) if key in table.numbers]
+    lines = fit_weight_lines(table, names, counts, weighing.forces)
+    deflections = [lines[name, DEFLECTION] for name in names]
+    _refuse_unlike_design(table, [stiffness_of_line(line) for line in deflections], designed)
+    return deflections, calibrate_channels(table, report, lines, weighing.forces)
 
 
 def _printed_unit(

@@ -35,10 +35,10 @@ _ITERATIONS = 4  # Gauss-Newton steps; each roughly squares the error of the exp
 _LARGEST_EXPONENT = math.log10(2.0)  # exponent of a compliance that doubles in each decade of time
 _FEWEST_ROWS = 4  # minimum number of rows of a tip: zero, compliance and exponent are three unknowns
 _EXTRAPOLATION_FRACTION = 0.5
-"""Fraction of the process's creep error that is added to the error of a measured creep.
+"""Fraction of the process's creep error that is added in quadrature to the error of a measured creep.
 
-Presses are shorter than the weighing, so the measured creep is extrapolated, and its slope against the logarithm of
-time is not constant. That half of the spread between prints covers this error is an assumption.
+Presses are shorter than the weighing, so the measured creep is extrapolated to shorter times. Its slope against the
+logarithm of time is not constant. It is assumed that half of the spread between prints covers the resulting error.
 """
 
 
@@ -68,9 +68,9 @@ class Weighing:
 def correct_weights(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
     """Correct the weights of a table for creep to one common time, and return them with the creep law of the unit.
 
-    A weight F that was read at the time t is corrected to F (t / t0)^n, where t0 is the geometric mean of all reading
-    times under load. The time from hanging a weight to its reading is the column `t` of the table. Without this column
-    it is `after_s` [s] for all rows, and no correction is needed.
+    A weight F that was read at the time t is corrected to F (t / t0)^n. The common time t0 is the geometric mean of all
+    reading times under load. The time from hanging a weight to its reading is the column `t` of the table. Without this
+    column it is `after_s` [s] for all rows, and no correction is needed.
 
     Raises InputError for invalid times, for times given both in the table and by `after_s`, and for a compliance that
     decreases with time.
@@ -114,7 +114,7 @@ def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
 
 
 def _refuse_bad_times(table: MeasuredTable) -> None:
-    """Raise InputError for a time under load that is not positive, or that decreases while the same weight hangs."""
+    """Raise InputError for a negative time, for a zero time under load, and for times of a weight that decrease."""
     times = table.numbers["t"]
     forces = table.numbers["force"]
     for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):

@@ -1,8 +1,8 @@
 """Fit of a scale: the firmness shown by another instrument, as a function of the modulus that a unit reads.
 
-Whatever the skin, the material law of the flesh or the instrument, firmer fruit gives a higher reading. So the
-logarithm of the firmness is fitted by an increasing function of the logarithm of the modulus: a straight line (a power
-law) or an isotonic regression. Both are compared by leave-one-out cross-validation (M. Stone, J. R. Stat. Soc. B 36
+Whatever the skin, the material law of the flesh or the instrument, firmer fruit gives a higher reading. So ln firmness
+is fitted by an increasing function of ln E. This is either a straight line, which represents a power law, or an
+isotonic regression. Both are compared by leave-one-out cross-validation (M. Stone, J. R. Stat. Soc. B 36
 (1974) 111). The simplest curve is chosen whose error exceeds the smallest error by at most one standard error
 (L. Breiman et al., Classification and Regression Trees, 1984, 3.4.3).
 """
@@ -40,8 +40,8 @@ _ROUND_OFF = 1e-9  # difference between logarithms that round-off may cause
 class ScaleFit:
     """A scale, the number of fruit that it was fitted to, and its cross-validation error.
 
-    For each kind of curve, `left_out` is the relative standard deviation [1] of the predicted firmness of a fruit that
-    is left out of the fit.
+    For each kind of curve, `left_out` holds the relative standard deviation [1] of the firmness that is predicted for
+    fruit left out of the fit.
     """
 
     scale: FruitScale = report_field("", "the curve with its error band", inline=lambda fit: as_data(fit.scale))
@@ -116,8 +116,8 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     """Fit the scale to the moduli read in presses [MPa] and the firmness of the fruit [`unit`], both (presses,).
 
     `names` are the names of the pressed fruit, one for each press, and `source` is the name of the table in messages.
-    Each curve is fitted to the means of the fruit. Its error is that of a single press on a fruit to which it was not
-    fitted, because this is how the scale is used later.
+    Each curve is fitted to the means of the fruit. Its error is that of a single press on a fruit that was not used in
+    the fit, as in later use.
 
     Raises InputError for too few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
     """
@@ -135,27 +135,37 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     squared_errors = {name: _squared_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
     error_of_mean = math.sqrt(float(_squared_errors(_constant_curve, groups, means, span).mean()))
     variances = {name: float(errors.mean()) for name, errors in squared_errors.items()}
-    # Choose the first (simplest) curve whose mean square error exceeds the smallest by at most one standard error.
-    best = min(variances, key=variances.__getitem__)
-    limit = variances[best] + float(squared_errors[best].std(ddof=1)) / math.sqrt(len(groups))
-    simplest = next(name for name in _CURVES if variances[name] <= limit)
-    deviation = math.sqrt(variances[simplest])
+    chosen_curve = _simplest_good_curve(squared_errors)
+    deviation = math.sqrt(variances[chosen_curve])
     if not deviation < error_of_mean - _ROUND_OFF:
         percent = f"{100.0 * error_of_mean:.3g} %"
         bound = f"below {percent}, the error of the mean of all fruit: here the readings do not predict the firmness"
         name = f"{source}: error of the firmness of fruit left out of the fit"
         raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from the softest to the firmest")
-    points = _CURVES[simplest](means, ends)
-    half_width = math.expm1(student(len(groups) - PARAMETERS) * deviation)  # of a logarithm, as a relative error
+    points = _CURVES[chosen_curve](means, ends)
+    # A half width d of ln firmness means that the firmness is larger or smaller by the factor exp(d).
+    half_width = math.expm1(student(len(groups) - PARAMETERS) * deviation)
     scale = FruitScale(
         unit=unit,
-        curve=simplest,
+        curve=chosen_curve,
         percent=100.0 * half_width,
         E_MPa=tuple(np.exp(points.ln_E).tolist()),
         firmness=tuple(np.exp(points.ln_firmness).tolist()),
     )
     left_out = {name: math.sqrt(variance) for name, variance in variances.items()}
     return ScaleFit(scale=scale, fruit=len(groups), left_out=left_out)
+
+
+def _simplest_good_curve(squared_errors: Mapping[str, Floats]) -> str:
+    """Return the first (simplest) curve whose mean square error exceeds the smallest by at most one standard error.
+
+    `squared_errors` holds the square error (fruit,) [1] of each curve, the simplest curve first.
+    """
+    variances = {name: float(errors.mean()) for name, errors in squared_errors.items()}
+    best = min(variances, key=variances.__getitem__)
+    standard_error = float(squared_errors[best].std(ddof=1)) / math.sqrt(len(squared_errors[best]))
+    limit = variances[best] + standard_error
+    return next(name for name, variance in variances.items() if variance <= limit)
 
 
 def _squared_errors(curve: _Curve, groups: Sequence[_Points], means: _Points, span: Floats) -> Floats:

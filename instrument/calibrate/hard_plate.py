@@ -1,8 +1,8 @@
 """Stiffnesses of the springs from a press on a hard flat plate, on which all tips have the same travel.
 
 A modulus follows from small differences between deflections. If only weights calibrate a unit, its deflections F / K
-contain the error of the dial indicator that determined K. On a plate, the deflection of every tip is known from one
-travel: it is the travel minus the Hertzian flattening of the dome on glass.
+contain the error of the dial indicator that determined K. On a plate, all tips have the same travel. The deflection of
+a tip is this travel minus the Hertzian flattening of its dome on the glass.
 """
 
 from collections.abc import Sequence
@@ -69,8 +69,12 @@ def pressed_springs(
 ) -> list[PressedSpring]:
     """Determine each spring from a press on a glass plate with all tips in contact in every row of `table`.
 
-    The stiffness K of a spring is the slope of its force, from the calibrated `channels`, against its deflection. The
-    deflection is the travel minus the flattening of the dome. `weight_stiffnesses` are the stiffnesses [N/mm] from the
+    The stiffness K of a spring is the slope of the straight line
+
+        F = F0 + K (x - w),
+
+    with the force F [N] from the calibrated `channels`, the travel x [mm], and the flattening w [mm] of the dome on
+    the plate. So x - w is the deflection of the spring. `weight_stiffnesses` are the stiffnesses [N/mm] from the
     weights and the dial indicator, with which the result must agree.
 
     Raises InputError for fewer than three different travels, for an outlier, for a tip that touches late, and for
@@ -97,7 +101,8 @@ def pressed_springs(
     _refuse_contradiction(table, ratios, weight_stiffnesses, report)
     _refuse_bends(table, lines)
 
-    # An error in the travel is the same for all tips, so the mean residual of all channels estimates it.
+    # An error in the travel is the same for all tips, so the mean residual of all channels estimates it. The scatter
+    # that remains after correcting the travel is the error of each channel's deflection.
     channel_deflections = (forces - [line.zero for line in lines]) / K  # [mm]
     travel_errors = (channel_deflections - deflections).mean(axis=1)
     travel_line = fit_line(travel, travel + travel_errors, table.last_digits["travel"])

@@ -42,7 +42,7 @@ SCATTER = Bounds(at_most=10.0)
 LEAST_RADIUS_RATIO = 3.0
 """Smallest ratio of the ball's radius to the tip spacing, by judgement.
 
-The contact model takes the ball as deep. The forces on a smaller ball would depend on its finite size.
+The contact model neglects the finite size of the ball, which would affect the forces on a smaller ball.
 """
 ACCEPTED_FLAGS = {"press_over_bruise_limit", "out_of_range"}
 """Flags that do not exclude a press on a ball: rubber does not bruise, and a form error may shift E out of range."""
@@ -115,8 +115,8 @@ class BallPresses:
 def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
     """Return the correction of a unit from presses on a ball of known modulus, and the numbers of presses in the file.
 
-    Raises InputError for a design whose fruit or tips a ball does not represent, for a report without form errors, for
-    a ball that is too small or not as firm as the fruit, and if the presses do not determine a factor.
+    Raises InputError if the ball is too small, is not as firm as the fruit, or does not represent the fruit and tips of
+    the design. It is also raised for a report without form errors, and if the presses do not determine a factor.
     """
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design
@@ -162,8 +162,8 @@ def fit_ball_correction(
 ) -> BallCorrection:
     """Return the correction of a unit from its readings on a ball.
 
-    The unit reads with the contact law of the design's fruit, but a ball is deeper than this fruit. So the reference is
-    not the modulus of the ball but the reading of a simulated press on a ball with ideal domes:
+    The unit reads with the contact law of the design's fruit, but a ball is deeper than this fruit. So the modulus of
+    the ball is not the reference. The reference is the reading of a simulated press on a ball with ideal domes:
 
         factor = E read in the simulated press / median of E read in the real presses.
 
@@ -186,9 +186,7 @@ def fit_ball_correction(
         hint = "check the unit of the modulus, and the springs"
         name = f"{source}: E of the ball divided by E read"
         raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
-    # For normally distributed readings, the variance of the median is pi / 2 times the variance of the mean.
-    deviation = float(np.log(moduli).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(moduli))
-    scatter = deviation * student(len(moduli) - 1) / COVERAGE
+    scatter = _median_error(moduli)
     if not SCATTER.hold(100.0 * COVERAGE * scatter):
         name = f"{source}: error of the factor (95 %) due to the scatter of {len(moduli)} presses"
         hint = "press more often, level and at an even pace, with the ball on a hard base"
@@ -208,13 +206,22 @@ def fit_ball_correction(
     )
 
 
-def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
-    """Simulate a level press on a ball without noise.
+def _median_error(moduli: Floats) -> float:
+    """Return the relative standard error [1] of the median of moduli (presses,) [MPa], due to their scatter.
 
-    The result is the forces (samples, tips) [N] of the press and its uncorrected reading.
-    The ball is modelled as an elastic half-space of modulus E [MPa], with the curvature of the ball only in the gaps
-    between tips and surface. Raises InputError if the press has no solution or no reading, because the springs differ
-    too much from the design.
+    It is widened for few presses by Student's t divided by the coverage factor of a normal distribution.
+    """
+    # For normally distributed readings, the variance of the median is pi / 2 times the variance of the mean.
+    deviation = float(np.log(moduli).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(moduli))
+    return deviation * student(len(moduli) - 1) / COVERAGE
+
+
+def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
+    """Simulate a level press on a ball, without noise.
+
+    Returns the forces (samples, tips) [N] of the press and its uncorrected reading. The ball is modelled as an elastic
+    half-space of modulus E [MPa], with the curvature of the ball only in the gaps between tips and surface. Raises
+    InputError if the press has no solution or no reading, because the springs differ too much from the design.
     """
     domes, law = on_ball.domes, on_ball.rise_law
     assert domes is not None  # noqa: S101 - only a design with domes takes a ball

@@ -131,8 +131,8 @@ def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
 def _unit_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return the relative standard deviations of a reading [1] due to the springs, their creep, and the deflections.
 
-    Errors of the deflections are included only if a plate calibrated the unit. If weights did, the gain errors are part
-    of the error of each reading.
+    Errors of the deflections are included only if the unit was calibrated on a plate. After a calibration by weights,
+    the gain errors are part of the error of each reading.
     """
     errors = sensor.channels.spring_and_gain_uncertainty(np.array(slopes.springs), np.array(slopes.gains))
     on_plate = sensor.unit.calibrated_by == "plate"

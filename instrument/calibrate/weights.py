@@ -113,7 +113,7 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     for name, key, line in zip(names, keys, own_lines, strict=True):
         rows = _rows_of(table, name)
         loads = table.numbers["force"][rows]
-        # Without creep, all readings of one weight would be equal except for hysteresis and drift.
+        # The part of each count that creep adds is subtracted.
         counts = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)
         percent_per_count = 100.0 / (abs(line.slope.value) * float(np.ptp(loads)))
         zeros = counts[loads == 0.0]
@@ -166,7 +166,7 @@ def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
         hint = "swap the columns, reverse the sign of the deflection, or correct a unit"
         raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
     if compliance.error > compliance.value:
-        bound = f"known to 200 %, not ± {COVERAGE * compliance.error:.2g} mm/N"
+        bound = f"known to within 200 %, but its error is ± {COVERAGE * compliance.error:.2g} mm/N"
         raise validation_error(field, compliance.value, "mm/N", bound, "repeat the weighing")
 
 
@@ -197,7 +197,7 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
         slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
             field = f"{table.source}: {key} against the weight on {name}"
-            bound = f"known to 100 %, not ± {COVERAGE * slope.error:.2g} counts/N"
+            bound = f"known to within 100 %, but its error is ± {COVERAGE * slope.error:.2g} counts/N"
             raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wiring")
     # A channel responds little to other tips, so the threshold for outliers is relative to the span for its own tip.
     for name in names:

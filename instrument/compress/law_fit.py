@@ -5,8 +5,8 @@ The travel at a force F is
     x = x0 + D(F) - s exp(-F / F_s),
 
 where D is the depth of the force law from first contact x0 on. The last term describes the skin, which settles under
-small forces: s is the travel lost in settling, and F_s the force with which it decays. The load cell adds its zero line
-f0 + f1 x to the force.
+small forces. s is the travel that is lost in settling, and F_s is the decay constant of the force. The load cell adds
+its zero line f0 + f1 x to the force.
 """
 
 import math

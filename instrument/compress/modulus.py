@@ -150,8 +150,8 @@ def measured_modulus(
     With `compression_negative`, travel and force may be negative in compression. `count` is called with the number of
     finished parts of the work and with the number of all parts.
 
-    Raises InputError for a curve that does not show the compression of such a body, for an implausible modulus, and for
-    an error bar that contains 0. Raises SolveError if there is no solution for the force law.
+    Raises InputError for a curve that does not show the compression of such a body. It is also raised for an
+    implausible modulus, and for an error bar that contains 0. Raises SolveError if the force law has no solution.
     """
     test = phases(specimen, compression_negative=compression_negative)
     specimen = test.specimen
@@ -241,9 +241,9 @@ def _relaxation_of_hold(
 
 
 def _modulus_change(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
-    """Return the relative error of the modulus [1] in the case that another force law is the true one.
+    """Return the relative error of the modulus [1] if `other` is the true force law.
 
-    The other law is fitted to the chosen range. If this fit fails, the stiffnesses of the two laws are compared.
+    This law is fitted to the chosen range. If the fit fails, the stiffnesses of the two laws are compared.
     """
     count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
     has_drift = chosen.fit.parameters.drift != 0.0

@@ -25,7 +25,7 @@ def _plot_data(result: CompressionResult, *, only_specimen: bool) -> Plain:
     """Return the data of one test for the plots of the page.
 
     The data are travel [mm], force [N], the fitted force law, strain [%] and plate stress [MPa]. The measured curves
-    are decimated to `_MOST_POINTS`. The name of the test is the name of its file, followed by the name of its specimen
+    are decimated to `_MOST_POINTS`. The name of the test is the name of its file. The name of its specimen is appended
     unless it is the `only_specimen` of the file.
     """
     curve = result.curve

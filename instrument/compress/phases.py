@@ -14,12 +14,13 @@ from sensor.quantity import InputError, validation_error
 
 _UNITS = {"travel": "mm", "force": "N"}
 _JITTER = 0.02  # largest backward step that jitter of the reading explains, as a fraction of the travel
-# Unloading is recognised by its force, which is at least this fraction below the loading force at the same depth.
+# Smallest fall of the force when the plate returns, relative to the difference between the force at the deepest row and
+# the loading force at the same depth. If the force falls less, the backward step is an error of the travel.
 _LEAST_UNLOADING = 0.5
 _TAP = 0.2  # a first loading up to this fraction of the largest force is a tap before the test
-# A force in compression may lie below the first forces by this fraction of the force range, or by noise.
-_LARGEST_DROP = 0.1
-_LARGEST_DROP_IN_NOISE = 6.0  # the limit for noise, in standard deviations
+# In compression, a force may lie below the first forces by either of these two distances.
+_LARGEST_DROP = 0.1  # fraction of the force range
+_LARGEST_DROP_IN_NOISE = 6.0  # standard deviations of the noise
 _LEAST_SLOPE_RATIO = 0.75  # smallest ratio of a later to an earlier slope of the force; for convex fruit it exceeds 1
 _LOAD_LEVELS = (0.1, 0.3, 0.6)  # fractions of the largest force between which these slopes are computed
 _MOST_POINTS = 1200  # more points are averaged in groups, which speeds up the fit without loss of accuracy
@@ -100,7 +101,7 @@ def _falling_error(specimen: Specimen, quantity: str, values: Floats) -> InputEr
 def _cut_at_first_return(specimen: Specimen) -> Specimen:
     """Return a curve up to the first return of its plate or probe.
 
-    Later rows do not show the compression of intact flesh: the probe may stick or return beyond its start, or it may
+    Later rows do not show the compression of intact flesh. The probe may stick or return beyond its start, or it may
     compress the flesh a second time. A note is added if a later row lies deeper. A curve without a return is unchanged.
     """
     # A return may go farther than the loading, so the row with the largest change in force determines the signs.
@@ -126,9 +127,9 @@ def _cut_at_first_return(specimen: Specimen) -> Specimen:
 def _find_first_return(depth: Floats, load: Floats) -> tuple[int, int] | None:
     """Return the deepest row before the first return, and the first row that certainly belongs to this return.
 
-    Returns None if there is no return. `depth` [mm] and `load` [N], both (rows,), increase in compression. In a return,
-    the force must be much smaller than in the loading at the same depth. A return from a small load is ignored, because
-    it follows a tap before the test.
+    Returns None if there is no return. `depth` [mm] and `load` [N], both (rows,), increase in compression. A return is
+    a backward step in which the force falls enough, as `_LEAST_UNLOADING` defines. A return from a small load is
+    ignored, because it follows a tap before the test.
     """
     largest_depth = np.maximum.accumulate(depth)  # largest depth up to each row
     span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
@@ -162,8 +163,8 @@ def _find_hold(test: Specimen) -> slice | None:
 def _loading(specimen: Specimen) -> Loading:
     """Return the loading of a specimen whose rows end before a hold or a return.
 
-    Raises InputError for travel that runs backwards, for a force far below its first values, for too few rows, and for
-    a force whose slope decreases with the travel.
+    Raises InputError for too few rows, and for travel that runs backwards. It is also raised for a force that lies far
+    below its first values, or whose slope decreases with the travel.
     """
     travel = specimen.travel
     force = specimen.force
@@ -253,7 +254,7 @@ def _average_groups(values: Floats) -> Floats:
 
 
 def _moving_mean(values: Floats, width: int) -> Floats:
-    """Return the means over all windows of `width` values; the first window is centred on the value width // 2."""
+    """Return the means over all windows of `width` values; the first window is centred at index width // 2."""
     return np.convolve(values, np.ones(width) / width, mode="valid")
 
 

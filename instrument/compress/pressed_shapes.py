@@ -156,7 +156,7 @@ class Ellipsoid(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the section of a body of revolution, whose radius is the equivalent radius of the two radii."""
+        """Return the cross-section of a body of revolution, whose radius is the equivalent radius of the two radii."""
         radius = equivalent_radius(self.radius_mm, self.radius_across_mm)
         return Section(half_height=0.5 * self.height_mm, radius=radius)
 
@@ -218,7 +218,7 @@ class CylinderOnSide(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the circular section."""
+        """Return the circular cross-section, which is solved in plane strain."""
         return Section(half_height=self.radius_mm, radius=self.radius_mm, length=self.length_mm)
 
     @property
@@ -264,12 +264,12 @@ class CylinderOnEnd(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the rectangular section."""
+        """Return the rectangular section through the axis of the cylinder."""
         return Section(half_height=0.5 * self.height_mm, radius=self.radius_mm, is_round=False)
 
     @property
     def per_mm(self) -> float:
-        """Return the relative decrease of the modulus per mm [1/mm], of a bar with E ~ 1 / area."""
+        """Return the relative decrease of the modulus per mm of radius [1/mm], where E ~ 1 / area."""
         return 2.0 / self.radius_mm
 
 
@@ -313,13 +313,13 @@ class RectangularBlock(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the rectangular section of the equivalent cylinder."""
+        """Return the rectangular section through the axis of the equivalent cylinder."""
         radius = math.sqrt(self.end_area_mm2 / math.pi)
         return Section(half_height=0.5 * self.height_mm, radius=radius, is_round=False)
 
     @property
     def per_mm(self) -> float:
-        """Return the relative decrease of the modulus per mm [1/mm], of a bar with E ~ 1 / area."""
+        """Return the relative decrease of the modulus per mm of width and length [1/mm], where E ~ 1 / area."""
         return 1.0 / self.width_mm + 1.0 / self.length_mm
 
 

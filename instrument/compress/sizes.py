@@ -59,8 +59,8 @@ class SpecimenSizes:
 def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     """Read a table with the sizes of specimens.
 
-    `flags` are the names of the sizes that are given on the command line. Raises InputError if the table also contains
-    one of these sizes, for a row without a file, and for a second row for the same specimen.
+    `flags` are the names of the sizes that are given on the command line, which the table must not contain. Raises
+    InputError if it does, for a row without a file, and for a second row for the same specimen.
     """
     sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
     table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")

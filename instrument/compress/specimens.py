@@ -115,7 +115,7 @@ def _is_continuation(first: Specimen, second: Specimen) -> bool:
     """Return whether the second curve continues the first one.
 
     Both must be in the same file, and the first curve must end at its largest compression. The second curve must begin
-    within a few steps of this end, both in travel and in force, and must not go back by more than one step.
+    within a few steps of this end, both in travel and in force. It must not go back by more than one step.
     """
     travel = first.travel
     if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004

@@ -65,8 +65,8 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 def store(stage: str, inputs: object, result: object) -> None:
     """Store the result of a stage for these inputs, in a temporary file that is then renamed.
 
-    If the cache cannot be written, or if the path of the entry is not a regular file, nothing is stored and no error is
-    raised.
+    Nothing is stored if the cache cannot be written, or if the path of the entry is taken by anything but a regular
+    file. No error is raised in these cases.
     """
     path = _entry_path(stage, inputs)
     if path is None or (os.path.lexists(path) and not is_regular(path)):

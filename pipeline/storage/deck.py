@@ -1,7 +1,7 @@
 """Input decks for CalculiX: linear problems with second-order elements, node sets and static steps, in N, mm and MPa.
 
-Node numbers begin at 0 in this module and at 1 in the text of a deck. The nodes of the elements are followed by the
-ground node, if there are springs to the ground, and by one node for each mean displacement.
+Node numbers begin at 0 in this module and at 1 in the text of a deck. The nodes of the elements come first. If there
+are springs to the ground, the ground node follows. The last nodes represent the mean displacements.
 """
 
 import io
@@ -232,8 +232,8 @@ def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
 def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[str]) -> None:
     """Write a step: its supports, its prescribed displacements and loads, and its printed output.
 
-    The output consists of the total reactions of the node set `support` and of the sets with a prescribed displacement,
-    and of the displacements of the sets in `printed`.
+    The output contains the total reactions of the node set `support` and of the sets with a prescribed displacement. It
+    also contains the displacements of the sets in `printed`.
     """
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():

@@ -33,8 +33,8 @@ class OutputError(InputError):
 def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     """Yield an empty folder, which replaces `path` if the block succeeds and is removed if the block fails.
 
-    Without a path, the folder is removed in either case. Only those files of the previous folder are deleted that its
-    report.json lists. With `force`, other files are kept as NAME.bak. Raises OutputError if `path` cannot be written,
+    Without a path, the folder is removed in either case. Of the previous folder, only the files that its report.json
+    lists are deleted. With `force`, other files are kept as NAME.bak. Raises OutputError if `path` cannot be written,
     is in use by another run, or contains other files. This is checked before the block runs, and again at the end.
     """
     if path is None:

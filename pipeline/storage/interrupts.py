@@ -17,8 +17,8 @@ _REPEAT_S = 1.0  # period after which the exception is raised again, because som
 class InterruptedCommand(KeyboardInterrupt):
     """The exception that ends this process after a signal.
 
-    It is a subclass because a plain KeyboardInterrupt has a side effect: if it leaves `exec`, Python later ends as if
-    by Ctrl-C, and not with the exit code of this program.
+    It is a subclass because Python treats a plain KeyboardInterrupt that leaves `exec` in a special way: it later ends
+    as if by Ctrl-C, without the exit code of this program.
     """
 
 

@@ -192,8 +192,7 @@ def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: AN
 def _is_required(item: Field[Any]) -> bool:
     """Return whether data must contain the key of a field.
 
-    The key is optional if the field has a default value, and the key is either one that may be left out or one that
-    older data do not contain.
+    The key of a field with a default value is optional if it may be left out, or if older data do not contain it.
     """
     return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
 

@@ -71,9 +71,9 @@ def completed_items(
 ) -> Generator[tuple[Item, Result]]:
     """Yield each item and the result of `work(item)`, in the order of completion.
 
-    An item whose worker was lost is retried at the end, with no other item in parallel, because the item itself may be
-    the cause of the loss. If the worker is lost in every attempt, the result is `if_lost(item)`. Raises InputError if
-    the engine has no workers any more.
+    An item whose worker was lost is retried at the end. No other item is then solved in parallel, because the item
+    itself may be the cause of the loss. If the worker is lost in every attempt, the result is `if_lost(item)`. Raises
+    InputError if the engine has no workers any more.
     """
     lost_items: list[Item] = []
     yield from _run_items(engine, work, items, engine.workers * _IN_FLIGHT, lost_items)

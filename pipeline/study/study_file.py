@@ -354,8 +354,7 @@ def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     for row in points:
         refuse_length(sheet.source, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
-    # The values are in `rows`. Of the varied keys only the names are used, so one arbitrary choice, from the first row,
-    # is enough.
+    # The values are in `rows`. Only the names of the varied keys are used, so each key gets an arbitrary single choice.
     return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)
 
 

@@ -12,6 +12,7 @@ from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key
 from pipeline.report.page.page_template import FIGURES, render_page
 from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.plain import Plain
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
@@ -62,8 +63,8 @@ def write_page(
 ) -> Path:
     """Write the page of a study, its base design, and the designs of its best points; return the path of the page.
 
-    The files are written into the folder of the store. `best` holds the numbers of the best points, the best one first;
-    by default these are the ten points with the smallest values of the first key in `wanted`. `proved` maps each point
+    The files are written into the folder of the store. `best` holds the numbers of the best points, the best one first.
+    By default these are the ten points with the smallest values of the first key in `wanted`. `proved` maps each point
     whose whole run passed to its design file. The page shows all of these points, and at most `MAX_DOTS` others, which
     are drawn at random. Raises InputError like `write_files`.
     """
@@ -71,28 +72,11 @@ def write_page(
     if best is None:
         best = store.best(study.wanted[0], BEST)
     files, links = _design_files(store, study, best, proved)
-    sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
-    points = []
-    for point in store.rows(sorted({*best, *proved, *sample})):
-        points.append({**point.settings, **point.values, "number": point.number})
     keys = shown_keys(study, store)
-    data = {
-        "vary": list(study.vary),
-        "wanted": list(study.wanted),
-        "shown": [one.key for one in keys],
-        "labels": {one.key: one.label for one in keys},
-        "axes": [one.key for one in keys if store.differs(one.key)],
-        "parts": [key for key in study.wanted if is_part_of_limit(key)],
-        "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
-        "points": points,
-        "best": list(best),
-        "front": {"key": study.goal.front_key, "values": study.front, "proved": list(proved)} if study.front else None,
-        "links": links,
-    }
     text = render_page(
         "study.html.j2",
         (*FIGURES, "study.js"),
-        data,
+        {**_plot_data(store, study, keys, best, proved), "links": links},
         study=study,
         counts=store.counts(),
         dots=MAX_DOTS,
@@ -104,11 +88,36 @@ def write_page(
     return path
 
 
+def _plot_data(
+    store: StudyStore, study: Study, keys: Sequence[ShownKey], best: Sequence[int], proved: Mapping[int, Path]
+) -> Plain:
+    """Return the data for the plots of the page: the keys that can be shown, and the points.
+
+    `best` and `proved` are as in `write_page`.
+    """
+    sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
+    points = []
+    for point in store.rows(sorted({*best, *proved, *sample})):
+        points.append({**point.settings, **point.values, "number": point.number})
+    return {
+        "vary": list(study.vary),
+        "wanted": list(study.wanted),
+        "shown": [shown_key.key for shown_key in keys],
+        "labels": {shown_key.key: shown_key.label for shown_key in keys},
+        "axes": [shown_key.key for shown_key in keys if store.differs(shown_key.key)],
+        "parts": [key for key in study.wanted if is_part_of_limit(key)],
+        "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
+        "points": points,
+        "best": list(best),
+        "front": {"key": study.goal.front_key, "values": study.front, "proved": list(proved)} if study.front else None,
+    }
+
+
 def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
     """Return the varied keys and requested outputs that have their own row on the page.
 
-    The error, limit, tolerance and outcome of a verdict have no row if the value of this verdict is requested, because
-    they appear in the row of the value.
+    If the value of a verdict is requested, its error, limit, tolerance and outcome appear in the row of the value. So
+    they have no row of their own.
     """
     # A search adds the key REFUSED for its own use, so the page does not show it.
     keys_without_row = {REFUSED} if study.how == "search" else set()
@@ -170,8 +179,8 @@ def _design_files(
     """Return the design files of the base and of the best points, keyed by path, and a link to the file of each point.
 
     A proved point is linked to the design file of its run, so no other file is written for it. An incomplete base
-    design has no file. If the study varies between processes that the base defines itself, the base is not linked,
-    because its file would contain only one of these processes.
+    design has no file. A base that defines several processes, between which the study varies, is not linked: its file
+    contains only one of them.
     """
     folder = store.path.parent
     files = {}
