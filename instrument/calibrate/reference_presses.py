@@ -70,7 +70,7 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
     error bar at 95 % [%]. Raises InputError for a flag that is missing or out of bounds.
     """
     modulus_hint = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
-    numbers = []
+    values = []
     for flag, value, unit, bounds, hint in (
         ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, modulus_hint),
         ("--ball-radius", radius_mm, "mm", RADIUS, "measure the diameter of the ball, and give half of it"),
@@ -78,8 +78,8 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
     ):
         if value is None or not bounds.hold(value):
             raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
-        numbers.append(value)
-    reduced, radius, u = numbers
+        values.append(value)
+    reduced, radius, u = values
     return ReferenceBall(E_MPa=reduced * (1.0 - RUBBER_POISSON**2), radius_mm=radius, percent=u / COVERAGE)
 
 
@@ -179,9 +179,9 @@ def fit_ball_correction(
         raise validation_error(source, len(accepted), "presses", bound, hint)
     on_ball = sensor.on_ball(ball.radius_mm)
     E = _equivalent_modulus(ball, sensor)
-    forces, found = deep_press(on_ball, E)
+    forces, simulated = deep_press(on_ball, E)
     moduli = np.array([press.E for press in accepted])
-    factor = on_ball.corrected(found.E) / float(np.median(moduli))
+    factor = on_ball.corrected(simulated.E) / float(np.median(moduli))
     if not FACTOR.hold(factor):
         hint = "check the unit of the modulus, and the springs"
         name = f"{source}: E of the ball divided by E read"
@@ -193,15 +193,15 @@ def fit_ball_correction(
         raise validation_error(name, float(f"{100.0 * COVERAGE * scatter:.3g}"), "%", str(SCATTER), hint)
     durations = [press.press_s for press in accepted if press.press_s is not None]
     press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
-    common = _common_error(on_ball, found, press_s, max(press.time_s for press in accepted))
+    common_error = _common_error(on_ball, simulated, press_s, max(press.time_s for press in accepted))
     return BallCorrection(
         factor=factor,
-        percent=math.hypot(ball.percent, 100.0 * scatter, 100.0 * common),
+        percent=math.hypot(ball.percent, 100.0 * scatter, 100.0 * common_error),
         E_MPa=E,
         radius_mm=ball.radius_mm,
         press_s=press_s,
-        spring_slopes=found.slopes.springs,
-        gain_slopes=found.slopes.gains,
+        spring_slopes=simulated.slopes.springs,
+        gain_slopes=simulated.slopes.gains,
         form_percent=_form_percent(on_ball, forces),
     )
 
@@ -236,14 +236,14 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
         raise InputError(msg) from error
 
 
-def _common_error(on_ball: MeasuringUnit, found: RiseReading, press_s: float, time_s: float) -> float:
+def _common_error(on_ball: MeasuringUnit, simulated: RiseReading, press_s: float, time_s: float) -> float:
     """Return the relative standard deviation [1] of the error that all presses on the ball share.
 
     Presses on fruit do not share this error. Its causes are the zeros and sampling times of the channels, and the
     contact model. Gain drift is not a cause, because the ball is pressed at the temperature of the weighing. `press_s`
     [s] is the duration of the presses, and `time_s` [s] is the standard deviation of each channel's sampling time.
     """
-    unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([found.slopes])
+    unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])
     return math.hypot(*(unit_errors[cause] for cause in UNDETERMINED), BOUNDED * on_ball.model_error)
 
 

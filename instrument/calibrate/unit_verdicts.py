@@ -37,8 +37,8 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
 
     worst = max(rows, key=lambda row: row.u / limit_at(row.E))
     limit = limit_at(worst.E)
-    words = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
-    verdict = judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), words, limit=limit)
+    reference = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
+    verdict = judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), reference, limit=limit)
     return [replace(verdict, remedy=_BALL_HINT) if _fails_by_form(sensor, worst, limit) else verdict]
 
 
@@ -62,8 +62,8 @@ def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
     slopes = [(_target_values(sensor.with_stiffness(tip, 1.0 + STEP)) - values) / STEP for tip in range(2)]
     errors = [error_by_springs(sensor, value_slopes) for value_slopes in np.transpose(slopes)]
     P, NL = (Estimate(float(value), error) for value, error in zip(values, errors, strict=True))
-    words = "by the two-spring law with the stiffnesses of the unit"
-    return [_add_hint(P_max_verdict(P, targets, words)), _add_hint(NL_verdict(NL, targets, words))]
+    reference = "by the two-spring law with the stiffnesses of the unit"
+    return [_add_hint(P_max_verdict(P, targets, reference)), _add_hint(NL_verdict(NL, targets, reference))]
 
 
 def _target_values(sensor: MeasuringUnit) -> Floats:

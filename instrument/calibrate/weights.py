@@ -213,17 +213,17 @@ def _crosstalk_percent(
     `counts_per_N` (channels, tips) are the slopes. Raises InputError for channels that do not separate the forces of
     the tips.
     """
-    relative = counts_per_N / np.diag(counts_per_N)[:, None]
-    crosstalk = np.abs(relative - np.eye(len(names))).max(axis=1)
+    relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]
+    crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())
         field = f"{table.source}: largest counts/N of {keys[channel]} for another tip, relative to {names[channel]}"
         bound = "below 1, because each channel must respond most to its own tip"
         hint = "check the order of the channels and their wiring"
         raise validation_error(field, float(f"{crosstalk[channel]:.4g}"), "", bound, hint)
-    if not np.linalg.cond(relative) < _WORST_CONDITION:
+    if not np.linalg.cond(relative_slopes) < _WORST_CONDITION:
         field = f"{table.source}: condition number of the relative counts/N"
         bound = f"below {_WORST_CONDITION:g}, so that the channels separate the forces of the tips"
         hint = "check the order of the channels and their wiring"
-        raise validation_error(field, float(np.linalg.cond(relative)), "", bound, hint)
+        raise validation_error(field, float(np.linalg.cond(relative_slopes)), "", bound, hint)
     return tuple((100.0 * crosstalk).tolist())

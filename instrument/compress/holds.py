@@ -103,27 +103,33 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
     """
     final_force = float(force.mean())
     arms: list[RelaxationArm] = []
-    smallest = _schwarz_criterion(force - final_force, 1)  # fit without arms, whose only parameter is the mean
+    best_criterion = _schwarz_criterion(force - final_force, 1)  # fit without arms, whose only parameter is the mean
     step = float(np.median(np.diff(t)))
     for count in range(1, MOST_ARMS + 1):
         # Initial guess: equal amplitudes, and time constants at equal ratios between one time step and the whole hold.
-        times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
-        start = [force[-1], *[max(force[0] - force[-1], 0.0) / count + 1e-9] * count, *np.log(times[1:-1])]
-        lower = [-np.inf] + [0.0] * count + [np.log(times[0])] * count
-        upper = [np.inf] * (1 + count) + [np.log(times[-1])] * count
+        guessed_times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
+        initial_guess = [
+            force[-1],
+            *[max(force[0] - force[-1], 0.0) / count + 1e-9] * count,
+            *np.log(guessed_times[1:-1]),
+        ]
+        lower = [-np.inf] + [0.0] * count + [np.log(guessed_times[0])] * count
+        upper = [np.inf] * (1 + count) + [np.log(guessed_times[-1])] * count
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error", OptimizeWarning)
-                found, covariance = curve_fit(_relaxing_force, t, force, start, bounds=(lower, upper), max_nfev=4000)
+                parameters, covariance = curve_fit(
+                    _relaxing_force, t, force, initial_guess, bounds=(lower, upper), max_nfev=4000
+                )
         except (RuntimeError, OptimizeWarning):  # the data do not determine this many arms
             continue
-        criterion = _schwarz_criterion(force - _relaxing_force(t, *found), len(found))
+        criterion = _schwarz_criterion(force - _relaxing_force(t, *parameters), len(parameters))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
-        amplitudes = found[1 : 1 + count]
-        taus = np.exp(found[1 + count :])
-        if criterion < smallest and (amplitudes > errors[1 : 1 + count]).all():
-            smallest = criterion
-            final_force = float(found[0])
+        amplitudes = parameters[1 : 1 + count]
+        taus = np.exp(parameters[1 + count :])
+        if criterion < best_criterion and (amplitudes > errors[1 : 1 + count]).all():
+            best_criterion = criterion
+            final_force = float(parameters[0])
             arms = []
             for i in np.argsort(taus).tolist():
                 share = Estimate(float(amplitudes[i]), float(errors[1 + i]), "N")

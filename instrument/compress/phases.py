@@ -92,10 +92,10 @@ def _compression_sign(values: Floats) -> float:
 
 def _falling_error(specimen: Specimen, quantity: str, values: Floats) -> InputError:
     """Return the error for a quantity that does not increase in compression; its message names the lowest value."""
-    row = int(np.argmin(values))
+    lowest_row = int(np.argmin(values))
     hint = "export the whole test, or reverse the sign with --compression-negative"
-    place = specimen.cell(row, quantity)
-    return validation_error(place, float(values[row]), _UNITS[quantity], "increasing in compression", hint)
+    place = specimen.cell(lowest_row, quantity)
+    return validation_error(place, float(values[lowest_row]), _UNITS[quantity], "increasing in compression", hint)
 
 
 def _cut_at_first_return(specimen: Specimen) -> Specimen:
@@ -110,10 +110,10 @@ def _cut_at_first_return(specimen: Specimen) -> Specimen:
     peak = int(np.argmax(np.abs(force)))
     depth = specimen.travel if travel[peak] >= 0.0 else -specimen.travel
     load = specimen.force if force[peak] >= 0.0 else -specimen.force
-    found = _find_first_return(depth, load)
-    if found is None:
+    first_return = _find_first_return(depth, load)
+    if first_return is None:
         return specimen
-    deepest, end = found
+    deepest, end = first_return
     notes = specimen.notes
     if depth[end:].max() > depth[deepest]:
         last = specimen.lines[end - 1]

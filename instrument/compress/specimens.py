@@ -108,7 +108,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     skipped = [specimen.lines for specimen in specimens if specimen not in long_enough]
     skipped += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
     note = "".join(f"; passed over results, line {lines[0]} and on" for lines in sorted(skipped) if lines)
-    return [replace(each, path=str(source), understood=each.understood + note) for each in long_enough]
+    return [replace(specimen, path=str(source), understood=specimen.understood + note) for specimen in long_enough]
 
 
 def _is_continuation(first: Specimen, second: Specimen) -> bool:

@@ -153,7 +153,7 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
     name, field = verdict_field(key)
     if name:
         label = name if field == "value" else f"{name}, {field}"
-        entry = next((one for one in entries() if name in (one.each or (one.name,))), None)
+        entry = next((candidate for candidate in entries() if name in (candidate.each or (candidate.name,))), None)
         if entry is None:
             return label, ""
         if row_of(name).standard and field != "passed":

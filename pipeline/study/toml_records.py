@@ -96,7 +96,7 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
     An unknown key is reported before a missing key, because a misspelled key causes both errors.
     """
     kind: Any = errors.cl
-    error = min(errors.exceptions, key=lambda one: not isinstance(one, cattrs.ForbiddenExtraKeysError))
+    error = min(errors.exceptions, key=lambda exception: not isinstance(exception, cattrs.ForbiddenExtraKeysError))
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
         unknown = min(error.extra_fields)
         keys = list(map(key_of, fields(kind)))
