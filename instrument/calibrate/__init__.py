@@ -1,1 +1,1 @@
-"""Calibration of a printed unit: its springs from weights, a plate or a coupon, and its readings with them."""
+"""Calibration of a printed unit with weights, a hard plate, a reference ball or fruit, and of its material."""

@@ -108,7 +108,7 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
 def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
     """Return whether the measured creep is more accurate than the creep of the process.
 
-    If the creep of the process has no error, the measured creep must exceed its own error bar.
+    If no error is known for the creep of the process, the measured creep must exceed its own error bar.
     """
     return not measured.error >= (process_creep.error or measured.per_decade / COVERAGE)
 

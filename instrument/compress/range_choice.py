@@ -113,7 +113,7 @@ def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
         return None
     idle = int(np.searchsorted(travel, without_drift.onset))
     drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle >= _LEAST_IDLE else None
-    with_drift = without_drift if drifting is None else drifting  # has the weight 0 if there is no fit with a drift
+    with_drift = without_drift if drifting is None else drifting  # its weight is then 0
     probability = 0.0 if drifting is None else _drift_probability(drifting, travel[:idle], force[:idle], count)
     fit = with_drift if probability > 0.5 else without_drift  # noqa: PLR2004 - the more probable of two
     return RangeFit(

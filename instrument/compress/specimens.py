@@ -107,7 +107,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     long_enough = [specimen for specimen in specimens if len(specimen.lines) >= least_rows]
     skipped = [specimen.lines for specimen in specimens if specimen not in long_enough]
     skipped += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
-    note = "".join(f"; passed over results, line {lines[0]} and on" for lines in sorted(skipped) if lines)
+    note = "".join(f"; skipped results from line {lines[0]} on" for lines in sorted(skipped) if lines)
     return [replace(specimen, path=str(source), understood=specimen.understood + note) for specimen in long_enough]
 
 

@@ -250,7 +250,7 @@ class Study(StudyKeys):
 
 
 def verdict_keys(goal: Goal) -> tuple[str, ...]:
-    """Return the keys in report.json of all fields of the verdicts that a goal requires."""
+    """Return the report.json keys of all fields of the verdicts in a goal."""
     return tuple(f"verdicts.{name}.{field_name}" for name in goal.under for field_name in VERDICT_FIELDS)
 
 
