@@ -345,7 +345,7 @@ def _fit_weights(
     counts = [key for key in count_keys(len(names)) if key in table.numbers]
     lines = fit_weight_lines(table, names, counts, weighing.forces)
     deflections = [lines[name, DEFLECTION] for name in names]
-    _refuse_unlike_design(table, [stiffness_of_line(line) for line in deflections], designed)
+    _check_stiffnesses(table, [stiffness_of_line(line) for line in deflections], designed)
     return deflections, calibrate_channels(table, report, lines, weighing.forces)
 
 
@@ -410,7 +410,7 @@ def _split_bends(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] |
     return at_zero, per_N
 
 
-def _refuse_unlike_design(table: MeasuredTable, stiffnesses: Sequence[Estimate], designed: MeasuringUnit) -> None:
+def _check_stiffnesses(table: MeasuredTable, stiffnesses: Sequence[Estimate], designed: MeasuringUnit) -> None:
     """Raise InputError if a stiffness differs from the design by more than the factor `UNLIKE_DESIGN`."""
     nominal = designed.unit.stiffnesses
     for tip, stiffness, K in zip(designed.report.tips, stiffnesses, nominal, strict=True):

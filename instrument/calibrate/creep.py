@@ -83,7 +83,7 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
     if after_s is not None:
         bound = "left out if a column t_s has the times"
         raise validation_error("--after", after_s, "s", bound, "give either the column or --after")
-    _refuse_bad_times(table)
+    _check_times(table)
     is_loaded = forces != 0.0
     if not is_loaded.any():
         return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=process_creep, is_measured=False)
@@ -113,7 +113,7 @@ def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
     return not measured.error >= (process_creep.error or measured.per_decade / COVERAGE)
 
 
-def _refuse_bad_times(table: MeasuredTable) -> None:
+def _check_times(table: MeasuredTable) -> None:
     """Raise InputError for a negative time, for a zero time under load, and for times of a weight that decrease."""
     times = table.numbers["t"]
     forces = table.numbers["force"]

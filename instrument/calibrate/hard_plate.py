@@ -97,9 +97,9 @@ def pressed_springs(
     lines = [fit_line(*column) for column in columns]
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weight_stiffnesses]
-    _refuse_outliers(table, lines, forces)
-    _refuse_contradiction(table, ratios, weight_stiffnesses, report)
-    _refuse_bends(table, lines)
+    _check_outliers(table, lines, forces)
+    _check_agreement(table, ratios, weight_stiffnesses, report)
+    _check_bends(table, lines)
 
     # An error in the travel is the same for all tips, so the mean residual of all channels estimates it. The scatter
     # that remains after correcting the travel is the error of each channel's deflection.
@@ -130,7 +130,7 @@ def pressed_springs(
     ]
 
 
-def _refuse_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
+def _check_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
     """Raise InputError if a row does not fit a channel's line of force against deflection; the message names the row.
 
     `forces` (rows, tips) [N] are the forces measured by the channels.
@@ -144,7 +144,7 @@ def _refuse_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats
             raise validation_error(place, float(f"{force[outlier.index]:.4g}"), "N from its counts", bound, hint)
 
 
-def _refuse_bends(table: MeasuredTable, lines: Sequence[Line]) -> None:
+def _check_bends(table: MeasuredTable, lines: Sequence[Line]) -> None:
     """Raise InputError for a channel whose slope changes by more than `_LARGEST_BEND`: its tip touched late."""
     for line, key in zip(lines, count_keys(len(lines)), strict=True):
         if line.bend.excess > _LARGEST_BEND:
@@ -166,7 +166,7 @@ def _compliance_lack_of_fit(line: Line, force_lack_of_fit: LackOfFit) -> LackOfF
     return LackOfFit(at_zero=force_lack_of_fit.at_zero - at_zero, per_x=force_lack_of_fit.per_x - per_N)
 
 
-def _refuse_contradiction(
+def _check_agreement(
     table: MeasuredTable, ratios: Floats, weight_stiffnesses: Sequence[Estimate], report: Report
 ) -> None:
     """Raise InputError if the stiffnesses from the plate contradict the stiffnesses from the weights.

@@ -80,12 +80,12 @@ def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequen
     for name in names:
         rows = _rows_of(table, name)
         loads = table.numbers["force"][rows]
-        _refuse_few_weights(table, name, loads)
+        _check_weights(table, name, loads)
         for column in (DEFLECTION, *columns):
             resolution = table.last_digits[column][rows]
             # `levels` are the weights before correction, because the correction turns one weight into several forces.
             lines[name, column] = fit_line(forces[rows], table.numbers[column][rows], resolution, levels=loads)
-        _refuse_bad_deflection(table, name, lines[name, DEFLECTION])
+        _check_deflection(table, name, lines[name, DEFLECTION])
     return lines
 
 
@@ -106,7 +106,7 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     keys = count_keys(len(names))
     if keys[0] not in table.numbers:
         return None
-    _refuse_bad_channels(table, names, keys, lines)
+    _check_channels(table, names, keys, lines)
     own_lines = [lines[own] for own in zip(names, keys, strict=True)]
     counts_per_N = np.array([[lines[name, key].slope.value for name in names] for key in keys])
     hysteresis, drift = [], []
@@ -141,7 +141,7 @@ def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
     return np.flatnonzero(np.array(names) == name)
 
 
-def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
+def _check_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
     """Raise InputError for too few rows, or for a single weight, which does not determine both zero and slope.
 
     `loads` (rows,) [N] are the weights on the tip or leaf called `name`.
@@ -157,9 +157,9 @@ def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
         raise validation_error(field, len(loads), unit, bound, "add a row without weight")
 
 
-def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
+def _check_deflection(table: MeasuredTable, name: str, line: Line) -> None:
     """Raise InputError if the deflection has an outlier, or if its compliance is too small or too uncertain."""
-    _refuse_outlier(table, name, DEFLECTION, line.outlier())  # comes first, because an outlier distorts the line
+    _check_outlier(table, name, DEFLECTION, line.outlier())  # comes first, because an outlier distorts the line
     field = f"{table.source}: compliance of {name}"
     compliance = line.slope
     if not compliance.value > _LEAST_COMPLIANCE:
@@ -170,7 +170,7 @@ def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
         raise validation_error(field, compliance.value, "mm/N", bound, "repeat the weighing")
 
 
-def _refuse_outlier(table: MeasuredTable, name: str, column: str, outlier: Outlier | None) -> None:
+def _check_outlier(table: MeasuredTable, name: str, column: str, outlier: Outlier | None) -> None:
     """Raise InputError if a column has an outlier, a row that is far from the line through the other rows of `name`."""
     if outlier is not None:
         row = int(_rows_of(table, name)[outlier.index])
@@ -181,7 +181,7 @@ def _refuse_outlier(table: MeasuredTable, name: str, column: str, outlier: Outli
         raise validation_error(place, float(table.numbers[column][row]), unit, bound, hint)
 
 
-def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
+def _check_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
     """Raise InputError for a missing tare, an outlier, or a channel that does not respond to its own tip.
 
     The tare is the first row of each tip, so this row must be without weight.
@@ -193,7 +193,7 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
         if load != 0.0:
             place = place_of(table.source, table.lines[first], "tip")
             raise validation_error(place, load, "N", "0 in the first row of a tip", "begin with a row without weight")
-        _refuse_outlier(table, name, key, line.outlier())
+        _check_outlier(table, name, key, line.outlier())
         slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
             field = f"{table.source}: {key} against the weight on {name}"
@@ -202,7 +202,7 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
     # A channel responds little to other tips, so the threshold for outliers is relative to the span for its own tip.
     for name in names:
         for key, own in zip(keys, own_lines, strict=True):
-            _refuse_outlier(table, name, key, lines[name, key].outlier(own.span))
+            _check_outlier(table, name, key, lines[name, key].outlier(own.span))
 
 
 def _crosstalk_percent(

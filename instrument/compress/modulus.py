@@ -156,7 +156,7 @@ def measured_modulus(
     test = phases(specimen, compression_negative=compression_negative)
     specimen = test.specimen
     curve = without_frame(specimen, test.loading, geometry.compliance_um_per_N)
-    _refuse_long_travel(specimen, curve, geometry)
+    _check_travel(specimen, curve, geometry)
     law = solved_law(geometry, count)
     chosen = choose_range(curve, law)
     if chosen is None:
@@ -170,7 +170,7 @@ def measured_modulus(
     random_errors, bounds = _error_shares(test, curve, law, chosen, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
-    _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
+    _check_error_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
     apparent_law = hertz_law(geometry)
     hertz = apparent_law and choose_range(curve, apparent_law)
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
@@ -267,7 +267,7 @@ def _frame_error(specimen: Specimen, measured: Loading, chosen: RangeFit, count:
     return max(changes)
 
 
-def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
+def _check_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
     """Raise InputError if the travel under load exceeds the height of the body."""
     is_loaded = curve.force > curve.zero + _CERTAIN_CONTACT * (float(curve.force.max()) - curve.zero)
     depth = float(curve.travel[-1] - curve.travel[int(np.argmax(is_loaded))])
@@ -277,7 +277,7 @@ def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeomet
         raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of the travel, and --height")
 
 
-def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
+def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
     """Raise InputError if the error bar contains 0.
 
     The hint names the largest share of the error, and the row with the largest jump in the force.

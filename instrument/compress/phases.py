@@ -70,13 +70,13 @@ def phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
     rows, and for travel that runs backwards. It is also raised for a force that lies far below its first values, that
     never rises, or whose slope decreases with the travel.
     """
-    _refuse_few_rows(specimen, len(specimen.lines))
+    _check_row_count(specimen, len(specimen.lines))
     test = _cut_at_first_return(specimen)
     signs = {quantity: _compression_sign(getattr(test, quantity)) for quantity in _UNITS}
     test = replace(test, **{quantity: sign * getattr(test, quantity) for quantity, sign in signs.items()})
     hold = _find_hold(test)
     rows = len(test.lines) if hold is None else hold.start + 1
-    _refuse_few_rows(specimen, rows)
+    _check_row_count(specimen, rows)
     for quantity, sign in signs.items():
         values = getattr(specimen, quantity)[:rows]
         if (sign < 0.0 and not compression_negative) or np.ptp(values) == 0.0:
@@ -169,9 +169,9 @@ def _loading(specimen: Specimen) -> Loading:
     travel = specimen.travel
     force = specimen.force
     end = int(np.argmax(travel)) + 1
-    _refuse_backwards(specimen, end)
-    _refuse_low_force(specimen, force)
-    _refuse_few_rows(specimen, end)
+    _check_travel_order(specimen, end)
+    _check_low_force(specimen, force)
+    _check_row_count(specimen, end)
     curve = _cut_at_failure(_average_groups(travel[:end]), _average_groups(force[:end]))
     if _is_concave(curve):
         columns = f"{specimen.labels['force']} against {specimen.labels['travel']}"
@@ -200,14 +200,14 @@ def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Load
     return replace(curve, travel=np.maximum.accumulate(travel), failure=failure)
 
 
-def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
+def _check_row_count(specimen: Specimen, rows: int) -> None:
     """Raise InputError if a loading has fewer than `LEAST_ROWS` rows."""
     if rows < LEAST_ROWS:
         hint = "export all points of the test"
         raise validation_error(str(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", hint)
 
 
-def _refuse_backwards(specimen: Specimen, end: int) -> None:
+def _check_travel_order(specimen: Specimen, end: int) -> None:
     """Raise InputError if the travel in the rows before `end` goes back by more than jitter explains."""
     travel = specimen.travel
     largest = np.maximum.accumulate(travel[:end])
@@ -219,7 +219,7 @@ def _refuse_backwards(specimen: Specimen, end: int) -> None:
         raise validation_error(specimen.cell(row, "travel"), float(travel[row]), "mm", bound, hint)
 
 
-def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
+def _check_low_force(specimen: Specimen, force: Floats) -> None:
     """Raise InputError if a force (rows,) [N] lies far below the first forces, which cannot happen in compression."""
     count = max(3, min(20, round(0.05 * len(force))))  # number of rows from which the zero of the force is estimated
     zero = float(np.median(force[:count]))

@@ -35,7 +35,7 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> No
             with tempfile.TemporaryFile(dir=nearest_folder):
                 pass  # only tests whether a file can be created in this folder
         except OSError as error:
-            raise _not_writable(path, flag, error) from error
+            raise _write_error(path, flag, error) from error
         if is_regular(path.parent / REPORT):
             bound = "a file outside the output folder of a run, because the next run would reject this file"
             raise validation_error(flag, str(path), "", bound, f"choose another path with {flag}")
@@ -72,7 +72,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                     keep_aside(path, path.parent)
                 part.replace(path)
         except OSError as error:
-            raise _not_writable(path, flag, error) from error
+            raise _write_error(path, flag, error) from error
         store(_WRITTEN, digest, result=True)
     return list(files)
 
@@ -82,7 +82,7 @@ def _has_content(path: Path, content: Content) -> bool:
     return isinstance(content, bytes) and has_digest(path, hashlib.sha256(content).hexdigest())
 
 
-def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
+def _write_error(path: Path, flag: str, error: OSError) -> InputError:
     bound = f"a file in a folder that can be written ({error.strerror})"
     return validation_error(flag, str(path), "", bound, f"choose another path with {flag}")
 

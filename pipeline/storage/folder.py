@@ -114,12 +114,12 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
     for name in names:
         if not is_regular(folder / name):
             bound = f"a folder that contains only files, but it contains {name!r}, a {kind_of(folder / name)}"
-            raise _refused(folder, bound, "choose another folder with --out, or move that away")
+            raise _output_error(folder, bound, "choose another folder with --out, or move that away")
     if names and not force:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         bound = f"new, empty, or unchanged since its last run, but it contains {names[0]!r}"
         hint = "choose another folder with --out, move these files away, or keep them as NAME.bak with --force"
-        raise _refused(folder, f"{bound}{more}", hint)
+        raise _output_error(folder, f"{bound}{more}", hint)
 
 
 def _listed_digests(folder: Path) -> dict[str, str] | None:
@@ -150,7 +150,7 @@ def _check_listed(new: Path) -> None:
         raise ValueError(msg)
 
 
-def _refused(path: Path, bound: str, hint: str, flag: str = "--out") -> OutputError:
+def _output_error(path: Path, bound: str, hint: str, flag: str = "--out") -> OutputError:
     line = str(validation_error(flag, str(path), "", bound, hint))
     return OutputError(line, field=flag, value=str(path), bound=bound)
 
@@ -166,16 +166,18 @@ def _check_usable(path: Path) -> Path:
         here = Path.cwd()
         existing = next(folder for folder in (target, *target.parents) if folder.exists())
     except (OSError, RuntimeError) as error:
-        raise _refused(path, f"a path that can be resolved ({error})", "choose another folder with --out") from error
+        raise _output_error(
+            path, f"a path that can be resolved ({error})", "choose another folder with --out"
+        ) from error
     if not existing.is_dir():
-        raise _refused(path, f"a folder, but {str(existing)!r} is a file", "choose another folder with --out")
+        raise _output_error(path, f"a folder, but {str(existing)!r} is a file", "choose another folder with --out")
     if target == here or target in here.parents or target.is_mount():
         bound = "a folder that can be replaced: not the current folder, a folder above it, or a mount point"
-        raise _refused(path, bound, "choose a folder inside it")
+        raise _output_error(path, bound, "choose a folder inside it")
     parent = existing if existing != target else target.parent  # the folder whose entries are created and renamed
     if not os.access(parent, os.W_OK | os.X_OK):
         bound = f"in a folder that can be written, but {str(parent)!r} cannot be written"
-        raise _refused(path, bound, "choose another folder with --out, or change its permissions")
+        raise _output_error(path, bound, "choose another folder with --out, or change its permissions")
     return target
 
 
@@ -217,15 +219,15 @@ def _acquire_lock(working_folder: Path, target: Path, flag: str) -> BaseFileLock
         contents = list(working_folder.iterdir())
         if contents and not (is_regular(working_folder / _LOCK) and all(_is_working_file(path) for path in contents)):
             bound = f"beside no other folder called {working_folder.name!r}"
-            raise _refused(target, bound, "move that folder away", flag)
+            raise _output_error(target, bound, "move that folder away", flag)
         lock = FileLock(working_folder / _LOCK, blocking=False)
         lock.acquire()
     except Timeout as error:
         bound = "a folder that no other run is writing"
-        raise _refused(target, bound, f"wait until the other run has finished, or {hint}", flag) from error
+        raise _output_error(target, bound, f"wait until the other run has finished, or {hint}", flag) from error
     except OSError as error:
         bound = f"in a folder that can be written ({error.strerror})"
-        raise _refused(target, bound, f"{hint}, or change its permissions", flag) from error
+        raise _output_error(target, bound, f"{hint}, or change its permissions", flag) from error
     return lock
 
 

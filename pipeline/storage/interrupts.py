@@ -22,7 +22,7 @@ class InterruptedCommand(KeyboardInterrupt):
     """
 
 
-class _Ending:
+class _SignalState:
     """The state of the signals in this process."""
 
     signal_number: int | None = None  # number of the first signal that arrived
@@ -42,7 +42,7 @@ def end_by_signals() -> None:
 
 def ending_signal() -> int | None:
     """Return the number of the signal that is ending this process, or None if no signal has arrived."""
-    return _Ending.signal_number
+    return _SignalState.signal_number
 
 
 def ignore_signals() -> None:
@@ -55,12 +55,12 @@ def ignore_signals() -> None:
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Delay the exception of a signal that arrives during the block until the end of the block."""
-    before = _Ending.depth
+    before = _SignalState.depth
     try:
-        _Ending.depth = before + 1
+        _SignalState.depth = before + 1
         yield
     finally:
-        _Ending.depth = before
+        _SignalState.depth = before
         _raise_if_pending()
 
 
@@ -70,13 +70,13 @@ def interruptible() -> Iterator[None]:
 
     The enclosing blocks can then clean up without interruption.
     """
-    before = _Ending.depth
+    before = _SignalState.depth
     try:
-        _Ending.depth = 0
+        _SignalState.depth = 0
         _raise_if_pending()
         yield
     finally:
-        _Ending.depth = before
+        _SignalState.depth = before
 
 
 @contextmanager
@@ -97,15 +97,15 @@ def signals_for_this_thread() -> Iterator[None]:
 
 def _raise_if_pending() -> None:
     """Raise the exception of a signal if it is pending and no block delays it."""
-    if _Ending.is_pending and _Ending.depth == 0:
-        _Ending.is_pending = False
+    if _SignalState.is_pending and _SignalState.depth == 0:
+        _SignalState.is_pending = False
         raise InterruptedCommand
 
 
 def _handle_signal(number: int, _: FrameType | None) -> None:
-    _Ending.signal_number = _Ending.signal_number or number
+    _SignalState.signal_number = _SignalState.signal_number or number
     signal.setitimer(signal.ITIMER_REAL, _REPEAT_S, _REPEAT_S)
-    _Ending.is_pending = True
+    _SignalState.is_pending = True
     _raise_if_pending()
 
 
@@ -116,7 +116,7 @@ def _raise_again(*_: object) -> None:
         if isinstance(error, KeyboardInterrupt):
             return
         error = error.__context__
-    _Ending.is_pending = True
+    _SignalState.is_pending = True
     _raise_if_pending()
 
 
@@ -124,7 +124,7 @@ def _silence_after_signal(hook: Callable[..., object]) -> Callable[..., None]:
     """Return a hook of `sys` that prints errors only before a signal arrives."""
 
     def quiet_hook(*details: object) -> None:
-        if _Ending.signal_number is None:
+        if _SignalState.signal_number is None:
             hook(*details)
 
     return quiet_hook

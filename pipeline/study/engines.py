@@ -210,7 +210,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             executor.shutdown(wait=False)
 
     try:
-        _refuse_other_code(client, address)
+        _check_worker_code(client, address)
         yield Engine(
             open=lambda: client.get_executor(pure=False),  # so that an item that is submitted again becomes a new task
             close=close,
@@ -240,7 +240,7 @@ def _connect(address: str) -> "Client":
         raise validation_error("--scheduler", address, "", "the address of a scheduler that answers", hint) from error
 
 
-def _refuse_other_code(client: "Client", address: str) -> None:
+def _check_worker_code(client: "Client", address: str) -> None:
     """Raise InputError if the cluster has no workers, or if a worker runs different code from this machine."""
     try:
         digests: dict[str, str] = client.run(code_digest)

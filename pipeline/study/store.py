@@ -200,7 +200,7 @@ class StudyStore:
                     transaction.execute(table)
             else:
                 stored_facts = dict(transaction.execute("SELECT key, value FROM study").fetchall())
-                _refuse_other_study(self.path, stored_facts, facts)
+                _check_same_study(self.path, stored_facts, facts)
             # The facts may only differ in numbers of points, which a longer study increases.
             transaction.executemany("INSERT OR REPLACE INTO study VALUES (?, ?)", facts.items())
             transaction.execute(f"DELETE {_FROM_MACHINE_FAULTS}", (f"{MACHINE}%",))
@@ -252,7 +252,7 @@ def _open_store(path: Path) -> Iterator[StudyStore]:
     try:
         with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
             if not _is_empty(connection):
-                _refuse_foreign(connection, path)
+                _check_is_store(connection, path)
             yield StudyStore(connection, path)
     except sqlite3.Error as error:
         bound = f"a SQLite file that can be read and written ({error})"
@@ -266,7 +266,7 @@ def _is_empty(connection: sqlite3.Connection) -> bool:
     return application_id == 0 and connection.execute("SELECT 1 FROM sqlite_master").fetchone() is None
 
 
-def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
+def _check_is_store(connection: sqlite3.Connection, path: Path) -> None:
     """Raise InputError for a database of another program, and for a store of another version."""
     (application_id,) = connection.execute("PRAGMA application_id").fetchone()
     tables = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
@@ -291,7 +291,7 @@ def study_facts(study: Study) -> Plain:
     return _flatten("", {**facts, "order": list(study.vary), "versions": packages, "code": code_digest()[:16]})
 
 
-def _refuse_other_study(path: Path, stored_facts: Mapping[str, str], new_facts: Mapping[str, str]) -> None:
+def _check_same_study(path: Path, stored_facts: Mapping[str, str], new_facts: Mapping[str, str]) -> None:
     """Raise InputError if the stored facts differ from those of the study; the message names the first difference.
 
     The number of points may increase, because a longer study begins with the points of the shorter one. An exception is
