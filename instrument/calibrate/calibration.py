@@ -11,9 +11,9 @@ import numpy as np
 from cad.parts.coupon import modulus_factor
 from instrument.calibrate.creep import Weighing, correct_weights
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
-from instrument.calibrate.hard_plate import PressedSpring, pressed_springs
-from instrument.calibrate.reference_presses import BallPresses, PressedBall, correction_by_ball
-from instrument.calibrate.unit_table import UnitRow, error_sources, trims, unit_table
+from instrument.calibrate.hard_plate import PressedSpring, fit_springs_on_plate
+from instrument.calibrate.reference_presses import BallPresses, PressedBall, measure_ball_correction
+from instrument.calibrate.unit_table import UnitRow, error_sources, leaf_trims, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.calibrate.weights import (
     DEFLECTION,
@@ -302,7 +302,7 @@ def calibrate_unit(
     # The presses on the ball are read with the calibrated springs. From here on, their correction is part of the unit.
     ball_presses = None
     if ball is not None:
-        correction, ball_presses = correction_by_ball(ball, sensor)
+        correction, ball_presses = measure_ball_correction(ball, sensor)
         unit = replace(unit, ball=correction)
         sensor = MeasuringUnit(report=report, unit=unit)
     # The verdicts judge the readings of the unit over the modulus range of its design.
@@ -320,7 +320,7 @@ def calibrate_unit(
         nominal=nominal,
         table=table_rows,
         verdicts=verdicts,
-        trims=trims(sensor, nominal),
+        trims=leaf_trims(sensor, nominal),
         assumed=assumptions,
         error_by=error_by,
         weighing=weighing,
@@ -438,7 +438,7 @@ def _springs_on_plate(
         columns = ", ".join(count_keys(len(weight_stiffnesses)))
         bound = "a table with the counts of each channel, which --plate needs"
         raise validation_error(table.source, "weights without counts", "", bound, f"add the columns {columns}")
-    return pressed_springs(plate, channels, weight_stiffnesses, report)
+    return fit_springs_on_plate(plate, channels, weight_stiffnesses, report)
 
 
 def _note_on_plate(

@@ -64,7 +64,7 @@ class PressedSpring(NamedTuple):
     lack_of_fit: LackOfFit
 
 
-def pressed_springs(
+def fit_springs_on_plate(
     table: MeasuredTable, channels: ChannelCalibration, weight_stiffnesses: Sequence[Estimate], report: Report
 ) -> list[PressedSpring]:
     """Determine each spring from a press on a glass plate with all tips in contact in every row of `table`.

@@ -112,7 +112,7 @@ class BallPresses:
         return ", ".join(f"{flag} {count}" for flag, count in self.flags.items())
 
 
-def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
+def measure_ball_correction(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
     """Return the correction of a unit from presses on a ball of known modulus, and the numbers of presses in the file.
 
     Raises InputError if the ball is too small, is not as firm as the fruit, or does not represent the fruit and tips of

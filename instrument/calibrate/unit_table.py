@@ -79,8 +79,8 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         with suppress(
             ReadingError
         ):  # the forces of a unit far from its design may have no reading with its stiffnesses
-            with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
-        slopes = read_exactly(sensor, press).slopes
+            with_design = nominal.corrected(read_without_noise(nominal, press).E) / E - 1.0
+        slopes = read_without_noise(sensor, press).slopes
         bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)
         steepness = sensor.steepness(E)
         unit_error = steepness * math.hypot(*_unit_deviations(sensor, slopes))
@@ -119,7 +119,7 @@ def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
     return sensor.rise_law.contrast, sensor.read_as(E)
 
 
-def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
+def read_without_noise(sensor: MeasuringUnit, press: Floats) -> RiseReading:
     """Return the uncorrected reading of forces (samples, tips) [N] that have no noise.
 
     Raises RiseError if the modulus cannot be determined from them.
@@ -147,7 +147,7 @@ def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
     return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
 
 
-def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
+def leaf_trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
     """Return the change in leaf length [mm] that would give each spring its target stiffness.
 
     A negative change means that the leaves must be clamped shorter. `targets` [N/mm] are the desired stiffnesses. The

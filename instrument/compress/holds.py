@@ -50,7 +50,7 @@ class HeldRelaxation:
     )
 
 
-def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: float) -> HeldRelaxation:
+def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: float) -> HeldRelaxation:
     """Fit the relaxation of a specimen to the force in its hold.
 
     In the hold, with t = 0 at its start, the force is

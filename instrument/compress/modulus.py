@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, geometry_data, hertz_law, solved_law
-from instrument.compress.holds import HeldRelaxation, held_relaxation
+from instrument.compress.holds import HeldRelaxation, fit_relaxation
 from instrument.compress.law_fit import LawFit, fit_law
-from instrument.compress.phases import Loading, Phases, phases, without_frame
+from instrument.compress.phases import Loading, Phases, split_phases, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen, read_specimens
 from pipeline.storage.stopwatch import Count, silent
@@ -153,7 +153,7 @@ def measured_modulus(
     Raises InputError for a curve that does not show the compression of such a body. It is also raised for an
     implausible modulus, and for an error bar that contains 0. Raises SolveError if the force law has no solution.
     """
-    test = phases(specimen, compression_negative=compression_negative)
+    test = split_phases(specimen, compression_negative=compression_negative)
     specimen = test.specimen
     curve = without_frame(specimen, test.loading, geometry.compliance_um_per_N)
     _check_travel(specimen, curve, geometry)
@@ -237,7 +237,7 @@ def _relaxation_of_hold(
     zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
     frame_deflections = 1e-3 * geometry.compliance_um_per_N * (specimen.force - curve.zero)  # [mm]
     corrected = replace(specimen, travel=specimen.travel - frame_deflections)
-    return held_relaxation(corrected, test.hold, chosen.touch.value, zero)
+    return fit_relaxation(corrected, test.hold, chosen.touch.value, zero)
 
 
 def _modulus_change(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:

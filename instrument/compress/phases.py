@@ -63,7 +63,7 @@ class Phases:
     hold: slice | None
 
 
-def phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
+def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
     """Split a test into its loading up to failure and its hold, with travel and force positive in compression.
 
     With `compression_negative`, a column may contain values that decrease in compression. Raises InputError for too few

@@ -15,12 +15,12 @@ from virtual_compression import VirtualTest
 from instrument.calibrate.reference_presses import (
     PressedBall,
     ReferenceBall,
-    correction_by_ball,
     deep_press,
     fit_ball_correction,
+    measure_ball_correction,
     reference_ball,
 )
-from instrument.calibrate.unit_table import error_sources, level_press, read_exactly, unit_table
+from instrument.calibrate.unit_table import error_sources, level_press, read_without_noise, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.press.fruit_reading import FruitReading
 from sensor.quantity import BOUNDED
@@ -54,7 +54,7 @@ def on_ball(mango, tmp_path):
     def correction(presses, ball=BALL, sensor=None, **timing):
         path = tmp_path / "ball.csv"
         path.write_text(log_of(presses, **timing), encoding="utf-8")
-        return correction_by_ball(PressedBall(source=path, ball=ball), sensor or mango.measuring())[0]
+        return measure_ball_correction(PressedBall(source=path, ball=ball), sensor or mango.measuring())[0]
 
     return correction
 
@@ -237,7 +237,7 @@ def test_a_unit_is_no_better_without_a_ball(mango):
     plain, after = (unit_table(each, mango.measuring()) for each in (sensor, corrected))
     for without, row in zip(plain, after, strict=True):
         assert row.u < without.u
-        slopes = read_exactly(sensor, level_press(sensor, without.E)).slopes
+        slopes = read_without_noise(sensor, level_press(sensor, without.E)).slopes
         by_unit = sensor.channels.spring_and_gain_uncertainty(np.array(slopes.springs), np.array(slopes.gains))
         assert without.u == pytest.approx(2.0 * math.hypot(*sensor.form_deviations(without.E), *by_unit.values()))
     assert "the form of the domes" in error_sources(sensor)

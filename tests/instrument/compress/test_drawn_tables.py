@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drawn_tables import DrawnTable, drawn_table
 
-from instrument.compress.phases import phases
+from instrument.compress.phases import split_phases
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from pipeline.tables.headers import ColumnFlags
 from sensor.quantity import InputError
@@ -20,7 +20,7 @@ def outcome(table: DrawnTable, path) -> str:
     try:
         specimens = read_specimens(path, ColumnFlags(table.columns, table.units).applied(QUANTITIES))
         for specimen in specimens:
-            phases(specimen)
+            split_phases(specimen)
     except InputError:
         return "refused"
     (specimen,) = specimens

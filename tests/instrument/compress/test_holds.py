@@ -9,9 +9,9 @@ from stand_ins import specimen
 
 from instrument.compress import modulus
 from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
-from instrument.compress.holds import held_relaxation
+from instrument.compress.holds import fit_relaxation
 from instrument.compress.modulus import measured_modulus
-from instrument.compress.phases import phases
+from instrument.compress.phases import split_phases
 from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.storage.record_data import as_data
 
@@ -46,8 +46,8 @@ def held_curve(arms, loading_s=2.0, hold_s=60.0, noise=0.0, rate_Hz=20.0, retrea
 
 
 def found(test):
-    of = phases(test)
-    return held_relaxation(of.specimen, of.hold, GAP_MM, ZERO_N)
+    of = split_phases(test)
+    return fit_relaxation(of.specimen, of.hold, GAP_MM, ZERO_N)
 
 
 @pytest.mark.parametrize(("loading_s", "retreat"), [(0.5, 0), (6.0, 30)])
@@ -76,10 +76,10 @@ def test_curve_without_hold_or_time_has_none():
     arms = ((0.4, 8.0),)
     test = held_curve(arms)
     ramp = test.time <= (GAP_MM + DEPTH_MM) / (DEPTH_MM / 2.0)
-    assert phases(specimen(test.travel[ramp], test.force[ramp], time=test.time[ramp])).hold is None
-    assert phases(specimen(test.travel, test.force)).hold is None
+    assert split_phases(specimen(test.travel[ramp], test.force[ramp], time=test.time[ramp])).hold is None
+    assert split_phases(specimen(test.travel, test.force)).hold is None
     turned = held_curve(arms, hold_s=0.05, rate_Hz=400.0, retreat=200)  # a machine stands still before it turns back
-    assert phases(turned).hold is None
+    assert split_phases(turned).hold is None
 
 
 def test_hold_that_is_shorter_than_its_loading_is_refused():
@@ -102,7 +102,7 @@ def test_travel_of_the_frame_is_taken_off_before_the_hold():
     """A frame of 10 um/N under some 80 N; the machine stands still while the flesh under it relaxes."""
     geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
     test = held_curve(((0.4, 8.0),), loading_s=6.0)
-    start = phases(test).hold.start
+    start = split_phases(test).hold.start
     gives = 0.01 * (test.force - ZERO_N)
     gives[start:] = gives[start]
     soft = measured_modulus(
@@ -117,7 +117,7 @@ def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone
     geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
     test = held_curve(((0.4, 8.0),), noise=0.002)
     result = measured_modulus(test, geometry)
-    alone = measured_modulus(test.up_to(phases(test).hold.start + 1), geometry)
+    alone = measured_modulus(test.up_to(split_phases(test).hold.start + 1), geometry)
     assert (alone.relaxation, alone.E_MPa) == (None, result.E_MPa)
     (arm,) = as_data(result)["relaxation"]["arms"]
     assert arm["share"] == pytest.approx(0.4, rel=0.03)

@@ -6,7 +6,7 @@ from stand_ins import specimen
 
 from instrument.compress.force_law import ForceLaw, TestGeometry, hertz_law
 from instrument.compress.law_fit import fit_law, standard_errors
-from instrument.compress.phases import phases
+from instrument.compress.phases import split_phases
 from instrument.compress.pressed_shapes import Ellipsoid
 from instrument.compress.range_choice import add_choice_error, choose_range
 from sensor.quantity import Estimate
@@ -67,7 +67,7 @@ def test_law_is_hertz_s_up_to_a_tenth_of_the_radius(plates):
 
 def test_range_ends_where_the_law_does():
     travel, force = curve(settling=0.0, drift=0.0)
-    chosen = choose_range(phases(specimen(travel, force)).loading, power_law(2.0))
+    chosen = choose_range(split_phases(specimen(travel, force)).loading, power_law(2.0))
     assert chosen.last == pytest.approx(3.0, abs=0.02)
     assert chosen.idle == pytest.approx(np.searchsorted(travel, 1.0), abs=3)
 
@@ -78,7 +78,7 @@ def test_longest_range_that_follows_the_law_is_taken(bend, end):
     travel, force = curve(settling=0.0, drift=0.0, offset=0.0)
     noise = np.random.default_rng(1).normal(0.0, 0.05, len(force))
     bent = force + 0.5 * np.maximum(force - bend * force[-1], 0.0)
-    chosen = choose_range(phases(specimen(travel, bent + noise)).loading, LAW)
+    chosen = choose_range(split_phases(specimen(travel, bent + noise)).loading, LAW)
     assert chosen.follows
     assert np.interp(chosen.last, travel, bent) / bent[-1] == pytest.approx(end, abs=0.03)
     assert chosen.modulus.value == pytest.approx(4.0, rel=0.03)
@@ -89,7 +89,7 @@ def test_drift_counts_where_it_is_seen():
     noise = np.random.default_rng(1).normal(0.0, 0.05, 800)
     for drift in (0.0, 0.5):
         travel, force = curve(drift=drift)
-        chosen = choose_range(phases(specimen(travel, force + noise)).loading, LAW)
+        chosen = choose_range(split_phases(specimen(travel, force + noise)).loading, LAW)
         assert chosen.fit.parameters.drift == pytest.approx(drift, abs=0.05)
         assert chosen.modulus.value == pytest.approx(4.0, rel=0.02)
         assert chosen.touch.value == pytest.approx(1.0, abs=0.02)

@@ -9,7 +9,7 @@ from refusal import refusal
 from stand_ins import specimen
 from virtual_compression import VirtualTest
 
-from instrument.compress.phases import noise_of, phases, without_frame
+from instrument.compress.phases import noise_of, split_phases, without_frame
 
 X = np.linspace(0.0, 5.0, 601)  # [mm]
 F = 20.0 * np.maximum(X - 1.0, 0.0) ** 1.5  # [N]: from 0 to 160
@@ -37,7 +37,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("force", "travel", "place"), REFUSED.values(), ids=REFUSED)
 def test_impossible_curve_is_refused_at_its_place(force, travel, place):
-    assert refusal(phases, specimen(travel, force)).field == f"virtual.csv, {place}"
+    assert refusal(split_phases, specimen(travel, force)).field == f"virtual.csv, {place}"
 
 
 def power_law(exponent):
@@ -55,15 +55,15 @@ LIMITS = {
 
 @pytest.mark.parametrize(("allowed", "refused"), LIMITS.values(), ids=LIMITS)
 def test_limit_is_where_it_is_said(allowed, refused):
-    phases(specimen(*allowed))
-    refusal(phases, specimen(*refused))
+    split_phases(specimen(*allowed))
+    refusal(split_phases, specimen(*refused))
 
 
 @pytest.mark.parametrize("signs", [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)])
 def test_compression_that_is_counted_negative_is_turned_by_its_flag(signs):
     turned = specimen(signs[0] * X, signs[1] * F)
-    np.testing.assert_array_equal(phases(turned, compression_negative=True).loading.force, F)
-    refusal(phases, turned)
+    np.testing.assert_array_equal(split_phases(turned, compression_negative=True).loading.force, F)
+    refusal(split_phases, turned)
 
 
 @pytest.mark.parametrize(("fall", "fails"), [(0.028, False), (0.032, True)])
@@ -71,7 +71,7 @@ def test_fall_of_three_per_cent_of_the_force_is_the_failure(fall, fails):
     """The force stays at its largest from 5 to 6 mm, and lower behind, where moving means do not hide it."""
     further = np.linspace(5.0, 7.0, 241)[1:]
     force = np.r_[F, np.where(further <= 6.0, F[-1], (1.0 - fall) * F[-1])]
-    curve = phases(specimen(np.r_[X, further], force)).loading
+    curve = split_phases(specimen(np.r_[X, further], force)).loading
     if fails:
         assert 5.0 <= curve.failure <= 6.0
         assert curve.travel[-1] == curve.failure
@@ -84,7 +84,7 @@ def test_fall_of_the_zero_line_is_no_failure(height, fails):
     """Before a tenth of the range a fall by half of it is one of the load cell."""
     bump = height * F[-1] * np.interp(X, [0.2, 0.4, 0.6, 1.0], [0.0, 1.0, 1.0, 0.5], right=0.5)
     force = np.maximum(bump, F)
-    assert (phases(specimen(X, force)).loading.failure is not None) == fails
+    assert (split_phases(specimen(X, force)).loading.failure is not None) == fails
 
 
 def test_failure_has_to_be_more_than_noise():
@@ -92,14 +92,14 @@ def test_failure_has_to_be_more_than_noise():
     noise = 0.04 * F[-1] * np.random.default_rng(3).normal(size=601)
     further = np.linspace(5.0, 6.0, 121)[1:]
     force = np.r_[F + noise, 0.96 * F[-1] + noise[:120]]
-    assert phases(specimen(np.r_[X, further], force)).loading.failure is None
+    assert split_phases(specimen(np.r_[X, further], force)).loading.failure is None
 
 
 def test_many_points_are_averaged_and_the_zero_is_that_of_the_low_ones():
     x = np.linspace(0.0, 5.0, 2402)
     force = 20.0 * np.maximum(x - 1.0, 0.0) ** 1.5 + 40.0
     force[:6] += 3.0  # a load cell that settles
-    curve = phases(specimen(x, force)).loading
+    curve = split_phases(specimen(x, force)).loading
     assert len(curve.travel) == 2402 // 3
     assert curve.travel[0] == pytest.approx(x[:3].mean())
     assert (curve.force[0], curve.zero) == (pytest.approx(43.0), pytest.approx(40.0))
@@ -129,7 +129,7 @@ TAILS = {
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_what_comes_after_the_first_loading_is_left_out(curve, sign):
     turned = replace(curve, travel=sign * curve.travel, force=sign * curve.force)
-    found = phases(turned, compression_negative=sign < 0.0)
+    found = split_phases(turned, compression_negative=sign < 0.0)
     np.testing.assert_array_equal(found.specimen.travel, X)
     np.testing.assert_array_equal(found.loading.force, F)
 
@@ -138,13 +138,13 @@ def test_curve_from_a_preload_ends_where_its_plate_turns_back():
     """Its last forces lie below the first ones."""
     start = 300
     curve = specimen(np.r_[X[start:], 2.0, 0.0], np.r_[F[start:], 10.0, 0.0])
-    np.testing.assert_array_equal(phases(curve).loading.force, F[start:])
+    np.testing.assert_array_equal(split_phases(curve).loading.force, F[start:])
 
 
 def test_second_loading_is_noted_where_it_is_deeper():
-    (note,) = phases(TAILS["second bite one micrometre deeper"]).specimen.notes
+    (note,) = split_phases(TAILS["second bite one micrometre deeper"]).specimen.notes
     assert f"line {len(X) + 1}," in note  # the header and the clean curve
-    assert phases(TAILS["sticks"]).specimen.notes == ()
+    assert split_phases(TAILS["sticks"]).specimen.notes == ()
 
 
 @pytest.mark.parametrize(("reached", "is_first"), [(0.22, True), (0.18, False)])
@@ -153,13 +153,13 @@ def test_tap_before_the_test_is_no_loading(reached, is_first):
     last = int(np.searchsorted(F, reached * F[-1])) + 1
     curve = specimen(np.r_[X[:last], X], np.r_[F[:last], F])
     if is_first:
-        assert len(phases(curve).specimen.lines) == last
+        assert len(split_phases(curve).specimen.lines) == last
     else:
-        assert refusal(phases, curve).field == curve.cell(last, "travel")
+        assert refusal(split_phases, curve).field == curve.cell(last, "travel")
 
 
 def test_travel_of_the_frame_is_taken_off():
     """A frame of 3 um/N under 160 N."""
-    curve = phases(specimen(X + 3e-3 * F, F)).loading
+    curve = split_phases(specimen(X + 3e-3 * F, F)).loading
     np.testing.assert_allclose(without_frame(specimen(X, F), curve, 3.0).travel, X, atol=1e-12)
     assert refusal(without_frame, specimen(X, F), curve, 60.0).value == 60.0
