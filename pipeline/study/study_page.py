@@ -149,28 +149,34 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
     The label includes the unit if the key itself does not. A varied key is looked up among the keys of a design, and
     any other key among the keys of the report. The meaning is empty if it is not known.
     """
-    table, _, last = key.partition(".")
     name, field = verdict_field(key)
     if name:
-        label = name if field == "value" else f"{name}, {field}"
-        entry = next((candidate for candidate in entries() if name in (candidate.each or (candidate.name,))), None)
-        if entry is None:
-            return label, ""
-        if row_of(name).standard and field != "passed":
-            # A study shows the values in report.json, which are standard deviations and not half widths at 95 %.
-            label = f"{label}, one standard deviation"
-        label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
-        # The meaning is shortened to the question of the verdict and the sentence that describes its value.
-        value_sentence = _VALUE_SENTENCE.search(entry.meaning) if field == "value" else None
-        return label, f"{entry.meaning.partition('?')[0]}?{f' {value_sentence[0]}' if value_sentence else ''}"
-    if (
-        varies
-        and table in TABLE_TYPES
-        and last in (design_fields := {item.name: item for item in fields(TABLE_TYPES[table])})
-    ):
-        return key, design_fields[last].metadata["meaning"]
-    entry_of_report = report_key(key)
-    return key, "" if entry_of_report is None else entry_of_report.meaning
+        return _verdict_label_and_meaning(name, field)
+    table, _, last = key.partition(".")
+    if varies and table in TABLE_TYPES:
+        design_fields = {item.name: item for item in fields(TABLE_TYPES[table])}
+        if last in design_fields:
+            return key, design_fields[last].metadata["meaning"]
+    entry = report_key(key)
+    return key, "" if entry is None else entry.meaning
+
+
+def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
+    """Return the label and the meaning of a field of the verdict called `name`.
+
+    The meaning consists of the question of the verdict and, for the field `value`, the sentence that describes it.
+    """
+    label = name if field == "value" else f"{name}, {field}"
+    entry = next((candidate for candidate in entries() if name in (candidate.each or (candidate.name,))), None)
+    if entry is None:
+        return label, ""
+    if row_of(name).standard and field != "passed":
+        # A study shows the values in report.json, which are standard deviations and not half widths at 95 %.
+        label = f"{label}, one standard deviation"
+    label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
+    question, _, _ = entry.meaning.partition("?")
+    value_sentence = _VALUE_SENTENCE.search(entry.meaning) if field == "value" else None
+    return label, f"{question}? {value_sentence[0]}" if value_sentence else f"{question}?"
 
 
 def _design_files(
