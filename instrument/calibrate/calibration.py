@@ -69,7 +69,7 @@ _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_
 
 
 def _unit_data(calibration: "Calibration") -> Plain:
-    """Return those fields of a unit that the answer contains; unit.toml contains all fields."""
+    """Return the fields of a unit that are part of the answer; unit.toml contains all fields."""
     unit = as_data(calibration.unit)
     shown = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
     return shown if calibration.unit.ball is None else {**shown, "ball": unit["ball"]}

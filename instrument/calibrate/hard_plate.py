@@ -28,8 +28,8 @@ from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fit
 # Largest relative deviation of the mean stiffness from the weights [1]. A dial and a balance are more accurate; a wrong
 # unit causes a larger deviation.
 _LARGEST_MEAN_DEVIATION = 0.1
-# Largest relative difference between the tips [1]. A dial is more accurate; a tip that touches late or swapped channels
-# cause a larger difference.
+# Largest relative difference between the tips [1]. A dial is more accurate; a late contact or swapped channels cause a
+# larger difference.
 _LARGEST_DIFFERENCE = 0.03
 # Largest relative change of a slope during a press [1]. The nonlinearity of Hall sensors is smaller; a tip that touches
 # late causes a larger change.
