@@ -1,1 +1,1 @@
-"""Leaf lengths that give the springs their stiffness."""
+"""Springs: sized in closed form, and leaf lengths fitted by finite elements."""

@@ -9,14 +9,14 @@ from sensor.arrays import Floats
 from sensor.theory.elastica import large_deflection_stiffening
 from sensor.theory.leaf_spring import Flexure, natural_frequency
 
-LONGEST_FRACTION = 0.5  # largest deflection for the elastica, as a fraction of a leaf's length
+LONGEST_FRACTION = 0.5  # largest deflection for which the elastica is evaluated, as a fraction of the leaf's length
 
 
 def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
-    """Return tilt, stiffening, natural frequency and crosstalk of the printed springs; None without a housing.
+    """Compute the tilt, stiffening, natural frequency and crosstalk of the printed springs; None without a housing.
 
-    Tilt and stiffening are those under the largest force on each spring, at full travel. The frequency is Rayleigh's
-    quotient of a shuttle on its leaves, in closed form.
+    The tilt is computed for the largest force on each spring, and the stiffening for its deflection at full travel. The
+    natural frequency is Rayleigh's quotient of a shuttle on its leaves, in closed form.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -42,6 +42,6 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehavio
 def stiffening(flexure: Flexure, deflection: Floats | float) -> Floats:
     """Return the relative increase of a spring's stiffness at large deflections [mm], by the elastica [1].
 
-    Beyond half the length of a leaf it is taken as constant.
+    Beyond half the length of the leaf, the increase is assumed to be constant.
     """
     return large_deflection_stiffening(flexure.length, np.minimum(deflection, LONGEST_FRACTION * flexure.length))

@@ -7,22 +7,22 @@ from sensor.quantity import report_field
 
 @dataclass(frozen=True, kw_only=True)
 class ArmBehaviour:
-    """One spring at full travel."""
+    """The behaviour of one spring at full travel."""
 
     tilt_at_full_force_rad: float = report_field(
         "rad", "rotation of the tip's face in the plane of the plate, at full travel"
     )
     large_deflection_stiffening: float = report_field(
-        "1", "increase of the stiffness by large deflection at full travel, as a fraction of the stiffness"
+        "1", "increase of the stiffness due to the large deflection at full travel, as a fraction of the stiffness"
     )
     natural_frequency_Hz: float = report_field(
-        "Hz", "first natural frequency of the free spring by Rayleigh's quotient, accurate to some per cent"
+        "Hz", "first natural frequency of the free spring by Rayleigh's quotient, accurate to a few per cent"
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpringBehaviour:
-    """Both springs, and one tip under the force of the other."""
+    """The behaviour of both springs, and the crosstalk between them."""
 
     crosstalk_C12_over_C22: float = report_field(
         "1",

@@ -1,4 +1,4 @@
-"""The springs as printed: leaves fitted to the targets, or the reason why the process cannot print them."""
+"""The springs as printed: their leaves fitted to the targets, or the reason why the process cannot print them."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -34,7 +34,7 @@ from solve.linear import SolveError
 
 SpringKind = Literal["sized", "leaning", "fitted"]
 BeginSolid = Callable[[Housing, tuple[float, ...]], Future[PartSize]]
-"""A function that begins the solid of a housing for deflections [mm] and returns its future size."""
+"""A function that starts making the solid of a housing for given deflections [mm], and returns a future of its size."""
 
 GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 
@@ -42,9 +42,9 @@ GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 def printable_leaves(
     design: Design, sizing: SpringSizing, lengths_mm: tuple[float, ...] | None = None
 ) -> dict[str, Printable]:
-    """Return for each spring whether the process can print its leaves, and the reason if not.
+    """Return for each spring whether the process can print its leaves, or else the reason why not.
 
-    The leaves have the given lengths [mm], low spring first, or else the lengths that follow from the beam law.
+    `lengths_mm` are the leaf lengths [mm], low spring first. By default they follow from the beam law.
     """
     low, high = check_printable(design, sizing.springs, sizing.K_m_max, lengths_mm, sizing.sizing_stiffness_ratio)
     return {"low": low, "high": high}
@@ -52,12 +52,13 @@ def printable_leaves(
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FittedSprings(Record):
-    """The springs by name, low first, with their process, deflections at full travel [mm] and housing.
+    """The springs by name, low first, with their process, their deflections at full travel [mm] and their housing.
 
-    Each spring represents all tips of its kind. `printable` states whether the process can print it. `ideal` springs
-    are exactly as stiff as sized: nothing is printed, and `ideal_offsets_mm` are the heights of their tips relative to
-    the foremost one. `of_plate` is the lateral compliance of the tips on one plate. It is None until it is solved, and
-    for flat tips on a flat fruit, whose forces are not inclined.
+    Each of the two springs represents all tips on springs of its kind. `printable` states whether the process can print
+    it. `ideal` springs have exactly the stiffness for which they were sized. They are not printed, and
+    `ideal_offsets_mm` are the heights of their tips relative to the foremost tip. `of_plate` is the lateral compliance
+    of the tips on one plate. It is None before it is solved. For flat tips on a flat fruit it stays None, because their
+    forces are not inclined.
     """
 
     springs: dict[str, MadeSpring]
@@ -77,17 +78,17 @@ class FittedSprings(Record):
 
     @property
     def known(self) -> bool:
-        """Return whether the stiffnesses are known, from FE of a housing or because the springs are ideal."""
+        """Return whether the stiffnesses are known, by finite elements (FE) or because the springs are ideal."""
         return self.ideal or self.fitted is not None
 
     @property
     def monolithic(self) -> bool:
-        """Return whether the springs are of one piece, without glued pins."""
+        """Return whether the springs are printed in one piece, without glued pins."""
         return self.housing is None or self.housing.pin is None
 
     @property
     def stiffnesses(self) -> Springs:
-        """Return the stiffnesses by FE, or the targets if nothing is printed [N/mm]."""
+        """Return the stiffnesses by FE [N/mm], or the targets if nothing is printed."""
         K_l, K_h = (spring.stiffness for spring in self.springs.values())
         return Springs(K_l=K_l, K_h=K_h)
 
@@ -98,25 +99,25 @@ class FittedSprings(Record):
 
     @property
     def creep(self) -> CreepLaw:
-        """Return the creep of the springs."""
+        """Return the creep law of the print material."""
         return self.process.creep
 
     def undecided(self, reason: str) -> "FittedSprings":
-        """Return the springs with undecided verdicts on their printability; `reason` says why, for the user."""
+        """Return the springs with undecided verdicts on their printability; the user is shown the `reason`."""
         verdicts = {name: replace(verdict, passed=None, reason=reason) for name, verdict in self.printable.items()}
         return replace(self, printable=verdicts)
 
     @cached_property
     def as_pair(self) -> "FittedSprings":
-        """Return the springs with one tip each, as those of a pair."""
+        """Return the springs of a sensor that has only one tip on each of the two springs."""
         return replace(self, tips=self.tips.as_pair)
 
     @property
     def C(self) -> Floats:
-        """Return the compliance matrix of all tips due to their springs, (tips, tips) [mm/N].
+        """Return the compliance matrix of the springs under all tips, (tips, tips) [mm/N].
 
-        Tips of one plate are slightly coupled through its frame. Tips of different plates are not, nor are springs
-        without a housing.
+        Tips on one plate are slightly coupled through its frame. Tips on different plates, and springs without a
+        housing, are not coupled.
         """
         if self.fitted is None:
             return spring_compliance(*self.tips.each(*self.stiffnesses.stiffnesses))
@@ -126,19 +127,19 @@ class FittedSprings(Record):
 
     @property
     def sideways(self) -> LateralCompliance | None:
-        """Return the lateral compliance of all tips under inclined forces; None if no force is inclined.
+        """Return the lateral compliance of all tips under inclined forces; None if it is not solved for a plate.
 
-        Tips of different plates are not coupled. Each plate is rotated by half a turn about the press axis relative to
-        the previous one, which changes the signs of x and y.
+        Tips on different plates are not coupled. Each plate is rotated by 180 degrees about the press axis relative to
+        the previous plate, which reverses the signs of x and y.
         """
         if self.of_plate is None:
             return None
-        on_plate = len(self.of_plate.compliance)
-        count = len(self.tips.springs)
-        compliance = np.zeros((count, count, 3, 3))
-        signs = np.array([1.0, 1.0, 1.0])  # signs of x, y and z on a plate, relative to the first one
-        for first in range(0, count, on_plate):
-            plate = slice(first, first + on_plate)
+        tips_per_plate = len(self.of_plate.compliance)
+        tips = len(self.tips.springs)
+        compliance = np.zeros((tips, tips, 3, 3))
+        signs = np.array([1.0, 1.0, 1.0])  # signs of x, y and z on a plate, relative to the first plate
+        for first in range(0, tips, tips_per_plate):
+            plate = slice(first, first + tips_per_plate)
             compliance[plate, plate] = self.of_plate.compliance * np.outer(signs, signs)
             signs = signs * [-1.0, -1.0, 1.0]
         return replace(self.of_plate, compliance=compliance)
@@ -151,16 +152,17 @@ def springs_for(
     tolerance: float = TOLERANCE,
     begin_solid: BeginSolid | None = None,
 ) -> FittedSprings:
-    """Return the springs of a design in one of three kinds, from the cheapest to the most accurate.
+    """Return the springs of a design at one of three levels of accuracy, which cost more from the first to the last.
 
-    "sized" springs have only the stiffness that the targets or the design require. "leaning" springs also have the
-    lateral compliance of their housing under domes, from one rough mesh and the leaf lengths of the beam law. "fitted"
-    springs have leaves whose stiffness by FE meets the target within a relative `tolerance`; `with_sideways_give` adds
-    their lateral compliance. `begin_solid` is called with each housing that may be the final one.
+    "sized" springs have only the stiffness that the targets or the design require. "leaning" springs of sensors with
+    domes also have the lateral compliance of their housing. It is computed on one rough mesh, with the leaf lengths of
+    the beam law. "fitted" springs have leaves whose stiffness by FE meets the target within a relative `tolerance` [1].
+    `with_sideways_give` adds their lateral compliance. `begin_solid` is called with each housing that may be the final
+    one.
 
-    A line has no housing, so its springs are ideal. If the beam law shows that a spring cannot be printed, nothing is
-    solved. If meshing or fitting fails, the verdicts on all springs are undecided. Each of the two springs represents
-    all tips of its kind; a square has two equal plates.
+    A line of tips has no housing, so its springs are ideal. If the beam law shows that a spring cannot be printed,
+    nothing is solved. If meshing or fitting fails, the verdicts on all springs are undecided. Each of the two springs
+    represents all tips on springs of its kind. A square has two equal plates.
     """
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
@@ -182,8 +184,8 @@ def springs_for(
     try:
         housing = housing_for(design, process, lengths, springs.deflections)
         if as_ == "leaning":
-            give = sideways_give(housing, process.E_MPa, process.poisson, targets, rough=True)
-            return replace(springs, of_plate=give)
+            lateral_compliance = sideways_give(housing, process.E_MPa, process.poisson, targets, rough=True)
+            return replace(springs, of_plate=lateral_compliance)
         begin = None if begin_solid is None else (lambda housing: begin_solid(housing, springs.deflections))
         solver = HousingSolver(process.E_MPa, process.poisson, begin)
         fitted = _fit_housing(housing, targets, solver, tolerance)
@@ -193,10 +195,10 @@ def springs_for(
 
 
 def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
-    """Return springs with the lateral compliance of their plate, which inclined forces need; else unchanged.
+    """Return the springs with the lateral compliance of their plate; unchanged if no force on the tips is inclined.
 
-    Their verdicts are undecided if it cannot be solved. The result is cached. The housing does not depend on it, so
-    solids may be begun earlier.
+    If the compliance cannot be solved, the verdicts on the springs are undecided. The compliance is cached. The housing
+    does not depend on it, so making the solids may start earlier.
     """
     fitted = springs.fitted
     is_inclined = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
@@ -215,7 +217,7 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
 
 
 def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolver, tolerance: float) -> FittedHousing:
-    """Return the housing with leaves fitted to the targets [N/mm], from an initial guess; the result is cached."""
+    """Fit the leaves of a housing to the targets [N/mm], starting from an initial guess; the result is cached."""
     inputs = {
         "guess": asdict(guess),
         "targets": targets,
@@ -227,9 +229,9 @@ def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolv
 
 
 def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
-    """Return the springs with stiffness and root strain from FE, and with printability checked at their final lengths.
+    """Return the springs with stiffness and root strain by FE, and with printability checked at their final lengths.
 
-    The root strain is that at full travel on the firmest fruit.
+    The root strain is the strain at full travel on the firmest fruit.
     """
     solution = fitted.stiffness
     arms = fitted.housing.arms
@@ -252,17 +254,20 @@ def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, 
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[SpringToRead, ...]:
-    """Return what a read-out needs of each spring: its stiffness [N/mm] and its deflection at full travel [mm]."""
-    rows = zip(springs.springs.items(), springs.deflections, strict=True)
-    return tuple(SpringToRead(name=name, K=spring.stiffness, deflection=bend) for (name, spring), bend in rows)
+    """Return the stiffness [N/mm] and the deflection at full travel [mm] of each spring, as input of a read-out."""
+    pairs = zip(springs.springs.items(), springs.deflections, strict=True)
+    return tuple(
+        SpringToRead(name=name, K=spring.stiffness, deflection=deflection) for (name, spring), deflection in pairs
+    )
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
     """Return the displacement of each tip towards the fruit due to the weight of its parts [mm], with its error.
 
-    It is positive if the sensor presses down, and negative if it presses up. A sensor held sideways has its weight
-    across the press, in an unknown direction. Weight along the plate moves a tip by at most the error, in either
-    direction. Weight across the plate does not move it, by symmetry. Empty without a housing.
+    The displacement is positive if the sensor presses down, and negative if it presses up. If the sensor is held
+    sideways, its weight acts across the press, in an unknown direction. A weight along the plate then moves a tip by at
+    most the error, in either direction. By symmetry, a weight across the plate does not move the tip. The result is
+    empty without a housing.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -276,16 +281,17 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     pin_weight = 0.0 if pin is None else GRAVITY * pin_mass(pin, density)
     sign = 1.0 if attitude == "down" else -1.0
     sags = []
-    for per_weight, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):
-        sag = weight * per_weight + pin_weight / K  # of the flexure, and due to the weight of a pin at its end
+    for sag_per_weight, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):
+        sag = weight * sag_per_weight + pin_weight / K  # due to the weight of the flexure, and of a pin at its end
         sags.append(Estimate(sign * sag, error * sag, "mm"))
     return tuple(sags)
 
 
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
-    """Return the height of each tip relative to the foremost due to the weight of its parts [mm].
+    """Return the height of each tip relative to the foremost tip [mm], due to the weight of the parts.
 
-    The tips have the order of the layout. The foremost are at 0 and the others below 0. Empty if all are level.
+    The tips are in the order of the layout. The foremost tips are at 0 and the others below 0. The result is empty if
+    all tips are level.
     """
     if springs.ideal:
         return springs.ideal_offsets_mm

@@ -1,7 +1,7 @@
-"""Leaf lengths that give the springs their target stiffness, by finite elements.
+"""Fit the leaf lengths so that the springs have their target stiffnesses, by finite elements.
 
-The secant method changes the lengths until the stiffnesses on a mesh meet the targets. It runs on a coarse mesh and
-then on a fine one, or on one rough mesh.
+The secant method varies the lengths until the stiffnesses computed on a mesh meet the targets. It runs on a coarse mesh
+first and then on a fine one. For a rough answer it runs on a single rough mesh.
 """
 
 import dataclasses
@@ -37,29 +37,32 @@ from solve.housing.stiffness import (
 )
 from solve.linear import SolveError
 
-TOLERANCE = 1e-3  # relative tolerance of the stiffnesses, and of their targets on the solved mesh
-# relative deviation from the targets that is accepted on coarse and rough meshes, and the largest on a fine one
+# default relative tolerance, both for the error bars of the stiffnesses and for their distance from the targets
+TOLERANCE = 1e-3
+# largest relative deviation from the targets that is accepted on coarse and rough meshes, and upper bound on a fine
+# mesh
 LOOSEST_MISS = 5e-3
-MOST_SOLVES = 10  # maximum number of solves on a coarse or rough mesh
+MOST_SOLVES = 10  # maximum number of solutions on a coarse or rough mesh
 MOST_FINE_SOLVES = 4
-COARSE = 2.0  # scale of the mesh that determines the lengths
-_DIGITS = 3  # decimals of a drawn length [mm]
+COARSE = 2.0  # scale of the mesh on which the lengths are fitted first
+_DIGITS = 3  # decimal places of a drawn length [mm]
 _LONGEST_STEP = 1.6  # largest factor by which one step lengthens or shortens a leaf
-# smallest relative step that updates the slope; a shorter one would measure the scatter between meshes
+# smallest relative step in length that updates the slope; over a shorter step, scatter between meshes would dominate
 _SHORTEST_STEP = 2e-3
 
-# Stiffness on the rough mesh over stiffness on the normal mesh: 1.0035 to 1.0146 for 93 random designs. The rough error
-# bar covers the difference to this factor, at most 0.0056 in 300 designs: tests/reference/fits/test_rough_springs.py
+# Ratio of the stiffness on the rough mesh to the stiffness on the normal mesh. It was 1.0035 to 1.0146 for 93 random
+# designs. In 300 designs the ratio differed from this constant by at most 0.0056, which the error bar covers. Source:
+# tests/reference/fits/test_rough_springs.py
 ROUGH_LIFT = 1.009
 ROUGH_ERROR = 0.0088
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeshPair:
-    """Scales of a fine mesh and of a coarser one by which its error is estimated, with the constants of the estimate.
+    """Scales of a fine mesh and of a coarser mesh used to estimate its error, with the constants of the estimate.
 
-    A larger scale means larger elements. The relative error bar is a `fraction` [1] of the difference between both
-    meshes plus a `floor` [1]. The pair is used for tolerances of at least `least_tolerance` [1].
+    A larger scale means larger elements. The relative error bar is `fraction` [1] times the relative difference between
+    the two meshes, plus `floor` [1]. The pair is used only if the tolerance is at least `least_tolerance` [1].
     """
 
     fine: float
@@ -69,7 +72,7 @@ class MeshPair:
     least_tolerance: float
 
     def judged(self, housing: Housing, fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
-        """Return the stiffness of a housing [N/mm] by its solutions on both meshes, with the error bars of the pair."""
+        """Return the stiffness of a housing [N/mm], with error bars from its solutions on both meshes."""
         stiffness = housing_stiffness(fine, coarse)
         errors = []
         for arm, error in zip(housing.arms, stiffness.error, strict=True):
@@ -81,9 +84,9 @@ class MeshPair:
 
 
 DEFAULT = MeshPair(fine=1.0, coarse=2.0, fraction=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
-# Observed error over the difference: 0.27 for the first pair, against 112 thousand dofs and 30 random designs; 0.024
-# for the last pair, against one arm of five designs with 2.7 times the dofs, which is 0.026 against four times.
-# tests/reference/fits/test_housing.py
+# Observed ratio of the error to the difference between both meshes. First pair: 0.27, in comparison with meshes of
+# 112,000 dofs for 30 random designs. Last pair: 0.024, in comparison with 2.7 times the dofs for one arm of five
+# designs, and 0.026 in comparison with four times the dofs. Source: tests/reference/fits/test_housing.py
 MESH_PAIRS = (
     MeshPair(fine=2.0, coarse=4.0, fraction=0.3, floor=2e-4, least_tolerance=1e-2),
     DEFAULT,
@@ -92,12 +95,12 @@ MESH_PAIRS = (
 
 
 def odd_shape_factor(flexure: Flexure) -> float:
-    """Return the factor by which the error bar of two meshes is enlarged for a leaf of unusual shape [1].
+    """Return the factor by which the error bar from two meshes is enlarged for a leaf of unusual shape [1].
 
-    For such leaves the difference between two meshes underestimates the error. All meshes have the same fans of
-    elements at the roots, whose error matters if a leaf is hardly deeper than thick. They have few layers for the
-    bending across a leaf that is deeper than long. The factor 2.5 for a leaf as thick as deep covers an observed factor
-    of 2.
+    For such leaves, the difference between two meshes underestimates the error, for two reasons. All meshes have the
+    same fans of elements at the roots, whose error matters if a leaf is hardly deeper than it is thick. The meshes also
+    have few layers through the depth, too few if a leaf is deeper than it is long. The factor is 2.5 for a leaf as
+    thick as it is deep, where the observed factor was 2.
     """
     shallow = min(1.0, flexure.thickness / flexure.depth)
     short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
@@ -106,7 +109,7 @@ def odd_shape_factor(flexure: Flexure) -> float:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FittedHousing(Record):
-    """A housing [mm] with its stiffness."""
+    """A housing and its stiffness by finite elements."""
 
     housing: Housing
     stiffness: HousingStiffness
@@ -115,23 +118,23 @@ class FittedHousing(Record):
 class HousingSolver:
     """Solver for the compliance of housings of one material, on meshes of several scales.
 
-    It keeps the last mesh of each scale, to stretch it for the next housing and to compare it with the solid.
+    The last mesh of each scale is cached. It can be stretched for the next housing, and compared with the solid.
     """
 
     def __init__(
         self, E: float, poisson: float, begin_solid: Callable[[Housing], Future[PartSize]] | None = None
     ) -> None:
-        """Store the modulus [MPa] and Poisson's ratio, and the function that begins a solid while meshes are solved."""
+        """Store the material: E [MPa] and Poisson's ratio [1]. `begin_solid` starts making the solid of a housing."""
         self.E = E
         self.poisson = poisson
         self._begin_solid = None if begin_solid is None else functools.lru_cache(maxsize=1)(begin_solid)
-        self._last: dict[float, tuple[Housing, FlexureMesh]] = {}  # by the scale of the mesh
+        self._last: dict[float, tuple[Housing, FlexureMesh]] = {}  # housing and mesh by the scale of the mesh
 
     def solve(self, housing: Housing, scale: float) -> TipCompliance:
-        """Return the compliance of the tips of a housing on a mesh of a given scale [mm/N].
+        """Compute the compliance of the tips of a housing [mm/N] on a mesh of the given scale.
 
-        The coarse mesh is stretched from one housing to the next, which is faster than a new mesh. A fine solve also
-        begins the solid, because this housing may be the final one.
+        The coarse mesh of the previous housing is stretched to fit this one, which is faster than a new mesh. On a fine
+        mesh, the solid is started too, because this housing may be the final one.
         """
         if self._begin_solid is not None and scale < COARSE:
             self._begin_solid(housing)
@@ -145,7 +148,7 @@ class HousingSolver:
         return tip_compliance(mesh, self.E, self.poisson, mount_layers(housing))
 
     def check(self, scale: float) -> None:
-        """Raise MeshError if the last mesh of a scale differs from the solid of its housing."""
+        """Raise MeshError if the last mesh of the given scale differs from the solid of its housing."""
         housing, mesh = self._last[scale]
         size = solid_size(housing) if self._begin_solid is None else self._begin_solid(housing).result()
         check_flexure_mesh(mesh, size)
@@ -153,10 +156,10 @@ class HousingSolver:
 
 @dataclass(frozen=True, kw_only=True)
 class Secant:
-    """A secant through the relation between the length of a leaf and K^(-1/3), which is a straight line for a beam.
+    """A secant of the leaf length as a function of K^(-1/3), which is a straight line for a beam.
 
-    `slope` is d length / d K^(-1/3). `length` [mm] and `root`, K^(-1/3), belong to the last solve, and are nan before
-    the first.
+    `slope` is d length / d K^(-1/3). `length` [mm] and `root` = K^(-1/3) come from the last solution. They are nan
+    before the first solution.
     """
 
     slope: float
@@ -164,9 +167,9 @@ class Secant:
     root: float = math.nan
 
     def through(self, length: float, K: float) -> "Secant":
-        """Return the secant through a new point, `length` [mm] and K [N/mm], and the previous one.
+        """Return the secant through the previous point and a new point with `length` [mm] and K [N/mm].
 
-        The slope stays if both points are too close together, or if they do not rise.
+        The slope is unchanged if the points are too close together, or if the length does not increase with K^(-1/3).
         """
         root = K ** (-1.0 / 3.0)
         step = length - self.length
@@ -174,25 +177,28 @@ class Secant:
         return Secant(slope=step / (root - self.root) if is_slope else self.slope, length=length, root=root)
 
     def stiffness(self, length: float) -> float:
-        """Return the stiffness [N/mm] at a length [mm]."""
+        """Return the stiffness [N/mm] that the secant predicts for a length [mm]."""
         return 1.0 / (self.root + (length - self.length) / self.slope) ** 3
 
     def length_for(self, K: float) -> float:
-        """Return the length [mm] for a stiffness K [N/mm], rounded to 0.001 mm, within a factor of 1.6 of the last."""
+        """Return the length [mm] that the secant predicts for K [N/mm], rounded to 0.001 mm.
+
+        The length changes by at most a factor of 1.6, because the secant is not reliable farther away.
+        """
         root: float = K ** (-1.0 / 3.0)
         extrapolated = self.length + self.slope * (root - self.root)
         return round(min(max(extrapolated, self.length / _LONGEST_STEP), self.length * _LONGEST_STEP), _DIGITS)
 
 
 class Solved(NamedTuple):
-    """A housing solved on one mesh, with a secant through the last solutions of each spring on it."""
+    """A housing solved on one mesh, and for each spring the secant through its last two solutions on this mesh."""
 
     housing: Housing
     compliance: TipCompliance
     secants: tuple[Secant, ...]
 
     def aim_at(self, targets: Floats) -> Housing:
-        """Return the housing with the leaf lengths at which the secants reach other stiffnesses [N/mm] on this mesh.
+        """Return the housing whose leaves have the target stiffnesses [N/mm] on this mesh, as predicted by the secants.
 
         Raises InputError if a leaf would be shorter than its two fillets.
         """
@@ -208,14 +214,15 @@ class Solved(NamedTuple):
         return self.housing.with_flexures(flexures)
 
     def scale_to(self, housing: Housing) -> TipCompliance:
-        """Return the compliance on this mesh for a housing of nearly the same lengths, scaled instead of solved.
+        """Return the compliance of a housing with nearly the same leaf lengths on this mesh, without solving it.
 
-        The secants give its stiffnesses. The lengths are so close that a further solve would not improve them.
+        The solved compliance is scaled to the stiffnesses predicted by the secants. The lengths are so close that a
+        solution would not be more accurate.
         """
         compliance = self.compliance
         pairs = zip(self.secants, housing.arms, strict=True)
         K = np.array([secant.stiffness(arm.flexure.length) for secant, arm in pairs])
-        scale = np.sqrt(compliance.K / K)  # scales the row and the column of a compliance
+        scale = np.sqrt(compliance.K / K)  # factor of the row and of the column of each tip
         sag = tuple((scale**2 * compliance.weight_sag).tolist())
         return dataclasses.replace(compliance, C=compliance.C * np.outer(scale, scale), weight_sag=sag)
 
@@ -228,55 +235,58 @@ def fit_on_mesh(
     miss: float = LOOSEST_MISS,
     most_solves: int = MOST_SOLVES,
 ) -> Solved:
-    """Fit the leaf lengths of a housing by the secant method until its springs meet the targets on one mesh.
+    """Fit the leaf lengths of a housing by the secant method, until its springs meet their targets on one mesh.
 
-    `targets` are stiffnesses [N/mm], and `miss` [1] is the largest relative deviation from them. `solve` computes the
-    compliance of a housing on the mesh, at most `most_solves` times. `slopes` are the initial slopes of the secants,
-    one for each spring. Raises InputError if a target leaves no leaf, and SolveError if the solves do not suffice.
+    `targets` are the target stiffnesses [N/mm], and `miss` [1] is the largest accepted relative deviation from them.
+    `solve` computes the compliance of a housing on the mesh. It is called at most `most_solves` times. `slopes` holds
+    the initial slope of the secant of each spring. Raises InputError if a leaf would be shorter than its two fillets,
+    and SolveError if the targets are not met after `most_solves` solutions.
     """
     secants = tuple(Secant(slope=slope) for slope in slopes)
     for _ in range(most_solves):
         compliance = solve(housing)
-        rows = zip(secants, housing.arms, compliance.K, strict=True)
-        secants = tuple(secant.through(arm.flexure.length, K) for secant, arm, K in rows)
+        springs = zip(secants, housing.arms, compliance.K, strict=True)
+        secants = tuple(secant.through(arm.flexure.length, K) for secant, arm, K in springs)
         fit = Solved(housing, compliance, secants)
         if largest_miss(compliance.K, targets) <= miss:
             return fit
         housing = fit.aim_at(targets)
-    K = ", ".join(f"{stiffness:.6g}" for stiffness in compliance.K)
-    wanted = ", ".join(f"{target:.6g}" for target in targets)
+    K_text = ", ".join(f"{stiffness:.6g}" for stiffness in compliance.K)
+    targets_text = ", ".join(f"{target:.6g}" for target in targets)
     msg = (
-        f"flexures: K = {K} N/mm after {most_solves} solves: must be {wanted} N/mm within {miss:g}; choose other "
-        f"targets or another --tol"
+        f"flexures: K = {K_text} N/mm after {most_solves} solves: must be {targets_text} N/mm within {miss:g}; "
+        f"choose other targets or another --tol"
     )
     raise SolveError(msg)
 
 
 def largest_miss(stiffnesses: Sequence[float], targets: Floats) -> float:
-    """Return the largest relative deviation of a stiffness from its target [1]."""
+    """Return the largest relative deviation of the stiffnesses from their targets [1]."""
     return float(np.abs(stiffnesses / targets - 1.0).max())
 
 
 def fit_lengths(
     housing: Housing, targets: Sequence[float], solver: HousingSolver, tolerance: float = TOLERANCE
 ) -> FittedHousing:
-    """Return the housing whose leaf lengths give each spring its target stiffness [N/mm] within 0.1 %.
+    """Fit the leaf lengths of a housing so that each spring has its target stiffness [N/mm].
 
-    `housing` is the initial guess. The error bars of the stiffnesses are within the relative `tolerance` [1], if a mesh
-    reaches it. A tolerance above 0.1 % also applies to the targets, up to 0.5 %. Pins glued into the feet are in series
-    with the springs. Raises InputError if a target leaves no leaf, and SolveError if the targets are not met. Raises
+    `housing` is the initial guess. The meshes are refined until the relative error bars of the stiffnesses are within
+    `tolerance` [1], or to the finest mesh. The stiffnesses meet the targets within 0.1 %. A larger tolerance also
+    applies to the targets, up to 0.5 %. Pins glued into the feet are in series with the springs.
+
+    Raises InputError if a leaf would be shorter than its two fillets, SolveError if the targets are not met, and
     MeshError if a mesh differs from its solid.
     """
     start = time.perf_counter()
     pin = None if housing.pin is None else pin_compliance(housing.pin, solver.E, solver.poisson)
-    feet = np.array(targets if pin is None else targets_without_pins(targets, pin))
+    foot_targets = np.array(targets if pin is None else targets_without_pins(targets, pin))
     if tolerance >= ROUGH_TOLERANCE:
-        housing, stiffness = _fit_on_rough_mesh(housing, feet, solver)
+        housing, stiffness = _fit_on_rough_mesh(housing, foot_targets, solver)
         outcome = "by random designs"
     else:
-        housing, stiffness = _fit_on_pairs(housing, feet, solver, tolerance)
-        reached = "meet" if max(stiffness.error) <= tolerance else "are the smallest of all meshes, but exceed"
-        outcome = f"{reached} {100.0 * tolerance:g} %"
+        housing, stiffness = _fit_on_pairs(housing, foot_targets, solver, tolerance)
+        comparison = "meet" if max(stiffness.error) <= tolerance else "are the smallest of all meshes, but exceed"
+        outcome = f"{comparison} {100.0 * tolerance:g} %"
     status = f"{stiffness.info.status}: error bars of {_percents(stiffness.error)} % {outcome}"
     if pin is not None:
         stiffness = add_pin_compliance(stiffness, pin)
@@ -292,10 +302,10 @@ def _percents(errors: Sequence[float]) -> str:
 def _fit_on_pairs(
     housing: Housing, targets: Floats, solver: HousingSolver, tolerance: float
 ) -> tuple[Housing, HousingStiffness]:
-    """Return a housing fitted to targets [N/mm] with its stiffness, on the cheapest pair of meshes within a tolerance.
+    """Fit a housing to targets [N/mm] on the cheapest pair of meshes that meets the tolerance, with its stiffness.
 
-    The lengths are first fitted on the coarse mesh, so that one solve on the fine mesh is usually enough. If no pair
-    meets the tolerance, the finest one is returned.
+    The lengths are fitted on the coarse mesh first, so that one solution on the fine mesh is usually enough. If no pair
+    meets the tolerance, the result on the finest pair is returned.
     """
     slopes = _beam_slopes(housing, solver.E)
     miss = min(max(tolerance, TOLERANCE), LOOSEST_MISS)
@@ -306,7 +316,8 @@ def _fit_on_pairs(
             coarse = fine = fit_on_mesh(housing, slopes, targets, solve, miss)
             coarser_solution = solver.solve(fine.housing, pair.coarse)
         else:
-            # The coarse mesh is too stiff by a known factor, so it is fitted to higher targets.
+            # On the coarse mesh the springs are too stiff by a known factor, so the targets are multiplied by this
+            # factor.
             coarse_targets = targets * [coarse_lift(arm.flexure) for arm in housing.arms]
             if coarse is None:
                 coarse = fit_on_mesh(housing, slopes, coarse_targets, functools.partial(solver.solve, scale=COARSE))
@@ -322,22 +333,22 @@ def _fit_on_pairs(
 
 
 def coarse_lift(flexure: Flexure) -> float:
-    """Return an estimate of the ratio of the stiffness on the coarse mesh to that on a finer one [1].
+    """Estimate the ratio of the stiffness on the coarse mesh to the stiffness on a finer mesh [1].
 
-    It is usually accurate to 5e-4. The constants are fitted in tests/reference/fits/test_housing.py.
+    The ratio is usually accurate to 5e-4. The constants are fitted in tests/reference/fits/test_housing.py.
     """
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
 
 def _beam_slopes(housing: Housing, E: float) -> list[float]:
-    """Return the slope d L / d K^(-1/3) of each leaf by the beam law K = 2 E d (t / L)^3, with E in MPa."""
+    """Return d L / d K^(-1/3) of each leaf from the beam law K = 2 E d (t / L)^3, with E in MPa."""
     return [arm.flexure.thickness * math.cbrt(2.0 * E * arm.flexure.depth) for arm in housing.arms]
 
 
 def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver) -> tuple[Housing, HousingStiffness]:
-    """Return a housing fitted to targets [N/mm] on the rough mesh, and its stiffness.
+    """Fit a housing to targets [N/mm] on the rough mesh, and also return its stiffness.
 
-    The mesh is not compared with a solid.
+    A rough answer makes no solid, so the mesh is not compared with one.
     """
     solve = functools.partial(rough_compliance, E=solver.E, poisson=solver.poisson)
     fit = fit_on_mesh(housing, _beam_slopes(housing, solver.E), targets, solve)
@@ -345,9 +356,9 @@ def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver)
 
 
 def rough_compliance(housing: Housing, E: float, poisson: float) -> TipCompliance:
-    """Return the compliance of the tips [mm/N] on the rough mesh, corrected to the normal mesh; raises SolveError.
+    """Return the compliance of the tips [mm/N] on the rough mesh, corrected to the normal mesh.
 
-    E is in MPa.
+    E is in MPa. Raises SolveError if the mesh cannot be solved.
     """
     compliance = compliance_of(coarse_half(housing, E, poisson, rough=True))
     return dataclasses.replace(compliance, C=ROUGH_LIFT * compliance.C)
@@ -356,13 +367,13 @@ def rough_compliance(housing: Housing, E: float, poisson: float) -> TipComplianc
 def rough_stiffness(housing: Housing, compliance: TipCompliance) -> HousingStiffness:
     """Return the stiffness of a housing [N/mm] on the rough mesh, with error bars derived from random designs."""
     errors = tuple(ROUGH_ERROR * odd_shape_factor(arm.flexure) for arm in housing.arms)
-    one_mesh = housing_stiffness(compliance, compliance)  # the error of the strain needs no second mesh
+    one_mesh = housing_stiffness(compliance, compliance)  # the error of the strain does not need a second mesh
     info = dataclasses.replace(one_mesh.info, status=f"20-node hexahedra, one rough mesh of {compliance.dofs} dofs")
     return dataclasses.replace(one_mesh, error=errors, weight_sag_error=errors, info=info)
 
 
 def targets_without_pins(targets: Sequence[float], pin: Estimate) -> tuple[float, ...]:
-    """Return the stiffnesses [N/mm] that the feet need so that they meet the targets with pins in series.
+    """Return the stiffnesses [N/mm] that the feet must have to meet the targets in series with their pins.
 
     `pin` is the compliance of a pin glued into its foot [mm/N]. Raises InputError if a pin is softer than its target.
     """
@@ -376,13 +387,13 @@ def targets_without_pins(targets: Sequence[float], pin: Estimate) -> tuple[float
 
 
 def add_pin_compliance(stiffness: HousingStiffness, pin: Estimate) -> HousingStiffness:
-    """Return the stiffness [N/mm] at the faces of pins, from that of their feet and the compliance of a pin [mm/N].
+    """Return the stiffness [N/mm] at the ends of the pins, which are in series with their feet; `pin` is in mm/N.
 
-    The error of the pin's compliance is added to the error of the mesh.
+    The error of the pin's compliance is added to the error of the stiffness at the foot.
     """
     C = stiffness.C + pin.value * np.eye(len(stiffness.C))
     errors = []
-    for with_pin, foot, mesh_error in zip(tip_stiffnesses(C), stiffness.K, stiffness.error, strict=True):
-        foot_share = with_pin / foot  # share of the foot in the compliance, and so of its error
-        errors.append(foot_share * mesh_error + pin.error * with_pin)
+    for K_with_pin, K_foot, foot_error in zip(tip_stiffnesses(C), stiffness.K, stiffness.error, strict=True):
+        foot_fraction = K_with_pin / K_foot  # fraction of the compliance, and therefore of its error, due to the foot
+        errors.append(foot_fraction * foot_error + pin.error * K_with_pin)
     return dataclasses.replace(stiffness, C=C, error=tuple(errors))

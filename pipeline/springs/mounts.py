@@ -1,4 +1,4 @@
-"""The mount of a housing as elastic layers of the solver, and the lateral compliance of its tips."""
+"""The mount of a housing, modelled as elastic layers, and the lateral compliance of its tips."""
 
 import functools
 from collections.abc import Sequence
@@ -14,20 +14,21 @@ from solve.housing.clamped_half import SIDES, ClampedHalf, clamped_half
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
 from solve.housing.stiffness import lever_compliance
 
-# Layer that represents the rough skin of a print under a washer, a judgement. Without it K_h is 0.05 % higher.
+# Thickness of a layer that represents the rough surface of a print under a washer [mm], an estimate. Without this layer
+# K_h is 0.05 % higher.
 SKIN_MM = 0.02
-# Effective share of the thickness of a cover's plate, which is stiffer than a bar as narrow as its rim. By CalculiX on
-# tetrahedra of housing and cover.
+# Effective fraction of the thickness of a cover's plate. It is less than 1 because the plate is stiffer than a bar as
+# narrow as its rim. Source: CalculiX, with housing and cover meshed by tetrahedra.
 PLATE_FRACTION = 0.75
-COARSE_SCALE = 4.0  # scale of the mesh for the lateral compliance of tips
-ROUGH_SCALE = 3.0  # scale of the only mesh of a rough answer, which has one layer of elements over the half depth
+COARSE_SCALE = 4.0  # mesh scale for the lateral compliance of the tips
+ROUGH_SCALE = 3.0  # mesh scale for a rough answer, whose only mesh has one layer of elements through half the depth
 
 
 def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
-    """Return the elastic layers that represent the mount between the frame and rigid ground [mm].
+    """Return the elastic layers that represent the mount between the frame and a rigid support [mm].
 
-    A cover is a layer of the housing's material, whose outer face is held by a flat metal plate. A washer is a thin
-    layer under its disc. Empty if the walls of the holes are fixed.
+    A cover is a layer of the housing's material; a flat metal plate holds its outer face. A washer is a thin layer
+    under its disc. The result is empty if the walls of the holes are fixed.
     """
     holes = discs_at(housing, housing.hole_diameter)
     if housing.mount == "covers":
@@ -42,10 +43,11 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
 
 
 def _with_twin(front: ElasticLayer, housing: Housing, gap: float) -> tuple[ElasticLayer, ...]:
-    """Return the layers of one plate of a square: its own cover in front, and the second plate behind a `gap` [mm].
+    """Return the layers of one of two plates back to back: its cover in front, and the other plate behind a `gap` [mm].
 
-    The solver puts every layer on both sides. So each layer is twice as thick here, which makes it half as stiff. K_h
-    becomes 0.02 % too high, which is less than the mesh error. The load on the second plate changes it even less.
+    The solver puts every layer on both sides of the plate. Each layer is therefore twice as thick here, which makes it
+    half as stiff. As a result K_h is 0.02 % too high, which is less than the mesh error. The load on the second plate
+    changes K_h even less.
     """
     twin = gap + housing.depth + front.thickness
     back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
@@ -54,40 +56,42 @@ def _with_twin(front: ElasticLayer, housing: Housing, gap: float) -> tuple[Elast
 
 @functools.lru_cache(maxsize=1)
 def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> ClampedHalf:
-    """Return the factorised model of half the housing in its mount, on a coarse or a rough mesh; E is in MPa.
+    """Return the factorized model of half the housing in its mount, on a coarse or a rough mesh; E is in MPa.
 
-    The lateral compliance of tips and the stress on the page are computed with it; a rough answer uses no other mesh.
-    The last result is cached. Raises SolveError.
+    The model is used for the lateral compliance of the tips and for the stress shown on the page. A rough answer uses
+    no other mesh. The last result is cached. Raises SolveError if the model cannot be solved.
     """
     mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, COARSE_SCALE)
     return clamped_half(mesh, E, poisson, mount_layers(housing))
 
 
 def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool) -> LateralCompliance:
-    """Return the lateral compliance of the tips of a plate under inclined forces, from a coarse mesh; E is in MPa.
+    """Compute the lateral compliance of the tips of a plate under inclined forces, on a coarse mesh; E is in MPa.
 
-    The forces act at the centres of the spheres of domes, or at flat faces. The error is the relative difference
-    between the stiffness along the press on this mesh and K [N/mm] on finer ones. Raises MeshError or SolveError.
+    The forces act at the centre of the sphere of a dome, or at a flat face. The error is the relative difference
+    between the stiffness along the press on this mesh and K [N/mm], which comes from finer meshes. Raises MeshError if
+    the mesh cannot be made, and SolveError if it cannot be solved.
     """
     height_of_force = housing.dome.radius if housing.dome else 0.0
     lever = height_of_force - housing.beyond_face
     half = coarse_half(housing, E, poisson, rough=rough)
     compliance = lever_compliance(half, lever)
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
-    compliance[..., 2, 2] = 0.0  # the compliance along the press due to forces along it is in the springs' matrix C
+    # the springs' matrix C already contains the compliance along the press due to forces along it
+    compliance[..., 2, 2] = 0.0
     return LateralCompliance(compliance, error)
 
 
 def walls(housing: Housing) -> tuple[Rectangle, ...]:
-    """Return the walls of a frame [mm], the left one first."""
+    """Return the rectangles of the walls of a frame [mm], the left wall first."""
     levels = (housing.protrusion, housing.top_level)
     return tuple((_sorted(arm.wall, arm.outer), levels) for arm in housing.arms)
 
 
 def rim(housing: Housing) -> tuple[Rectangle, ...]:
-    """Return the rectangles in which a cover's rim or a pad touches the frame [mm], set back from its edges.
+    """Return the rectangles where a cover's rim or a pad touches the frame [mm], set back from the edges of the frame.
 
-    They are the posts, left one first, and the bar above the cavity.
+    These are the posts, the left one first, and the bar above the cavity.
     """
     foot = max(housing.cover_level, housing.protrusion)
     top = housing.top_level
@@ -100,7 +104,7 @@ def rim(housing: Housing) -> tuple[Rectangle, ...]:
 
 
 def discs_at(housing: Housing, diameter: float) -> tuple[Disc, ...]:
-    """Return a disc around each mounting hole [mm]."""
+    """Return a disc of the given `diameter` around each mounting hole [mm]."""
     return tuple((x, z, 0.5 * diameter) for x, z in housing.holes)
 
 

@@ -1,7 +1,7 @@
-"""The stiffness of a part that the user made, with its error bar.
+"""The stiffness of a part that the user designed, with its error bar.
 
-A part is held and pressed as the housing of a design is, or at faces that points name. If most of it is an extrusion,
-its section is meshed and swept into hexahedra; any other part is meshed with tetrahedra.
+A part is held and pressed like the housing of a design, or at faces that the user marks with points. If most of the
+part is an extrusion, its section is meshed and swept into hexahedra. Any other part is meshed with tetrahedra.
 """
 
 from __future__ import annotations
@@ -45,24 +45,28 @@ if TYPE_CHECKING:
     from cad.parts.part import Part
     from solve.housing.elastic_layer import ElasticLayer
 
-HELD = "mounting_holes"  # the solver's name for the faces that do not move
-# Scale of the section and number of layers through half the depth: of the coarse mesh, and of the fine one, whose
-# result is returned.
+HELD = "mounting_holes"  # name that the solver gives to the faces that do not move
+# Element scale in the section, and number of layers through half the depth, of the coarse mesh and of the fine mesh.
+# The result on the fine mesh is returned.
 _MESHES = ((4.0, 1), (3.0, 2))
-# Size of elements at sharp inner corners over the thickness, in the coarse and in the fine mesh; elsewhere it is 1.
+# Element size at sharp inner corners, divided by the local thickness, in the coarse and in the fine mesh. Without
+# refinement it is 1.
 _CORNER_SIZES = (0.2, 0.1)
-# Towards a corner, strain grows at most like r^-0.5, as at a slit, so its energy within a radius grows at most like the
-# radius. The error that remains in the fine mesh is thus this share of the change of K between element size 1 and the
-# size in the coarse mesh. M. L. Williams, J. Appl. Mech. 19, 526.
+# Towards a corner, strain grows at most like r^-0.5, as at a slit (M. L. Williams, J. Appl. Mech. 19, 526). The strain
+# energy within a radius r is then at most proportional to r, and so is the error of K with an element of size r. The
+# error that remains in the fine mesh is therefore this fraction of the change in K from element size 1 to the element
+# size of the coarse mesh.
 _CORNER_ERROR = _CORNER_SIZES[1] / (1.0 - _CORNER_SIZES[0])
-_MOST_STIFF = 0.02  # largest K of a part that bends, over E times the distance from pressed to held faces
-# Scales of tetrahedra, refined until the error bar is small enough; 186,000 unknowns took 38 s of CPU time and 1.4 GiB.
+_MOST_STIFF = 0.02  # largest K / (E * distance from pressed to held faces) of a part that bends
+# Scales of the tetrahedral meshes, which are refined until the error bar is small enough. A mesh with 186,000 unknowns
+# took 38 s of CPU time and 1.4 GiB.
 _SCALES = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
-_FEWEST = 3  # minimum number of meshes for an extrapolation
-_FINE_ENOUGH = 0.01  # relative error at which the refinement ends
-_SWEPT_ENOUGH = 0.1  # largest relative error of a sweep; above it, too much of the part is not swept
-MOST_SECONDS = 120.0  # limit of CPU time for all meshes of tetrahedra
-MOST_BYTES = 6.0 * 2**30  # limit of memory for one mesh of tetrahedra
+_FEWEST = 3  # minimum number of meshes for an extrapolation to element size 0
+_FINE_ENOUGH = 0.01  # relative error of K below which the refinement ends
+# largest accepted relative error of K from a swept mesh; above it, too much of the part is not swept
+_SWEPT_ENOUGH = 0.1
+MOST_SECONDS = 120.0  # limit of the CPU time for all tetrahedral meshes [s]
+MOST_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh
 _SECONDS_PER_UNKNOWN = 2e-4
 _BYTES_PER_UNKNOWN = 7e3
 _UP = (0.0, 0.0, 1.0)
@@ -73,11 +77,11 @@ Where = str | tuple[float, float, float] | Sequence[tuple[float, float, float]]
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PressedFace(Record):
-    """One pressed face of a part: its stiffness K [N/mm] with its relative error, and its largest strain.
+    """One pressed face of a part: its stiffness K [N/mm], the relative error of K [1], and the largest strain.
 
-    `K_held` [N/mm] is its stiffness if the walls of the design's screw holes are held instead of the design's covers.
-    `strain_per_N` [1/N] is the largest strain at a round inner corner, with its relative error `strain_error`. If it is
-    unknown, `no_strain` gives the reason.
+    `K_held` [N/mm] is the stiffness with the walls of the screw holes held instead of the covers of the design.
+    `strain_per_N` [1/N] is the largest strain at a rounded inner corner, and `strain_error` [1] its relative error. If
+    the strain is unknown, `no_strain` gives the reason.
     """
 
     K: float
@@ -95,31 +99,31 @@ class PressedFace(Record):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PartStiffness(Record):
-    """The stiffness of each pressed face of a part, which `stiffness` returns.
+    """The stiffness of each pressed face of a part, as returned by `stiffness`.
 
     Attributes
     ----------
     faces : mapping of str to PressedFace
-        For each pressed face by name: stiffness `K` [N/mm] and its relative error `K_error` [1]. `strain_per_N` [1/N]
-        is the largest strain at a round inner corner, if it is known.
+        The pressed faces by name. Each has its stiffness `K` [N/mm] and the relative error `K_error` [1]. If it is
+        known, `strain_per_N` [1/N] is the largest strain at a rounded inner corner.
     material : tuple of float
         Young's modulus [MPa] and Poisson's ratio [1].
     method : str
-        How the part was solved.
+        The kind of elements and of meshes that was used.
     held_by : str
         What holds the part.
     dofs : int
         Number of unknowns of the finest mesh.
     left_out_mm3 : float
-        Volume that the mesh has too much or too little [mm^3].
+        Volume by which the mesh and the part differ [mm^3].
     left_out_at : tuple of float or None
-        The place where most of this volume lies [mm]; None if nothing is left out.
+        The position at which this volume is largest [mm]; None if nothing is left out.
     seconds : float
         Duration of the solution [s].
     curve : tuple of tuple of float
-        Unknowns, seconds and stiffnesses [N/m] of each mesh of tetrahedra; empty for a part that was swept.
+        Number of unknowns, duration [s] and stiffnesses [N/m] for each tetrahedral mesh; empty for a swept part.
     not_swept : str
-        The reason for tetrahedra; empty for a part that was swept.
+        The reason why the part was meshed with tetrahedra; empty for a swept part.
 
     Examples
     --------
@@ -152,11 +156,11 @@ def stiffness(
     E_MPa: float,
     poisson: float = 0.38,
 ) -> PartStiffness:
-    """Return the stiffness of a part of your own, pressed at faces that you name, by finite elements.
+    """Compute the stiffness of your own part at the faces that are pressed, by finite elements.
 
-    Each face in turn carries a uniform pressure. Its stiffness is the force divided by the mean displacement of the
-    face along the pressure. The error bars contain the error of the meshes and of features that they leave out, but not
-    the error of the material.
+    A uniform pressure is applied to one face after another. The stiffness of a face is the total force divided by its
+    mean displacement along the pressure. The error bars include the errors of the meshes and of features that the
+    meshes leave out, but not the errors of the material data.
 
     Parameters
     ----------
@@ -165,7 +169,7 @@ def stiffness(
     held : str or points
         The faces that do not move: a tag of the workplane, a point (x, y, z) [mm] on the face, or a list of points.
     pressed : mapping
-        The faces that are pressed, each by a tag or a point, under names of your own.
+        The faces that are pressed. The keys are names of your choice, and each value is a tag or points as in `held`.
     E_MPa : float
         Young's modulus of the material [MPa].
     poisson : float, optional
@@ -174,14 +178,14 @@ def stiffness(
     Returns
     -------
     PartStiffness
-        The stiffness of each pressed face with its error, and the method.
+        The stiffness of each pressed face with its error bar, and the method by which it was computed.
 
     Raises
     ------
     InputError
-        If the solid is not one closed body, a face is not found, or the part would take too long.
+        If the solid is not one closed body, if a face is not found, or if the solution would take too long.
     MeshError, SolveError
-        If a mesh or a solution is unreliable. Both are a RuntimeError.
+        If a mesh or a solution is unreliable. Both are subclasses of RuntimeError.
 
     Examples
     --------
@@ -200,7 +204,7 @@ def stiffness(
             raise validation_error(name, str(value), "", "a finite number", "as in E_MPa=2000, poisson=0.38")
     if not E_MPa > 0.0:
         raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
-    if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - a material that keeps its volume
+    if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - Poisson's ratio of an incompressible material
         raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
     names: object = pressed
     if not isinstance(names, Mapping) or not pressed or HELD in pressed:
@@ -215,10 +219,10 @@ def stiffness(
 
 
 def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> tuple[int, ...]:
-    """Return the indices of the faces of a body that a tag or points name.
+    """Return the indices of the faces of a body that the user selects by a tag or by points.
 
     `solid` is the object that the user passed, which may have tags. Raises InputError if the tag or a face is not
-    found, or if `where` is neither. The message has the name of the `argument`.
+    found, or if `where` is neither a tag nor points. The message names the `argument`.
     """
     from cad.checks.own_part import faces_at, tagged_faces
 
@@ -235,23 +239,23 @@ def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> t
 
 
 def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) -> None:
-    """Raise InputError if a face is both held and pressed; `flag` is the flag or argument of the pressed faces."""
+    """Raise InputError if a face is both held and pressed; `flag` is the flag or argument with the pressed faces."""
     for name, indices in faces.items():
         if name != HELD and set(indices) & set(faces[HELD]):
-            what = f"{flag} {name}"
+            quantity = f"{flag} {name}"
             hint = "press another face, or hold another"
-            raise validation_error(what, "a face", "", "free: it is held too", hint)
+            raise validation_error(quantity, "a face", "", "free: it is held too", hint)
 
 
 def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
     """Raise InputError if a STEP file is not one solid, or if a point of a flag [mm] lies on none of its faces.
 
-    `points` has the points of each flag. The check takes a second. `file_stiffness` repeats it, but only when the
-    springs of a design are known, which takes longer.
+    `points` maps each flag to its points. This check takes only a second. `file_stiffness` makes it again, but only
+    after the springs of the design have been computed.
     """
     from cad.checks.own_part import faces_at, read_own_solid
 
-    solid = read_own_solid(path, any_size=True)  # inches are found by the size of the housing, which is not known yet
+    solid = read_own_solid(path, any_size=True)  # a file in inches is recognised later, by comparison with the housing
     for flag, flag_points in points.items():
         for point in flag_points:
             faces_at(solid, flag, [point])
@@ -264,11 +268,11 @@ def file_stiffness(
     pressed: Mapping[str, Place] | None = None,
     housing: Housing | None = None,
 ) -> PartStiffness:
-    """Return the stiffness of the part in a STEP file, which is held and pressed at given points [mm].
+    """Compute the stiffness of the part in a STEP file, which is held and pressed at given points [mm].
 
-    Without points it is held and pressed at the faces at which the `housing` of a design is. The compliance of pins in
-    the feet of that housing is added. `material` is Young's modulus [MPa] and Poisson's ratio. Raises InputError if a
-    face is not found, or if the part cannot be solved.
+    Without points, the part is held and pressed at the same faces as the `housing` of a design. If that housing has
+    pins in its feet, their compliance is added. `material` is Young's modulus [MPa] and Poisson's ratio [1]. Raises
+    InputError if a face is not found, or if the part cannot be solved.
     """
     from cad.checks.own_part import (
         faces_at,
@@ -303,7 +307,7 @@ def file_stiffness(
 
 
 def _add_pin(face: PressedFace, pin: Estimate) -> PressedFace:
-    """Return a pressed foot with the compliance of its pin [mm/N] in series."""
+    """Return the stiffness of a pressed foot in series with the compliance of its pin [mm/N]."""
     K = 1.0 / (1.0 / face.K + pin.value)
     return replace(face, K=K, K_error=K / face.K * face.K_error + pin.error * K)
 
@@ -312,8 +316,9 @@ def _add_pin(face: PressedFace, pin: Estimate) -> PressedFace:
 class _Scene:
     """Loads, material and support of a part.
 
-    `presses` are the unit directions in which named faces are pressed, and `material` is Young's modulus [MPa] and
-    Poisson's ratio. The part is held by the mount of a `housing`. Without one, the faces named `HELD` do not move.
+    `presses` maps the names of the pressed faces to the unit vectors along which they are pressed. `material` is
+    Young's modulus [MPa] and Poisson's ratio [1]. The part is held like the `housing` in its mount. If `housing` is
+    None, the faces named `HELD` do not move.
     """
 
     presses: Mapping[str, tuple[float, float, float]]
@@ -327,27 +332,27 @@ class _Scene:
 
 
 def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
-    """Return the stiffness of a part at its named faces, by a swept mesh if that is accurate, else by tetrahedra.
+    """Compute the stiffness of a part at its pressed faces, on a swept mesh if that is accurate, else on tetrahedra.
 
-    If the tetrahedra would cost too much, the result of the sweep is returned despite its large error bar. Raises
-    InputError if neither method can solve the part.
+    If tetrahedra would need too much time or memory, the result on the swept mesh is returned despite its large error
+    bar. Raises InputError if neither method can solve the part.
     """
     from cad.checks.own_part import extrusion_of
 
     start = time.perf_counter()
     extrusion = extrusion_of(part)
     swept_solution = None
-    reason = "no section is swept over most of it"
+    reason = "most of the part is not an extrusion of one section"
     if extrusion is not None:
         try:
             swept_solution = replace(_solve_swept(extrusion, scene), seconds=time.perf_counter() - start)
-        except MeshError as error:  # the part is then meshed with tetrahedra
+        except MeshError as error:  # the part is meshed with tetrahedra below
             reason = str(error)
     if swept_solution is not None:
         largest_error = max(face.K_error for face in swept_solution.faces.values())
         if largest_error <= _SWEPT_ENOUGH:
             return swept_solution
-        reason = f"what its sweep leaves out may move K by {100.0 * largest_error:.2g} %"
+        reason = f"features that a swept mesh leaves out may change K by {100.0 * largest_error:.2g} %"
     try:
         solution = _solve_in_tetrahedra(part, scene)
     except InputError:
@@ -358,10 +363,11 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
 
 
 def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
-    """Return the stiffness of a solid of any shape, extrapolated from successively finer meshes of tetrahedra.
+    """Compute the stiffness of a solid of any shape, extrapolated from successively finer tetrahedral meshes.
 
-    The refinement ends when the error is small enough, or when the next mesh would exceed the limit of time or memory.
-    Raises InputError if this limit allows fewer than three meshes.
+    K at element size 0 is extrapolated from K on all meshes. The refinement ends when the error of this value is small
+    enough, or when the next mesh would exceed the limit of time or memory. Raises InputError if the limits allow fewer
+    than three meshes.
     """
     from cad.checks.own_part import name_side_faces, walls_of
 
@@ -378,7 +384,7 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
         cost += _SECONDS_PER_UNKNOWN * unknowns
         if cost > MOST_SECONDS or _BYTES_PER_UNKNOWN * unknowns > MOST_BYTES:
             break
-        if not solutions:  # the first mesh shows whether the mount touches the part
+        if not solutions:  # only a mesh shows whether the mount touches the part
             layers = layers if _is_covered(mesh, layers) else ()
         solutions.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
         if len(solutions) == 1:
@@ -388,10 +394,10 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     if len(solutions) < _FEWEST:
         most_unknowns = MOST_SECONDS / _SECONDS_PER_UNKNOWN
         bound = f"at most about {most_unknowns:.3g} for all meshes, {MOST_SECONDS:g} s of CPU time"
-        hint = "take fine details away from where nothing bends, or draw the part as one section that is swept"
-        what = "unknowns of the part in tetrahedra"
-        raise validation_error(what, unknowns, "", bound, hint)
-    no_strain = "tetrahedra are too coarse at the roots of leaves for it"
+        hint = "remove fine details where nothing bends, or draw the part as an extrusion of one section"
+        quantity = "unknowns of the tetrahedral mesh of the part"
+        raise validation_error(quantity, unknowns, "", bound, hint)
+    no_strain = "tetrahedra are too coarse at the roots of the leaves to resolve the strain"
     faces = {
         name: PressedFace(K=K, K_error=error / K + ERROR_FLOOR, no_strain=no_strain)
         for name, (K, error) in zip(scene.presses, _extrapolate(solutions), strict=True)
@@ -409,23 +415,24 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
 
 
 def _extrapolate(solutions: Sequence[PartCompliance]) -> list[tuple[float, float]]:
-    """Return the stiffness of each pressed face extrapolated to element size 0, and its error [N/mm]."""
+    """Return for each pressed face the stiffness extrapolated to element size 0 and its error [N/mm]."""
     sizes = _SCALES[: len(solutions)]
     return [extrapolate_to_size_zero(sizes, K) for K in np.array([solution.K for solution in solutions]).T.tolist()]
 
 
 def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
-    """Return the stiffness of an extrusion from two swept meshes of its section, with an error bar.
+    """Compute the stiffness of an extrusion on two meshes, each swept from a mesh of its section.
 
-    The error bar has three parts: the difference between both meshes, sharp inner corners, and features that are not
-    swept. The mount of the design holds the part if its layers lie on the ends of the extrusion. Raises MeshError if
-    the section cannot be meshed.
+    The error bar is the sum of three contributions: the difference between the two meshes, sharp inner corners, and
+    features that are not swept. The mount of the design holds the part if its layers lie on the ends of the extrusion.
+    Otherwise the faces named `HELD` do not move. Raises MeshError if the section cannot be meshed.
     """
-    # The mesh is swept along y, so the loads are rotated into the axes of the extrusion.
+    # The mesh is swept along y, so the directions of the loads are rotated into the axes of the extrusion.
     presses = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
-    # The layers of the mount (covers and washers) apply only to a part that lies as the housing does.
+    # The layers of the mount (covers or washers) apply only to a part in the same orientation as the housing.
     layers = scene.layers if np.allclose(extrusion.turn, np.eye(3)) else ()
-    (coarse_scale, coarse_elements), (fine_scale, fine_elements) = _MESHES  # the elements are those through the depth
+    # `elements` counts layers of elements through half the depth
+    (coarse_scale, coarse_elements), (fine_scale, fine_elements) = _MESHES
     mesh = swept_part(extrusion, coarse_scale, coarse_elements, presses.values())
     layers = layers if _is_covered(mesh.mesh, layers) else ()
     coarse = swept_compliance(mesh, scene.material, presses, layers)
@@ -433,19 +440,20 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     corner_numbers = strained_corners(coarse)
     neglected = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
     if corner_numbers:
-        # Solved again with fine corners, so that the difference of both coarse solves is the effect of the corners.
+        # The coarse mesh is solved again with finer elements at the corners only. The change in K between the two
+        # coarse solutions is therefore the effect of the corners.
         mesh = _coarse_mesh_with_fine_corners(extrusion, presses, corner_numbers)
         unrefined, coarse = coarse, swept_compliance(mesh, scene.material, presses, layers)
         neglected = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
     fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
     mesh = swept_part(extrusion, fine_scale, fine_elements, presses.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, presses, layers)
-    # the same with the walls of the screw holes held instead of the mount, for comparison
+    # for comparison, the walls of the screw holes are held instead of the mount
     held = swept_compliance(mesh, scene.material, presses) if layers else fine
     neglected += left_out(mesh, fine)
-    volume = mesh.excess * mesh.area  # [mm^3] that the sweep adds or leaves out, at each place of the section
+    volume = mesh.excess * mesh.area  # volume that the sweep adds or leaves out at each place of the section [mm^3]
     largest_place = None
-    if volume.sum() > 1e-6 * mesh.area.sum():  # less is round-off
+    if volume.sum() > 1e-6 * mesh.area.sum():  # a smaller volume is round-off
         x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volume))]
         largest_place = (float(x), float(y), float(z))
     return PartStiffness(
@@ -462,10 +470,10 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
 def _coarse_mesh_with_fine_corners(
     extrusion: Extrusion, presses: Mapping[str, tuple[float, ...]], numbers: tuple[int, ...]
 ) -> SweptPart:
-    """Return the coarse mesh with smaller elements at the sharp corners of these `numbers`; raises MeshError.
+    """Return the coarse mesh with smaller elements at the sharp corners with these `numbers`; raises MeshError.
 
-    Coarse quadrilaterals may be folded where their size grows quickly from that of small ones. A scale between the
-    coarse and the fine mesh is then used instead.
+    Coarse quadrilaterals may fold where the element size grows quickly away from a corner. If they do, the mesh is made
+    at a scale between the coarse and the fine one.
     """
     (coarse, layers), (fine, _) = _MESHES
     fine_corners = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
@@ -481,10 +489,11 @@ def _pressed_faces(
     neglected: Floats,
     held: PartCompliance | None,
 ) -> dict[str, PressedFace]:
-    """Return stiffness and strain of each pressed face, with errors from the coarse and the fine mesh.
+    """Return the stiffness and the largest strain of each pressed face, with errors from the coarse and the fine mesh.
 
-    `neglected` (faces,) [1] is the relative error of K due to sharp corners and to features that the meshes leave out.
-    `held` is a second solution with the walls of the screw holes held, None if no mount holds the part in the first.
+    `meshes` are the solutions on the coarse and the fine mesh. `neglected` (faces,) [1] is the relative error of K due
+    to sharp corners and to features that both meshes leave out. `held` is a second solution on the fine mesh, with the
+    walls of the screw holes held. It is None if no mount holds the part in the first.
     """
     coarse, fine = meshes
     faces = {}
@@ -500,13 +509,13 @@ def _pressed_faces(
             strain_error=STRAIN_ERROR_SHARE * abs(inside / strain - 1.0) if is_known else None,
             no_strain=""
             if is_known
-            else "the largest strain is not at a rounded inner corner; at a sharp corner strain has no limit",
+            else "the largest strain is not at a rounded inner corner, and at a sharp corner it is unbounded",
         )
     return faces
 
 
 def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
-    """Return whether the layers of a mount lie on an end of the sweep, the facets named `SIDES`."""
+    """Return whether a layer of the mount lies on an end of the sweep, which consists of the facets named `SIDES`."""
     if not layers:
         return False
     middles = mesh.p[:, mesh.facets[:, mesh.boundaries[SIDES]]].mean(axis=1)  # type: ignore[attr-defined]
@@ -514,16 +523,18 @@ def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
 
 
 def _refuse_block(solution: PartCompliance, part: Part, scene: _Scene) -> None:
-    """Raise InputError for a part without leaves: one in which nothing bends between pressed and held faces.
+    """Raise InputError for a part without leaves, in which nothing bends between the pressed and the held faces.
 
-    Such a part is as stiff as a block, so its stiffness exceeds a fraction of E times the distance of both faces.
+    Such a part is as stiff as a solid block: K exceeds the fraction `_MOST_STIFF` of E times the distance between the
+    pressed and the held faces.
     """
     for name, K in zip(scene.presses, solution.K.tolist(), strict=True):
         distance = part.face_distance(name, HELD)
         limit = _MOST_STIFF * scene.material[0] * distance
         if not limit >= K:
             bound = (
-                f"at most {1e3 * limit:.3g} N/m: nothing of the part bends over the {distance:.3g} mm to what is held"
+                f"at most {1e3 * limit:.3g} N/m: no leaf bends over the {distance:.3g} mm between this face and the "
+                "held faces"
             )
-            what = f"stiffness at {name}"
-            raise validation_error(what, 1e3 * K, "N/m", bound, "export the part with its leaves")
+            quantity = f"stiffness at {name}"
+            raise validation_error(quantity, 1e3 * K, "N/m", bound, "export the part with its leaves")

@@ -1,4 +1,4 @@
-"""Sizing of the two springs from the targets and the fruit's compliance, by the law that later checks them."""
+"""Size the two springs from the targets and the fruit's compliance, by the law that is also used to check them."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -17,18 +17,19 @@ from sensor.theory.two_spring_law import (
 )
 from solve.fruit.compliance import FruitCompliance
 
-LEAST_RISE = 1e-9  # smallest relative rise of P with the modulus; a smaller one is lost in round-off
+LEAST_RISE = 1e-9  # smallest relative rise of P with the modulus; a smaller rise is lost in round-off
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpringSizing:
-    """The springs that a design requires and the fruit stiffness that sized them [N/mm; K_m / E in mm].
+    """The springs that a design requires, and the fruit stiffnesses used to size and check them [N/mm; K_m / E in mm].
 
-    K_m is the stiffness of the fruit under one tip. `K_m_max` and `sizing_stiffness_ratio` sized the springs; a ratio
-    is the stiffness under the high tip over that under the low tip. `K_m_max_contact` and `stiffness_ratio` come from
-    the solved contact, by which the springs are checked whatever the `basis` of the sizing. `K_m_at_largest_E` is at
-    the largest modulus of the design, which may exceed E_max. `stiffening` is K_m over K_m,max [1] at `curve_shares` of
-    E_max on a fruit with a skin; it is empty if K_m is proportional to E.
+    K_m is the stiffness of the fruit under one tip, the low tip unless stated otherwise. A stiffness ratio is the
+    stiffness under the high tip divided by the stiffness under the low tip. The springs are sized from `K_m_max`, at
+    E_max, and `sizing_stiffness_ratio`. They are checked with `K_m_max_contact` and `stiffness_ratio` from the solved
+    contact, whatever the `basis` of the sizing. `K_m_at_largest_E` is K_m at the largest modulus of the design, which
+    may exceed E_max. `stiffening` is K_m / K_m,max [1] at the fractions `curve_shares` of E_max, on a fruit with a
+    skin. It is empty if K_m is proportional to E.
     """
 
     springs: Springs
@@ -42,7 +43,7 @@ class SpringSizing:
     basis: Literal["contact", "hayes"]
 
     def deflections(self, travels: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the deflection of each spring on the stiffest fruit [mm] at the full travel [mm] of its tip."""
+        """Return the deflection [mm] of each spring on the stiffest fruit, at the full travels of the two tips [mm]."""
         travel_l, travel_h = travels
         K_m = self.K_m_at_largest_E
         return (
@@ -52,22 +53,24 @@ class SpringSizing:
 
 
 def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions) -> SpringSizing:
-    """Return the stiffnesses that the springs need for the targets, or those that the design gives [N/mm].
+    """Size the springs so that they meet the targets, or use the stiffnesses that the design gives [N/mm].
 
-    They depend on K_m, the fruit's stiffness under one tip. The basis "contact" takes K_m = E / (s11 - s12) from the
-    solved compliance `contact`. The basis "hayes" takes the paper's formula for a circular tip, whose radius is half
-    the side. More than two tips are represented by a pair. Raises InputError if no springs meet the targets.
+    The stiffnesses depend on K_m, the stiffness of the fruit under one tip. On the basis "contact", K_m = E / (s11 -
+    s12). Here s11 and s12 [1/mm] are elements of the compliance matrix `contact`, times E. They describe the effect of
+    the force on one tip on the same tip and on the other tip. On the basis "hayes", K_m follows from the paper's
+    formula for a circular tip, whose radius is half the side of a tip. A layout of more than two tips is represented by
+    a pair. Raises InputError if no springs meet the targets.
     """
     fruit = design.fruit
     pair = contact.as_pair(*design.tips.spring_groups)
-    stiffest = pair.at(fruit.E_max_MPa)
+    at_E_max = pair.at(fruit.E_max_MPa)
     by_hayes = options.fruit_stiffness == "hayes"
     if by_hayes:
         K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * design.tips.side_mm)
         ratio = 1.0
     else:
-        K_m_over_E = stiffest.K_m_over_E()
-        ratio = stiffest.stiffness_ratio()
+        K_m_over_E = at_E_max.K_m_over_E()
+        ratio = at_E_max.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
     stiffening = fruit_stiffening(fruit.E_max_MPa, pair)
     springs = _given_or_sized(design, K_m_max, ratio, () if by_hayes else stiffening)
@@ -75,19 +78,19 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         springs=springs,
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
-        K_m_max_contact=fruit.E_max_MPa * stiffest.K_m_over_E(),
+        K_m_max_contact=fruit.E_max_MPa * at_E_max.K_m_over_E(),
         K_m_at_largest_E=design.fruit.largest_E_MPa * pair.at(design.fruit.largest_E_MPa).K_m_over_E(),
         stiffening=stiffening,
-        stiffness_ratio=stiffest.stiffness_ratio(),
+        stiffness_ratio=at_E_max.stiffness_ratio(),
         sizing_stiffness_ratio=ratio,
         basis=options.fruit_stiffness,
     )
 
 
 def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
-    """Return K_m at the moduli `curve_shares` of E_max [MPa], divided by K_m at E_max [1]; empty without a skin.
+    """Return K_m divided by K_m at E_max [1], at the fractions `curve_shares` of E_max [MPa]; empty without a skin.
 
-    A skin makes K_m rise less than in proportion to E, because the stiffness of the skin itself is constant.
+    Under a skin, K_m increases less than in proportion to E, because the stiffness of the skin itself is constant.
     """
     if pair.skin is None:
         return ()
@@ -98,24 +101,26 @@ def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
 
 
 def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
-    """Return the springs that the design gives, or else the springs for its targets.
+    """Return the springs that the design gives, or else size springs for its targets.
 
-    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip, and `ratio` [1] that under the high tip
-    over it. `stiffening` comes from `fruit_stiffening`. Raises InputError if P hardly rises with the given springs, or
-    if no springs meet the targets.
+    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `ratio` [1] is the stiffness under the
+    high tip divided by it. `stiffening` is the result of `fruit_stiffening`. Raises InputError if P hardly rises with
+    the modulus for the given springs, or if no springs meet the targets.
     """
     given = design.springs
     targets = design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
         if force_ratio(springs, K_m_max, ratio) < (1.0 + LEAST_RISE) * ratio:
-            bound = f"small enough that P with springs.K_h_N_per_m rises by {LEAST_RISE:g} on the stiffest fruit"
-            hint = "take a softer low spring"
+            bound = f"small enough that P rises by {LEAST_RISE:g} with this springs.K_h_N_per_m on the stiffest fruit"
+            hint = "choose a softer low spring"
             raise validation_error("springs.K_l_N_per_m", given.K_l_N_per_m, "N/m", bound, hint)
         return springs
     if targets.P_max <= ratio:
-        bound = f"greater than {ratio:.4g}, the ratio of the fruit under the two tips"
-        raise validation_error("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
+        bound = (
+            f"greater than {ratio:.4g}, the ratio of the fruit's stiffness under the high tip to that under the low tip"
+        )
+        raise validation_error("targets.P_max", targets.P_max, "1", bound, "move the tips to the middle of the fruit")
     try:
         return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio, stiffening)
     except ValueError as error:

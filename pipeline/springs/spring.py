@@ -1,4 +1,4 @@
-"""One spring of a sensor, as required and as printed; the fields are keys of report.json."""
+"""One spring of a sensor, as required and as printed. The fields are keys of report.json."""
 
 from dataclasses import dataclass
 
@@ -8,14 +8,14 @@ from sensor.theory.leaf_spring import Flexure
 
 @dataclass(frozen=True, kw_only=True)
 class MadeSpring:
-    """One of the springs: stiffnesses in N/mm, errors as fractions. Only its target is set if it is not printed."""
+    """One spring, with stiffnesses in N/mm and errors as fractions; if it is not printed, only its target is set."""
 
     target: float = report_field(
         "N/m", "stiffness that the targets or the design require", key="target_N_per_m", times=1e3
     )
     K: float | None = report_field(
         "N/m",
-        "stiffness in the exported housing, by finite elements; null where no housing is made",
+        "stiffness in the exported housing, by finite elements; null if no housing is made",
         key="stiffness_N_per_m",
         times=1e3,
         default=None,
@@ -24,7 +24,7 @@ class MadeSpring:
         "%", "half width of the error bar of the stiffness", key="error_percent", times=100.0, default=None
     )
     flexure: Flexure | None = report_field(
-        "", "dimensions of the leaves; null where they are not made", key="dimensions_mm", default=None
+        "", "dimensions of the leaves; null if they are not made", key="dimensions_mm", default=None
     )
     root_strain: float | None = report_field(
         "1",
@@ -49,16 +49,16 @@ class MadeSpring:
 
     @property
     def stiffness(self) -> float:
-        """Return the stiffness by finite elements, or the target if the spring is not printed [N/mm]."""
+        """Return the stiffness by finite elements [N/mm], or the target if the spring is not printed."""
         return self.target if self.K is None else self.K
 
     @property
     def error(self) -> float:
         """Return the error of the stiffness [N/mm]; 0 for a target."""
-        # The error is None for a spring that is not printed, which is the same as 0; likewise below.
+        # `K_error` is None if the spring is not printed, and is then treated as 0. The same applies below.
         return self.stiffness * (self.K_error or 0.0)
 
     @property
     def highest_strain(self) -> float:
-        """Return the root strain with its error bar [1]; 0 if the spring is not printed."""
+        """Return the upper end of the error bar of the root strain [1]; 0 if the spring is not printed."""
         return (self.root_strain or 0.0) * (1.0 + (self.root_strain_error or 0.0))
