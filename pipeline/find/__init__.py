@@ -1,1 +1,1 @@
-"""The search of `suggest` and `optimise`: candidates, their cheap model, their shortfall, and the proof by a run."""
+"""The searches of `suggest` and `optimise`: candidates, their quick model, their shortfall, and the proof by a run."""

@@ -1,4 +1,4 @@
-"""A candidate of a search, and its shortfall: the measure of its distance from passing."""
+"""A candidate of a search, and its shortfall, which measures its distance from passing."""
 
 import math
 import re
@@ -9,28 +9,30 @@ from functools import cached_property
 from pipeline.study.variation import Setting, is_number
 from sensor.verdict import Verdict
 
-MARGIN = 0.01  # relative margin from a limit [1]; the compliance of printed plates changes each number by less
-_FAIL_OFFSET = 2.0  # offset of the costs of failing designs, above those of passing ones, which are from -1 to 1
-REFUSED_COST = 4.0  # cost of an invalid or unsolvable design, above all others
+MARGIN = 0.01  # relative margin from a limit [1]; the compliance of printed plates changes every number by less
+_FAIL_OFFSET = 2.0  # offset of the costs of failing designs, which exceeds the costs of passing designs, -1 to 1
+REFUSED_COST = 4.0  # cost of a design that is invalid or cannot be solved; it exceeds all other costs
 
 
 def shortfall(verdict: Verdict) -> float:
-    """Return the distance of a verdict from passing [1]; 0 if the verdict passes with a margin.
+    """Return the relative distance of a verdict from passing [1]; 0 if it passes with the margin.
 
-    A verdict that does not pass has the margin, plus the distance of the worse end of its error bar from the limit
-    divided by the limit, plus the fraction of poses without a reading. A verdict that passes within the margin has the
-    rest of the margin. A verdict that fails without a number has 1.
+    The shortfall of a verdict that does not pass is the sum of three terms. They are the margin, the relative distance
+    of the worse end of the error bar from the limit, and the fraction of poses without a reading. The shortfall of a
+    verdict that passes by less than the margin is the missing part of the margin. The shortfall of a verdict that fails
+    without a number is 1.
     """
-    if verdict.passed is None and verdict.row.value_level is not None:  # beam theory cannot decide, but a run can
+    # ideal springs leave it undecided, but a run can decide it
+    if verdict.passed is None and verdict.row.value_level is not None:
         return 0.0
     value, limit = verdict.value, verdict.limit
     if not is_number(value) or not is_number(limit):
         return 0.0 if verdict.passed else 1.0
     width = abs(verdict.tolerance) if is_number(verdict.tolerance) else 0.0
-    scale = abs(limit) or width or 1.0  # a limit of 0 gives no scale; without a tolerance the unit is the scale
+    scale = abs(limit) or width or 1.0  # if the limit is 0, the scale is the tolerance, or else one unit
     distance = abs(value - limit) / scale
     if verdict.passed:
-        return 0.0 if width else max(0.0, MARGIN - distance)  # a target with a tolerance needs no margin
+        return 0.0 if width else max(0.0, MARGIN - distance)  # a target with a tolerance does not need a margin
     bar = verdict.error / scale if is_number(verdict.error) else 0.0
     match verdict.sense:
         case "at most":
@@ -41,17 +43,17 @@ def shortfall(verdict: Verdict) -> float:
 
 
 def _unreadable_fraction(verdict: Verdict) -> float:
-    """Return the fraction of the poses [1] in which the sensor cannot be read; 0 for verdicts on other things."""
+    """Return the fraction of the poses [1] without a reading; 0 for verdicts that do not depend on readings."""
     poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if verdict.row.needs == "reading" else None
     return int(poses[1]) / int(poses[2]) if poses else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A design of a search: its changes by TABLE.KEY, and its verdicts, or None if it is invalid or unsolvable.
+    """A design in a search: its changes by TABLE.KEY and its verdicts; None if it is invalid or cannot be solved.
 
-    `value` is the value of the objective, which is divided by `unit` for a comparison. `number` is the number of the
-    candidate's point in a study.
+    `value` is the value of the objective. For comparisons it is divided by the scale `unit`. `number` is the number of
+    the candidate's point in a study.
     """
 
     changes: Mapping[str, Setting | None]
@@ -62,7 +64,7 @@ class Candidate:
 
     @property
     def number_found(self) -> float | None:
-        """Return the value of the objective [its unit], or None if the design is invalid or unsolvable."""
+        """Return the objective [unit of the objective], or None if the design is invalid or cannot be solved."""
         return self.value if self.verdicts is not None and math.isfinite(self.value) else None
 
     @cached_property
@@ -72,12 +74,12 @@ class Candidate:
 
     @property
     def passes(self) -> bool:
-        """Return whether all verdicts pass with their margin."""
+        """Return whether all verdicts pass with the margin."""
         return self.shortfall == 0.0
 
     @property
     def failed(self) -> tuple[Verdict, ...]:
-        """Return the verdicts that do not pass with their margin."""
+        """Return the verdicts that do not pass with the margin."""
         return tuple(verdict for verdict in self.verdicts or () if not verdict.passed or shortfall(verdict) > 0.0)
 
     @property
@@ -87,10 +89,10 @@ class Candidate:
 
     @property
     def cost(self) -> float:
-        """Return the cost [1], by which designs are ordered: passing ones first, then failing ones, then invalid ones.
+        """Return the cost [1] by which designs are ordered: passing ones first, then failing ones, then invalid ones.
 
-        For a passing design it follows from the objective v, and for a failing one from the shortfall v. Both are
-        mapped by v / (1 + |v|), which keeps the order and lies between -1 and 1.
+        The cost of a passing design follows from its objective, and the cost of a failing design from its shortfall.
+        Both are mapped by v / (1 + |v|), which preserves the order and lies between -1 and 1.
         """
         if not math.isfinite(self.value) or not math.isfinite(self.shortfall):
             return REFUSED_COST

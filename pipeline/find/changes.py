@@ -1,4 +1,4 @@
-"""Changes of a design's keys: those that may make failed verdicts pass, their size, and their text."""
+"""Changes of a design's keys that may make failed verdicts pass, their size, and their text."""
 
 import dataclasses
 import math
@@ -15,17 +15,17 @@ from sensor.words import shown
 
 Value = Setting | None
 Changes = Mapping[str, Value]
-"""New values by TABLE.KEY; None removes a key from the design."""
+"""New values of keys named TABLE.KEY; None removes a key from the design."""
 Sweep = list[Changes]
-"""Changes of the same keys in one direction, the smallest change first."""
+"""A sequence of changes of the same keys in one direction, the smallest change first."""
 
 SMALLER = (0.85, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.03, 0.01)
 LARGER = (1.2, 1.5, 2.0, 3.0, 4.0, 7.0, 10.0, 20.0, 50.0)
 _COARSELY_SMALLER = (0.5, 0.25)
 _COARSELY_LARGER = (2.0, 4.0)
-_CLOSE_SPACING = 2.5  # spacing over the side of a tip at which a round fruit is nearly flat under the tips
-_CHANGE_WITHOUT_RATIO = 1.0  # size of a change without a ratio: another word, or a key that is removed or set to 0
-# Keys that state what the sensor must achieve. Lower requirements are the last resort.
+_CLOSE_SPACING = 2.5  # ratio of the spacing to the side of a tip at which a round fruit is nearly flat under the tips
+_CHANGE_WITHOUT_RATIO = 1.0  # size of a change without a ratio: a different word, or a key that is removed or set to 0
+# Keys that state what the sensor must achieve. They are changed only as a last resort.
 _REQUIREMENTS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")
 _SPRINGS = [f"springs.{item.name}" for item in dataclasses.fields(GivenSprings)]
 _TRAVEL = "press.travel_mm"
@@ -33,22 +33,22 @@ _TIPS = [f"tips.{key}" for key in ("dome_radius_mm", "side_mm", "spacing_mm")]
 
 
 def change_design(design: Design, changes: Changes) -> Design:
-    """Return a design with changed keys, as with `--set`; raises InputError if the result is no valid design."""
+    """Return a design with changed keys, as with `--set`; raises InputError if the changed design is invalid."""
     return DesignTables.from_design(design).design(changes)
 
 
 def value_of(design: Design, name: str) -> object:
-    """Return the value of a key of a design, named TABLE.KEY, in its own unit; None if it or its table is not set."""
+    """Return the value of the key TABLE.KEY of a design, in the unit of the key; None if it is not set."""
     table, _, key = name.partition(".")
     record = getattr(design, table)
     return None if record is None else getattr(record, key)
 
 
 def size(design: Design, changes: Changes) -> tuple[int, int, float]:
-    """Return the size of changes, for a comparison: the fewer keys change, the smaller it is.
+    """Return the size of changes as a tuple for comparisons; fewer changed keys are smaller than more.
 
-    The three parts are the number of keys, the number of lowered requirements among them, and the sum of |log ratio|
-    [1] of all numbers.
+    The tuple holds the number of keys, the number of requirements among them, and the sum of |log ratio| [1] over all
+    numbers.
     """
     total = 0.0
     for name, after in changes.items():
@@ -61,15 +61,16 @@ def size(design: Design, changes: Changes) -> tuple[int, int, float]:
 
 
 def in_words(changes: Changes) -> str:
-    """Return changes as one line of text; numbers have four digits."""
+    """Return the changes as one line of text, with four significant digits."""
     return ", ".join(f"{key} = {shown(value, digits=4, absent='not set')}" for key, value in changes.items())
 
 
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
-    """Return the sweeps of changes that may make verdicts pass; `failed` has the names of these verdicts.
+    """Return the parameter sweeps that may make failed verdicts pass; `failed` holds the names of these verdicts.
 
-    The table of verdicts names the moves that may help each verdict. They are returned in the order of `MOVES`. Another
-    travel is always tried. There are fewer steps if contact is solved `on_cells`, because such trials are expensive.
+    The table of verdicts lists for each verdict the moves that may make it pass. The sweeps are returned in the order
+    of `MOVES`. A different travel is always tried. If contact is solved `on_cells`, the sweeps have fewer steps,
+    because such trials are expensive.
     """
     moves = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
     chosen: list[Sweep] = []
@@ -80,7 +81,7 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
 
 
 def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return changes towards the assumptions of the two-spring law: level press, flat faces, springs from targets."""
+    """Return changes towards the assumptions of the two-spring law: a level press, flat faces, springs from targets."""
     flat = design.tips.tip_shape.has_flat_face
     changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
     if flat:
@@ -96,46 +97,46 @@ def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:
 
 
 def _processes(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return the other print processes."""
+    """Return a change to each of the other print processes."""
     return _single_sweeps(design, [{"print.process": process} for process in PROCESSES])
 
 
 def _single_sweeps(design: Design, changes: list[Changes]) -> list[Sweep]:
-    """Return each of the changes as a sweep of its own, without those that a design has already."""
+    """Return each change as a separate sweep; changes that the design already has are omitted."""
     return [[change] for change in changes if any(value_of(design, key) != value for key, value in change.items())]
 
 
 def _targets(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return other targets, if the springs are sized by targets."""
+    """Return smaller and larger targets, if the springs are sized from targets."""
     if design.springs.given:
         return []
     return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaled(design, key, SMALLER, LARGER)]
 
 
 def _numbers(keys: Sequence[str], design: Design, on_cells: bool) -> list[Sweep]:
-    """Return the numbers of `keys` multiplied by factors, with a sweep below 1 and a sweep above 1 for each key."""
+    """Return two sweeps for each of the `keys`: its number times factors below 1, and times factors above 1."""
     factors = _factors(design, on_cells=on_cells)
     return [sweep for key in keys for sweep in _scaled(design, key, *factors)]
 
 
 def _less_tilt(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return smaller tilts for the readings; none for tips with flat faces, whose readings are too slow to try."""
+    """Return smaller tilts of the readings; none for tips with flat faces, because their readings take too long."""
     return _scaled(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
 
 
 def _wider_limit(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return a larger limit of the readings; none for tips with flat faces, whose readings are too slow to try."""
+    """Return larger limits of the readings; none for tips with flat faces, because their readings take too long."""
     return _scaled(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 
 def _calibrations(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return better calibrations: by a plate, and by a reference ball if the design allows one."""
+    """Return more accurate calibrations: on a plate, and on a reference ball if the design allows one."""
     methods = ("plate", *(["ball"] if design.takes_ball else []))
     return [[{"reading.calibrated_by": method}] for method in methods]
 
 
 def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
-    """Return tips so close that a round fruit is nearly flat under them, if contact is solved on cells."""
+    """Return tips so close together that a round fruit is nearly flat under them, if contact is solved on cells."""
     if not on_cells:
         return []
     side = design.tips.side_mm
@@ -157,14 +158,14 @@ MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
     "reading.calibrated_by": _calibrations,
     "tips.spacing_mm": _close_tips,
 }
-"""For each move that a verdict may name in `mended_by`, the function that makes its sweeps.
+"""The functions that make the sweeps, by the name of a move; verdicts list these names in `mended_by`.
 
 The second argument is True if contact is solved on cells.
 """
 
 
 def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the factors [1] below 1 and above 1 by which a number is multiplied; fewer if a trial is expensive."""
+    """Return the factors [1] below 1 and above 1 by which a number is multiplied; fewer if trials are expensive."""
     if on_cells:
         return _COARSELY_SMALLER, _COARSELY_LARGER
     if design.tips.tip_shape.obeys_hertz:
@@ -175,7 +176,7 @@ def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tupl
 def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
     """Return a sweep for each direction: a number, or every number of a list, times the factors [1] of the direction.
 
-    Empty if the key is not set or has no number.
+    The result is empty if the key is not set or is not a number.
     """
     value = value_of(design, key)
     if isinstance(value, tuple):
@@ -186,5 +187,5 @@ def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sw
 
 
 def _remove_keys(design: Design, keys: list[str]) -> dict[str, None]:
-    """Return changes that remove those of the keys that a design has."""
+    """Return changes that remove the given keys from a design; keys that are not set are omitted."""
     return {key: None for key in keys if value_of(design, key) is not None}

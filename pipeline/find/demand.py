@@ -1,4 +1,4 @@
-"""The range of fruits nearest to the requested one that a sensor can read, if no sensor can read the whole range."""
+"""The range of fruits nearest to the requested range that a sensor can read, if no sensor can read the whole range."""
 
 import math
 from collections.abc import Collection
@@ -12,14 +12,14 @@ from sensor.design.reading import ReadingRequirements
 from sensor.verdict import Verdict
 from sensor.words import rounded
 
-MOST_ROUNDS = 6
-EASED = 0.12  # fraction of the logarithm of a range that a round removes from each end
+MOST_ROUNDS = 6  # maximum number of times that the ranges are narrowed
+EASED = 0.12  # fraction of the range, on a logarithmic scale, that a round removes from each end
 
 SHAPE_VERDICTS = ("reading.bias", "reading.touch", "geometry.tip_face")
-"""Verdicts that fail because the radii and the flesh thickness vary too much."""
+"""Verdicts that fail if the radii and the flesh thickness vary too much."""
 
 SOFTEST_VERDICTS = ("bruise", "reading.calibration", "printable.low", "printable.high", "K_l", "K_h")
-"""Verdicts that fail due to the softest flesh: it bruises, or needs springs too soft to print or to calibrate."""
+"""Verdicts that fail because of the softest flesh: it bruises, or needs springs too soft to print or to calibrate."""
 
 
 def nearest_demand(
@@ -29,11 +29,11 @@ def nearest_demand(
     fixed: frozenset[str] = frozenset(),
     progress: Progress = silent,
 ) -> FruitRange | None:
-    """Return a range of fruits for which a design passes, narrowed from the requested range step by step.
+    """Return a range of fruits for which a design passes, narrowed step by step from the requested range.
 
-    `failed` are the verdicts that fail for the requested range. Each round narrows those ranges on which the failed
-    verdicts depend, at the ends where they fail. Returns None if no design passes after six rounds. Raises the errors
-    of `fruit_suggestion`.
+    `failed` are the verdicts that fail for the requested range. Each round narrows the ranges on which the failed
+    verdicts depend, at the ends where they fail. Returns None if no design passes after six rounds. Raises the same
+    errors as `fruit_suggestion`.
     """
     requested = fruit
     for number in range(1, MOST_ROUNDS + 1):
@@ -46,16 +46,16 @@ def nearest_demand(
 
 
 def _round_progress(number: int, fruit: FruitRange, progress: Progress) -> Progress:
-    """Return a progress function that writes the number and the fruit of a round before each text."""
-    return lambda work: progress(f"narrower ranges, at most {MOST_ROUNDS}, number {number}: {fruit.in_words}: {work}")
+    """Return a progress function that puts the number of the round and its range of fruits before each text."""
+    return lambda work: progress(f"narrowed range {number} of at most {MOST_ROUNDS}, {fruit.in_words}: {work}")
 
 
 def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
-    """Return a fruit with narrower ranges, by a fixed step of the logarithm of the `requested` ranges.
+    """Return a fruit with narrower ranges, by a step in proportion to the logarithm of the `requested` ranges.
 
     The failed verdicts determine which ranges become narrower: the radii and the flesh thickness, or the moduli at
-    their softest or firmest end. A failed uncertainty belongs to the end whose limit in the preset it exceeds. If the
-    preset has a single limit, it belongs to both ends.
+    their softest or firmest end. The preset may have one limit of the uncertainty for each end of the moduli. A failed
+    uncertainty then belongs to the end whose limit it exceeds. If both limits are equal, it belongs to both ends.
     """
     names = {verdict.name for verdict in failed}
     exceeded_limits = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
@@ -82,7 +82,7 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
 
 
 def _narrow_range(ends: Ends, requested: Ends) -> Ends:
-    """Return both ends of a range moved towards their geometric mean, by a step of the `requested` range at most."""
+    """Move both ends of a range towards their geometric mean, by a step in proportion to the `requested` range."""
     step = (requested[1] / requested[0]) ** EASED
     middle = math.sqrt(ends[0] * ends[1])
     return rounded(min(ends[0] * step, middle)), rounded(max(ends[1] / step, middle))

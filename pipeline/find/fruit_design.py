@@ -1,9 +1,9 @@
-"""A sensor for a given fruit: the preset of the most similar fruit, scaled to the fruit's size and firmness.
+"""A sensor for a given fruit: the preset for the most similar fruit, scaled to the fruit's size and firmness.
 
-Contact has no length scale and no modulus of its own. A scaled sensor therefore reads as well as its preset if its
-lengths are proportional to the radius of the fruit, and its springs to radius times modulus. Some things do not scale:
-rounded sizes, the bruise limit, how accurately a hand places the sensor, and what can be printed. Further steps of a
-search correct for these.
+The contact problem has no length and no modulus of its own. A scaled sensor therefore reads as accurately as its preset
+if its lengths are proportional to the radius of the fruit, and its spring stiffnesses to radius times modulus. Some
+quantities do not scale: rounded dimensions, the bruise limit, the accuracy with which a hand places the sensor, and the
+limits of printing. Further steps of the search correct for these.
 """
 
 import math
@@ -26,34 +26,36 @@ from sensor.verdict import row_of
 from sensor.words import rounded
 
 PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "plum", "tomato")
-"""Sensors for single fruits, all of which pass."""
+"""The presets for single fruits. A whole run of each of them passes."""
 
-MAX_TRIALS = 30  # maximum number of designs with sized springs
-MOST_RUNS = 4
-TOLERANCE = 0.01  # tolerance of the springs at which the contact is accurate enough for the error bars of readings
-_MIN_SPACING_MM = 4.5  # smaller sensors have shallower leaves, which a tilted fruit pushes sideways
+MAX_TRIALS = 30  # maximum number of designs that are tried with sized springs
+MOST_RUNS = 4  # maximum number of whole runs
+# relative tolerance of the springs [1], at which the contact is accurate enough for the error bars of readings
+TOLERANCE = 0.01
+_MIN_SPACING_MM = 4.5  # with a smaller spacing the leaves are shallower, and a tilted fruit pushes them sideways
 _TIP_GAP_MM = 0.5  # gap between neighbouring tips, as in the presets
-_CORNER_FALL = 0.6  # maximum depth of the corners of the piece of fruit below its apex, over the depth of the flesh
+_CORNER_FALL = 0.6  # maximum depth of the corners of the piece of fruit below its apex, divided by the flesh thickness
 _CORNER_FALL_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh
 _SIZE_STEP_MM = 0.5  # step to which dimensions of the fruit are rounded
 _DOME_STEP_MM = 0.1
 _SPACING_STEP_MM = 0.05
 _TRAVEL_STEP_MM = 0.01
-_TRAVEL_REDUCTION_MM = 0.02  # a shorter travel reduces the largest bias of both signs
-_BRUISE_FACTOR = 0.9  # factor on both springs if the fruit bruises
-_RADIUS_FACTOR = 1.04  # first factor on the radii of the design's fruit, if the bias is too large
-_CALIBRATION_MARGIN = 1.05  # factor on the change that one part of the error requires, because other parts add to it
-_MAX_CALIBRATION_FACTOR = 1.5  # maximum of such a change in one step; further steps may follow
-_UNCERTAINTY_FACTOR = 1.12  # factor on the high spring, which improves readings of firm fruit
+_TRAVEL_REDUCTION_MM = 0.02  # reduction of the travel in one step, which reduces biases of both signs
+_BRUISE_FACTOR = 0.9  # factor on the stiffness of both springs if the fruit bruises
+_RADIUS_FACTOR = 1.04  # initial factor on the radii of the design's fruit if the bias is too large
+# factor on the change that removes the largest part of the error, because the other parts remain
+_CALIBRATION_MARGIN = 1.05
+_MAX_CALIBRATION_FACTOR = 1.5  # maximum factor of such a change in one step; further steps may follow
+_UNCERTAINTY_FACTOR = 1.12  # factor on the stiffness of the high spring, which improves readings of firm fruit
 
 
 def most_similar_preset(fruit: FruitRange) -> str:
-    """Return the name of the preset whose fruit is most similar to a fruit: the one with the least `_dissimilarity`."""
+    """Return the name of the preset whose fruit is most similar to a given one, with the smallest `_dissimilarity`."""
     return min(PRESETS, key=lambda name: _dissimilarity(fruit, fruit_of(load_design(name))))
 
 
 def fruit_of(design: Design) -> FruitRange:
-    """Return the range of fruits that a design reads; the dimensions of its single fruit if it gives no range."""
+    """Return the range of fruits that a design reads; if it gives no ranges, the dimensions of its single fruit."""
     own = design.fruit
     requirements = design.reading or ReadingRequirements()
     along, across = own.radii_mm
@@ -68,9 +70,11 @@ def fruit_of(design: Design) -> FruitRange:
 
 
 def _dissimilarity(fruit: FruitRange, other: FruitRange) -> float:
-    """Return the dissimilarity of two fruits, the sum of the squared logarithms of their ratios [1].
+    """Return the dissimilarity of two fruits [1]: the sum of the squared logarithms of ratios between them.
 
-    The ratios are those of the moduli, of the mean radii, and of the mean thickness of the flesh if both are known.
+    The ratios are between the smallest moduli, the largest moduli and the geometric means of the radii. If both
+    thicknesses of the flesh are known, their geometric means are compared too. The radii are sorted, because the
+    orientation does not matter.
     """
     ratios = [fruit.E_min_MPa / other.E_min_MPa, fruit.E_max_MPa / other.E_max_MPa]
     radii = sorted(map(_geometric_mean, fruit.radii_mm))
@@ -87,21 +91,22 @@ def _geometric_mean(ends: Ends) -> float:
 
 
 def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
-    """Return the changes that scale a preset to a fruit, rounded to sizes that a maker can measure.
+    """Return the changes that scale a preset to a fruit, rounded to dimensions that a maker can measure.
 
-    Lengths are scaled by the ratio of the radii, and springs by the ratio of radius times modulus.
+    Lengths are multiplied by the ratio of the radii, and spring stiffnesses by the ratio of the radii times the ratio
+    of the moduli.
     """
     tips = preset.tips
     preset_fruit = preset.fruit
     preset_range = fruit_of(preset)
     moduli = fruit.moduli_MPa
-    # The sensor is scaled with the fruit, but not below the minimum spacing of the tips.
+    # The sensor is scaled with the fruit, but not to less than the minimum spacing of the tips.
     min_ratio = min(1.0, _MIN_SPACING_MM / tips.spacing_mm)
     length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, min_ratio)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
     spacing = _round_to(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
-    # The design has a single fruit for its closed forms. It takes the same position in the range of fruits as in the
-    # preset.
+    # The closed-form equations of a design apply to a single fruit. Its dimensions have the same relative position in
+    # the ranges of the new fruit as in the ranges of the preset.
     radii = []
     for ends, preset_radius, preset_ends in zip(
         fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True
@@ -110,7 +115,8 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     depth = _round_to(preset_fruit.depth_mm * length_ratio, _SIZE_STEP_MM)
     if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
         depth = _same_position_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
-    # The corners of the piece of fruit that is solved must lie on the design's fruit, and on every fruit of the range.
+    # Contact is solved on a piece of the fruit. Its corners must lie on the design's fruit and on every fruit of the
+    # range.
     max_side = min(_largest_piece(radii[0], radii[1], _CORNER_FALL * depth), _largest_piece_of_range(fruit, depth))
     return {
         "fruit.thickness_mm": depth,
@@ -129,32 +135,33 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         "tips.side_mm": round(spacing - _TIP_GAP_MM, 2),
         "tips.dome_radius_mm": _round_to((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
         "press.travel_mm": max(least_travel(preset), _round_to(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
-        # the stiffness of springs scales as length times modulus
+        # a stiffness scales as length times modulus
         **_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
     }
 
 
 def _middle_modulus(fruit: FruitRange) -> float:
-    """Return the geometric mean of the softest and the firmest flesh [MPa]."""
+    """Return the geometric mean of the smallest and the largest modulus [MPa]."""
     return math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa)
 
 
 def _largest_piece(radius: float, radius_across: float, fall: float) -> float:
-    """Return the side [mm] of the largest square piece of an ellipsoid with corners at most `fall` [mm] below its apex.
+    """Return the side [mm] of the largest square piece of an ellipsoid with corners at most `fall` [mm] below the apex.
 
-    The principal radii `radius` and `radius_across` [mm] are along the sides. The fall of a corner (h, h) follows from
-    (1 - fall / R)^2 = 1 - h^2 / R^2 - h^2 / (R R_across), as in `Fruit.fall_mm`. It is limited to 0.6 R, because lower
-    corners are not on the cap of the fruit.
+    The principal radii R = `radius` and R_across = `radius_across` [mm] are along the sides. For a corner at (h, h), (1
+    - fall / R)^2 = 1 - h^2 / R^2 - h^2 / (R R_across), as in `Fruit.fall_mm`. The equation is solved for the side 2 h.
+    The fall is limited to 0.6 R, because lower corners are not on the cap of the fruit.
     """
     level = (1.0 - min(fall / radius, _CORNER_FALL)) ** 2
     return 2.0 * radius * math.sqrt((1.0 - level) / (1.0 + radius / radius_across))
 
 
 def _largest_piece_of_range(fruit: FruitRange, depth: float) -> float:
-    """Return the side [mm] of the largest square piece whose corners lie on every fruit of the range, at any azimuth.
+    """Return the side [mm] of the largest square piece with corners on every fruit of the range, at any azimuth.
 
-    The worst case is the roundest fruit with the thinnest flesh, or with the flesh `depth` [mm] if no range is known.
-    Its most curved section may lie along a diagonal, where a corner is as deep as on a ball.
+    The worst case is the roundest fruit with the thinnest flesh. If no range of thickness is known, the flesh has the
+    thickness `depth` [mm]. The most curved section may lie along a diagonal, where a corner is as deep as on a ball of
+    this radius.
     """
     min_radius = min(radius for ends in fruit.radii_mm for radius in ends)
     min_thickness = depth if fruit.thickness_mm is None else fruit.thickness_mm[0]
@@ -162,10 +169,10 @@ def _largest_piece_of_range(fruit: FruitRange, depth: float) -> float:
 
 
 def _same_position_in_range(ends: Ends, preset_length: float, preset_ends: Ends) -> float:
-    """Return the length [mm] that has the same position in the range `ends` as a preset's length in its own range.
+    """Return the length [mm] that has the same position in the range `ends` as a preset's length in the preset's range.
 
-    The position is a fraction of the logarithm. A preset's length outside its range exceeds an end by a factor, and so
-    does the result. It is rounded to three digits.
+    The position is a fraction on a logarithmic scale. If the preset's length exceeds an end of its range by some
+    factor, the result exceeds the same end of `ends` by this factor. The result is rounded to three digits.
     """
     low, high = preset_ends
     if preset_length <= low:
@@ -179,12 +186,12 @@ def _same_position_in_range(ends: Ends, preset_length: float, preset_ends: Ends)
 def fruit_suggestion(
     fruit: FruitRange, preset: Design, fixed: frozenset[str] = frozenset(), progress: Progress = silent
 ) -> Suggestion:
-    """Search for a design for a fruit that passes a whole run, beginning with the scaled preset.
+    """Search for a design for a fruit that passes a whole run, starting from the scaled preset.
 
-    The keys in `fixed` do not change. A design is first tried with sized springs. If a verdict fails, `_next_step`
-    changes the design. If none fails, a whole run must confirm it. If no design passes a run, the suggestion has no
-    changes, and the verdicts of the design that is nearest to passing. Raises InputError if fruit and preset make no
-    design, and MeshError or SolveError if a trial cannot be solved.
+    The keys in `fixed` are not changed. A design is first tried with sized springs, which cost less than a run. If a
+    verdict fails, `_next_step` changes the design. If all verdicts pass, a whole run must confirm them. If no design
+    passes a run, the suggestion has no changes, and it has the verdicts of the design nearest to passing. Raises
+    InputError if a changed design is invalid, and MeshError or SolveError if a trial cannot be solved.
     """
     changes: Changes = {
         key: value
@@ -201,10 +208,10 @@ def fruit_suggestion(
         seen.add(design)
         result = _solve_sized(design)
         candidate = _candidate(changes, result)
-        # The scaled preset is run even if some verdicts are undecided. The preset passed its own run, and springs
+        # The scaled preset is run even if some verdicts are undecided, because the preset passed its own run. Springs
         # solved by finite elements may decide these verdicts.
         if candidate.passes or (not tried and not _fails(candidate)):
-            progress("runs the design that passes with springs as they were sized")
+            progress("running the design that passes with ideal springs")
             runs += 1
             result = _run(preset, candidate)
             candidate = _candidate(changes, result)
@@ -214,31 +221,31 @@ def fruit_suggestion(
         step = _next_step(design, result, centring)
         if not step or not fixed.isdisjoint(step):
             break
-        progress(f"tries design {len(seen) + 1} of at most {MAX_TRIALS}: {in_words(step)}")
+        progress(f"trying design {len(seen) + 1} of at most {MAX_TRIALS}: {in_words(step)}")
         changes = {**changes, **step}
         design = change_design(preset, changes)
     nearest = min(tried, key=lambda candidate: candidate.shortfall)
-    reason = f"none found: of {len(seen)} designs around the preset none passes; the nearest has the verdicts below"
+    reason = f"none found: none of {len(seen)} designs around the preset passes; the nearest one has the verdicts below"
     verdicts = nearest.verdicts or ()
     return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=len(seen), runs=runs)
 
 
 class _Centring:
-    """The step by which the radius of the design's fruit is changed until the largest bias passes: a factor [1].
+    """The factor [1] by which the radii of the design's fruit are changed in each step, until the largest bias passes.
 
-    The largest bias has one sign if that fruit is too flat, and the other sign if it is too round. Each time the sign
-    changes, the step has passed the best radius, and the logarithm of the factor is halved.
+    The largest bias has one sign if the assumed fruit is too flat, and the other sign if it is too round. When the sign
+    changes, the last step went past the best radius. The logarithm of the factor is then halved.
     """
 
     def __init__(self) -> None:
-        """Begin with the largest step, and with no bias."""
+        """Start with the largest factor, before any bias is recorded."""
         self.factor = _RADIUS_FACTOR
         self._last_bias = 0.0
 
     def record_bias(self, bias: float) -> bool:
-        """Record the largest bias [1] of the next design, and return whether its sign changed; if so, halve the step.
+        """Record the largest bias [1] of the next design, and return whether its sign changed, which halves the step.
 
-        A bias of 0 stands for a design whose bias passes. It does not change the recorded sign.
+        A bias of 0 means that the bias of the design passes. It does not change the recorded sign.
         """
         sign_changed = bias * self._last_bias < 0.0
         if sign_changed:
@@ -248,9 +255,9 @@ class _Centring:
 
 
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
-    """Return the next change of a solved design: the one from `_step`, and perhaps a shorter travel.
+    """Return the next change of a solved design: the change from `_step`, and possibly a shorter travel.
 
-    The travel becomes shorter if the largest bias changed its sign, because that reduces biases of both signs.
+    If the largest bias changed its sign, the travel becomes shorter, because that reduces biases of both signs.
     """
     failed = _failed_verdicts(result)
     sign_changed = centring.record_bias(_failing_bias(result, failed))
@@ -262,18 +269,18 @@ def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _
 
 
 def _candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candidate:
-    """Return the candidate with these changes and the verdicts of its result; without a result it has no verdicts."""
+    """Return the candidate with the given changes and the verdicts of its result; no verdicts without a result."""
     return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
 
 
 def _run(preset: Design, candidate: Candidate) -> SensorResult | None:
-    """Return the result of a whole run of a candidate, or None if its design is invalid or cannot be solved."""
+    """Run a candidate and return its result, or None if its design is invalid or cannot be solved."""
     proof = prove_first([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
     return None if proof is None else proof.result
 
 
 def _solve_sized(design: Design) -> Sensor | None:
-    """Return the sensor of a design with sized springs and its verdicts; None if a level press leaves a dome's face."""
+    """Return the solved sensor of a design with sized springs; None if a level press extends beyond a dome's face."""
     sensor = Sensor(design=design, options=RunOptions(tolerance=TOLERANCE), springs_as="sized")
     try:
         sensor.solve("verdicts")
@@ -285,19 +292,19 @@ def _solve_sized(design: Design) -> Sensor | None:
 
 
 def _fails(candidate: Candidate) -> bool:
-    """Return whether a verdict on the candidate fails, and is not only undecided, or there are no verdicts."""
+    """Return whether a verdict on the candidate fails; undecided verdicts do not count, but missing verdicts do."""
     return candidate.verdicts is None or any(verdict.passed is False for verdict in candidate.verdicts)
 
 
 def _failed_verdicts(result: Sensor | SensorResult | None) -> set[str]:
-    """Return the names of the verdicts that did not pass; if all passed, of those that passed without their margin."""
+    """Return the names of the verdicts that did not pass; if all passed, of those that passed without the margin."""
     candidate = _candidate({}, result)
     not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
     return not_passed or {verdict.name for verdict in candidate.failed}
 
 
 def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> float:
-    """Return the largest bias [1] if its verdict failed, positive for fruit read too firm; else 0."""
+    """Return the largest bias [1] if its verdict failed, else 0; it is positive if fruit is read too firm."""
     readings = None if result is None else result.readings
     if readings is None or not readings.moduli or "reading.bias" not in failed:
         return 0.0
@@ -305,10 +312,10 @@ def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> flo
 
 
 def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str], centring: float) -> Changes:
-    """Return the change that brings a design nearer to passing, by the first rule that applies; empty if none does.
+    """Return the change that brings a design nearer to passing, from the first rule that applies; empty if none does.
 
-    `failed` holds the names of failed verdicts. `centring` is the factor [1] that makes the fruit of the design
-    flatter, and its inverse makes it rounder.
+    `failed` holds the names of failed verdicts. `centring` [1] is a factor on the radii of the design's fruit, which
+    makes it flatter; the inverse factor makes it rounder.
     """
     readings = None if result is None else result.readings
     leaves_face = readings is not None and readings.face_mm > design.tips.side_mm
@@ -331,30 +338,30 @@ def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str]
 def _improve_calibration(design: Design, error: CalibrationErrors) -> Changes:
     """Return the change that reduces the calibration error of a spring's stiffness.
 
-    If the error comes from the dial, the travel is longer. If it comes from the balance, the spring of the worst tip is
+    If most of the error is caused by the dial, the travel becomes longer. Otherwise the spring of the worst tip becomes
     stiffer.
     """
     limit = row_of("reading.calibration").limit
-    ratio = error.largest_stiffness / limit if isinstance(limit, float) else 1.0
-    factor = min(_CALIBRATION_MARGIN * ratio, _MAX_CALIBRATION_FACTOR)
+    excess = error.largest_stiffness / limit if isinstance(limit, float) else 1.0
+    factor = min(_CALIBRATION_MARGIN * excess, _MAX_CALIBRATION_FACTOR)
     if error.by == "dial":
         return {"press.travel_mm": round(factor * design.press.travel_mm, 2)}
-    kind = design.tips.springs[design.tips.names.index(error.worst_tip)]
-    key = "springs.K_l_N_per_m" if kind == "low" else "springs.K_h_N_per_m"
+    spring = design.tips.springs[design.tips.names.index(error.worst_tip)]
+    key = "springs.K_l_N_per_m" if spring == "low" else "springs.K_h_N_per_m"
     return {key: _springs(design, factor, factor)[key]}
 
 
 def _scale_radii(design: Design, factor: float) -> Changes:
-    """Return the change of the radii of the design's fruit by a factor [1].
+    """Return the change that multiplies the radii of the design's fruit by a factor [1].
 
-    The reading assumes these radii. A fruit that is rounder than assumed is read too soft.
+    These radii are assumed in every reading. A fruit that is rounder than assumed is read too soft.
     """
     radii = {"fruit.radius_mm": design.fruit.radius_mm, "fruit.radius_across_mm": design.fruit.radius_across_mm}
     return {key: rounded(factor * radius) for key, radius in radii.items() if radius is not None}
 
 
 def _springs(design: Design, low: float, high: float) -> Changes:
-    """Return the change of a design's given springs by the factors `low` and `high` [1], rounded to three digits."""
+    """Return the change that multiplies the stiffnesses of the springs by `low` and `high` [1], rounded to 3 digits."""
     return {
         "springs.K_l_N_per_m": rounded((design.springs.K_l_N_per_m or 0.0) * low),
         "springs.K_h_N_per_m": rounded((design.springs.K_h_N_per_m or 0.0) * high),
@@ -362,5 +369,5 @@ def _springs(design: Design, low: float, high: float) -> Changes:
 
 
 def _round_to(value: float, step: float) -> float:
-    """Return the multiple of `step` nearest to a value, but at least one step."""
+    """Return the multiple of `step` nearest to `value`, but at least one step."""
     return round(max(1.0, round(value / step)) * step, 6)

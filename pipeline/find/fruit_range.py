@@ -1,4 +1,4 @@
-"""A range of measured fruits, from a text or a file of `pipeline modulus`, and the pressure at which fruits bruise."""
+"""A range of fruits, from a text or a file written by `pipeline modulus`, and the pressure at which fruits bruise."""
 
 import json
 import math
@@ -13,9 +13,11 @@ from sensor.input_file import read_bytes
 from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, parse_number, quantity, validation_error
 from sensor.words import rounded
 
-BRUISE_MPA = 0.1  # pressure for flesh of 1 MPa, an assumption like the exponent; apple flesh of 3.5 MPa fails at 0.29
+# pressure at which flesh of 1 MPa bruises [MPa], an assumption like the exponent; apple flesh of 3.5 MPa fails at 0.29
+# MPa
+BRUISE_MPA = 0.1
 BRUISE_EXPONENT = 0.85
-BALL_SPREAD = 0.2  # spread of the radius of a round fruit, because no fruit is a perfect ball
+BALL_SPREAD = 0.2  # relative spread of the radius of a round fruit, because no fruit is a perfect ball
 _FORM = (
     "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa]. It may also "
     "be a file of pipeline modulus --json that ends in .json, or the name of a fruit, as pear, also before its own "
@@ -30,16 +32,16 @@ _ANY_SHAPE = re.compile(rf"{_NAME}radius {_RANGE} by {_RANGE}(?: mm)?{_FLESH}, E
 
 _RADII = 4  # number of ends of the two ranges of radii
 Ends = tuple[float, float]
-"""The smallest and the largest value."""
+"""The smallest and the largest value of a range."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitRange:
-    """A range of fruits: their radii of curvature where they are pressed, their flesh thickness, and their moduli.
+    """A range of fruits: the radii of curvature where they are pressed, the flesh thickness, and the moduli.
 
-    A single `radius_mm` stands for fruits that are nearly balls. With `radius_across_mm`, the principal radii are two
-    ranges, and so is the `thickness_mm` of the flesh if it is known. A `name` is a fruit in the table of fruits, whose
-    bruise limit is then used.
+    A single number as `radius_mm` describes fruits that are nearly balls. Otherwise `radius_mm` and `radius_across_mm`
+    are the ranges of the two principal radii. `thickness_mm` is the range of the flesh thickness, if it is known.
+    `name` is a fruit in the table of fruits, whose bruise limit is used.
     """
 
     name: str | None = None
@@ -63,7 +65,7 @@ class FruitRange:
 
     @property
     def radii_mm(self) -> tuple[Ends, Ends]:
-        """Return the ranges of the two principal radii [mm]; for a ball, its radius minus and plus 20 %."""
+        """Return the ranges of the two principal radii [mm]; for a ball, the radius minus and plus 20 %."""
         radius = self.radius_mm
         if not isinstance(radius, tuple):
             radius = (rounded((1.0 - BALL_SPREAD) * radius), rounded((1.0 + BALL_SPREAD) * radius))
@@ -71,7 +73,7 @@ class FruitRange:
 
     @property
     def mean_curvature(self) -> float:
-        """Return the mean of the curvatures at all ends of the radii [1/mm]."""
+        """Return the mean of the curvatures at the ends of both ranges of radii [1/mm]."""
         radii = [radius for ends in self.radii_mm for radius in ends]
         return math.fsum(1.0 / radius for radius in radii) / len(radii)
 
@@ -83,7 +85,7 @@ class FruitRange:
 
     @property
     def in_words(self) -> str:
-        """Return the range as a text that `fruit_range` can read."""
+        """Return the range as a text that `fruit_range` can parse."""
         E = (self.E_min_MPa, self.E_max_MPa)
         name = "" if self.name is None else f"{self.name}, "
         if not isinstance(self.radius_mm, tuple):
@@ -92,10 +94,10 @@ class FruitRange:
 
 
 def fruit_range(text: str) -> FruitRange:
-    """Return the range of fruits that the value of `--fruit` gives.
+    """Parse the range of fruits from the value of `--fruit`.
 
-    It is the path of a file of `pipeline modulus --json`, the name of a fruit in the table, or a description such as
-    'radius 26, E 0.3 to 2'. Raises InputError for any other text.
+    The value is the path of a file written by `pipeline modulus --json`, the name of a fruit in the table, or a
+    description such as 'radius 26, E 0.3 to 2'. Raises InputError for any other text.
     """
     if text.endswith(".json"):
         return _measured_range(Path(text))
@@ -145,9 +147,10 @@ def _refuse_unknown(name: str) -> None:
 
 
 def _measured_range(path: Path) -> FruitRange:
-    """Return the range of the specimens in a file of `pipeline modulus --json`.
+    """Read the range of the specimens from a file written by `pipeline modulus --json`.
 
-    The moduli include their error bars, and the radii are those of the tests. Raises InputError for another file.
+    The range of moduli includes their error bars. The radii are the radii of the tested specimens. Raises InputError if
+    the file was not written by this command.
     """
     try:
         rows = json.loads(read_bytes(path, "--fruit"))
@@ -173,7 +176,7 @@ def _measured_range(path: Path) -> FruitRange:
 def bruise_limit(E: float, name: str | None = None) -> float:
     """Return the mean pressure [MPa] at which flesh of modulus `E` [MPa] bruises, rounded down to three digits.
 
-    With the `name` of a fruit in the table it is the limit of that fruit. Otherwise it is 0.1 E^0.85, which is an
+    If `name` is a fruit in the table, the limit of this fruit is used. Otherwise the limit is 0.1 E^0.85, which is an
     assumption of this project.
     """
     limit = BRUISE_MPA * E**BRUISE_EXPONENT if name is None else FRUITS[name].bruise_limit(E)

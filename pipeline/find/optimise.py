@@ -1,6 +1,6 @@
-"""The design that minimises a number of its report among designs that pass, found by differential evolution.
+"""Search for the passing design that minimises a number of its report, by differential evolution.
 
-R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:1008202821328, as implemented in SciPy.
+Source: R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi:10.1023/A:1008202821328, implemented in SciPy.
 """
 
 import math
@@ -33,18 +33,18 @@ from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict, row_of
 
-MOST_RUNS = 20  # maximum number of candidates of a search that are run
+MOST_RUNS = 20  # maximum number of candidates for which a whole run is made
 DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
-_MEMBERS = 8  # number of members of a generation per varied key
+_MEMBERS = 8  # members of a generation for each varied key
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """The paths of the best design of a search and of the outputs of its run.
+    """The paths to which the best design of a search and the outputs of its run are written.
 
-    `value` is the value of the front's key for which the search was made, or None without a front.
+    In a search for a Pareto front, `value` is the value of the front's key for this design; else it is None.
     """
 
     value: Setting | None
@@ -53,7 +53,7 @@ class Place:
 
 
 def places(study: Study, folder: Path) -> tuple[Place, ...]:
-    """Return the paths for each value of a front, in the folder of a study; without a front there is one place."""
+    """Return the paths for each value of a front, in the folder of a study; one place if the study has no front."""
     if not study.front:
         return (Place(value=None, design=folder / DESIGN, run=folder / RUN),)
     front_places = []
@@ -64,12 +64,13 @@ def places(study: Study, folder: Path) -> tuple[Place, ...]:
 
 
 def search(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> tuple[Candidate, ...]:
-    """Search for the best design of a study, and return all its candidates, the best first.
+    """Search for the best design of a study, and return all candidates, the best first.
 
-    All candidates are stored as points of the study in `folder`. An interrupted search continues: it requests the same
-    candidates again, and stored ones are not solved again. With more `evaluations` it also begins with the same
-    candidates, because no step depends on the number of steps that follow. Raises InputError if a key has a
-    distribution, if the base is invalid for a value of the front, or if no candidate can have a verdict of the goal.
+    All candidates are stored as points of the study in `folder`. An interrupted search can be continued: it goes
+    through the same candidates again, and stored candidates are not solved again. A search with more `evaluations` also
+    starts with the same candidates, because no step depends on the number of steps that follow. Raises InputError if a
+    key has a normal distribution, if the base is invalid for a value of the front, or if no candidate can have a
+    verdict of the goal.
     """
     _refuse_missing_verdicts(study)
     for key, varied in study.vary.items():
@@ -85,30 +86,33 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
 
 
 def _refuse_missing_verdicts(study: Study) -> None:
-    """Raise InputError for a verdict of the goal that needs a key which is neither in the base nor varied."""
+    """Raise InputError if a verdict of the goal needs a key that is neither set in the base nor varied."""
     tables = study.base.tables
     goal = study.goal
-    verdicts = [
+    goal_verdicts = [
         ("optimise.minimise", verdict_field(goal.minimise)[0]),
         *(("optimise.under", name) for name in goal.under),
     ]
-    for field, name in verdicts:
+    for field, name in goal_verdicts:
         for given in row_of(name).given:
             table, _, key = given.partition(".")
-            varies = any(varied.startswith(given if key else f"{table}.") for varied in study.vary)
-            if varies or (key in tables.get(table, {}) if key else table in tables):
+            is_varied = any(varied.startswith(given if key else f"{table}.") for varied in study.vary)
+            if is_varied or (key in tables.get(table, {}) if key else table in tables):
                 continue
-            needed = given if key else f"a [{table}] table"
+            needed_text = given if key else f"a [{table}] table"
             bound = f"a verdict of the base, which has no {given}"
-            hint = f"give {needed} in the base or under [set], or choose optimise.minimise and under without {name}"
+            hint = (
+                f"give {needed_text} in the base or under [set], or choose optimise.minimise and under without {name}"
+            )
             raise validation_error(field, name, "", bound, hint)
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | None) -> None:
-    """Run differential evolution on the fractions of the varied keys until the evaluations of the study are used up.
+    """Run differential evolution over the varied keys until the evaluations of the study are used up.
 
-    All candidates are stored. A front is searched value by value: each search after the first starts from the last
-    generation of the previous one.
+    A member of a generation holds for each varied key the fraction [1] of its range. All candidates are stored. A front
+    is searched for one value after another. Each search after the first starts from the last generation of the previous
+    search.
     """
     values = len(study.front)
     keys = len(study.vary) - bool(values)
@@ -116,10 +120,11 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
     members: Literal["latinhypercube"] | Floats = "latinhypercube"
     max_evaluations = study.goal.evaluations * max(1, values)
     report_progress = None if progress is None else lambda kept, _: progress(kept, max(max_evaluations, kept))
-    # The front's key is the last one that varies. Its fraction is fixed at the middle of each value's interval.
+    # The front's key is the last varied key. Its range is divided into one interval for each value, and its fraction is
+    # fixed at the middle of the interval.
     for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
         evolution = differential_evolution(
-            _costs,  # type: ignore[arg-type]  # it takes a whole generation at a time, which the stubs do not know
+            _costs,  # type: ignore[arg-type]  # `_costs` takes a whole generation, which the type stubs do not allow
             Bounds(np.zeros(keys), np.ones(keys)),
             args=(fixed, set(), study, store, engine, report_progress),
             maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
@@ -145,15 +150,16 @@ def _costs(
     engine: Engine,
     progress: Count | None,
 ) -> list[float]:
-    """Return the cost of each member of a generation, the objective function of the evolution.
+    """Return the cost of each member of a generation, which differential evolution minimises.
 
-    `fractions` (keys, members) are the members, `fixed` is the fraction of the front's key, if there is a front, and
-    `spent` holds the candidates that were requested for this value of the front until now. Stored members are not
-    solved again. Members beyond the last evaluation are not solved, and cost as much as a refused design.
+    `fractions` (keys, members) are the members. `fixed` holds the fraction of the front's key; it is empty without a
+    front. `spent` holds the settings of all candidates that were requested so far for this value of the front. Members
+    that are already stored are not solved again. Members beyond the last evaluation are not solved, and their cost is
+    the cost of a refused design.
     """
     members = [study.settings_at([*member, *fixed]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))
-    allowed = {}  # by text, because members of a generation may coincide if all keys vary over lists
+    allowed = {}  # the keys are texts, because members of a generation may be equal if all keys vary over lists
     for text, settings in zip(texts, members, strict=True):
         if len(spent) < study.goal.evaluations:
             spent.add(text)
@@ -167,9 +173,9 @@ def _costs(
 
 
 def _base_fractions(study: Study) -> Floats | None:
-    """Return the base design, where the search begins, as fractions [1] of the varied keys' ranges.
+    """Return the base design, at which the search starts, as fractions [1] of the varied keys' ranges.
 
-    None if a value of the base is outside its range. The key of a front is left out.
+    The result is None if a value of the base is outside its range. The key of a front is omitted.
     """
     fractions = []
     for key, varied in study.vary.items():
@@ -183,7 +189,7 @@ def _base_fractions(study: Study) -> Floats | None:
 
 
 def is_base(study: Study, candidate: Candidate) -> bool:
-    """Return whether a candidate is the base design, where a search begins."""
+    """Return whether a candidate is the base design, at which a search starts."""
     if candidate.number != 0 or _base_fractions(study) is None:
         return False
     front = study.goal.front_key
@@ -191,13 +197,13 @@ def is_base(study: Study, candidate: Candidate) -> bool:
 
 
 def _base_value(study: Study, name: str) -> object:
-    """Return the value of a key of the base design; None if it is not set, or if the base lacks keys that vary."""
+    """Return the value of a key of the base design; None if it is not set, or if the base design is incomplete."""
     table, _, key = name.partition(".")
     return getattr(getattr(study.design, table, None), key, None)
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
-    """Return a stored point as a candidate; a point that was refused or failed has no verdicts."""
+    """Return the candidate for a stored point; a point that was refused or that failed has no verdicts."""
     candidate = Candidate(changes=result.settings, verdicts=None, number=result.number)
     if result.status != "done":
         return candidate
@@ -211,11 +217,11 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
 
 
 def _objective_scale(study: Study, result: PointResult) -> float:
-    """Return the scale by which the search divides its objective to compare designs; usually 1 [unit of the objective].
+    """Return the scale by which the objective is divided for comparisons [unit of the objective]; usually 1.
 
-    It is the limit for an uncertainty whose limit depends on the modulus. Such an uncertainty is reported at the
-    modulus where it is largest relative to its limit. That modulus differs between designs, so the uncertainty jumps,
-    but its ratio to the limit does not.
+    The scale differs from 1 only for an uncertainty whose limit depends on the modulus; then it is the limit. Such an
+    uncertainty is reported at the modulus where it is largest relative to its limit. This modulus differs between
+    designs, so the uncertainty is not continuous, but its ratio to the limit is.
     """
     base_limit = _base_value(study, "reading.uncertainty_limit")
     design_limit = result.settings.get("reading.uncertainty_limit", base_limit)
@@ -226,16 +232,16 @@ def _objective_scale(study: Study, result: PointResult) -> float:
 
 
 def _verdict(name: str, values: Mapping[str, object]) -> Verdict:
-    """Return a verdict from the values of a stored point.
+    """Build a verdict from the values of a stored point.
 
-    Its reference is the text that states in how many poses the sensor cannot be read.
+    Its reference is the text that states in how many poses the sensor has no reading.
     """
     stored: dict[str, Any] = {field: values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS}
     return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **stored)
 
 
 def refuse_occupied(study: Study, folder: Path, *, force: bool) -> None:
-    """Raise InputError if a search could not write its results into its folder. Call it before anything is solved."""
+    """Raise InputError if a search could not write its results into its folder; call this before anything is solved."""
     for place in places(study, folder):
         refuse_unusable(place.run, force=force)
         refuse_taken([place.design], "--out", force=force)
@@ -250,13 +256,13 @@ def prove(
     force: bool = False,
     progress: Progress = silent,
 ) -> Proof | None:
-    """Run the best candidates of a search one after another until a whole run passes, and return the last run.
+    """Run the best candidates of a search one after another until a run passes, and return the last run.
 
-    At most twenty candidates that pass the search are run, best first. For a Pareto front, only those at the value
-    of `place`. The base is run last even if it fails the search, because the search neglects the lateral compliance of
-    printed plates. The outputs of the run and, if it passes, the design file are written to `place`. A run of an
-    invalid or unsolvable candidate counts as failed. Returns None if there is no candidate to run. Raises InputError
-    like `write_files`, and OutputError for an unusable folder.
+    At most twenty candidates that pass the search are run, the best first. For a Pareto front, only candidates with the
+    value of `place` are run. The base design is run last even if it failed the search, because the search neglects the
+    lateral compliance of printed plates. The outputs of the run, and the design file if the run passes, are written to
+    `place`. A candidate that is invalid or cannot be solved is treated as failed. Returns None if there is no candidate
+    to run. Raises the same errors as `write_files`, and OutputError if the output folder cannot be used.
     """
     if study.front:
         number = front_number(place.value)
@@ -265,21 +271,21 @@ def prove(
     to_run += [one for one in candidates if is_base(study, one) and one not in to_run]
 
     def design_of(candidate: Candidate) -> Design:
-        progress(f"runs candidate {candidate.number}, which was best of those not yet run")
+        progress(f"running candidate {candidate.number}, the best that has not been run yet")
         return replace(study.base.design(candidate.changes), name=study.name)
 
-    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too large for a whole run
+    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too loose for a whole run
     proof = prove_first(to_run, design_of, RunOptions(out=place.run, tolerance=tolerance, force=force), len(to_run))
     if proof is not None and proof.passed:
         text = design_as_toml(design_of(proof.candidate))
         write_files({place.design: text.encode()}, "--out", force=force)
-    elif is_ours(place.design):  # the design file of a shorter search, whose run has been replaced
+    elif is_ours(place.design):  # an earlier search wrote this design file, but its run has been replaced
         place.design.unlink()
     return proof
 
 
 def value_of_run(study: Study, proof: Proof) -> float | None:
-    """Return the value of a run's objective [its unit], or None if the run failed or has no number for it."""
+    """Return the objective of a run [unit of the objective]; None if the run failed or has no number for it."""
     if proof.result is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""The proof of a candidate: a whole run of its design, in which all verdicts pass."""
+"""The proof that a candidate passes: a whole run of its design."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from sensor.quantity import InputError
 from solve.linear import SolveError
 
 UNSOLVED = (ExportError, InputError, MeshError, SolveError)
-"""Errors of a design that is invalid or cannot be solved."""
+"""Exceptions raised for a design that is invalid or cannot be solved."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """The last candidate that was run, its result, and the number of runs until then.
+    """The last candidate that was run, its result, and the number of runs up to and including this one.
 
-    The result is None if the design of the candidate is invalid or could not be solved.
+    The result is None if the design of the candidate was invalid or could not be solved.
     """
 
     candidate: Candidate
@@ -42,10 +42,11 @@ def prove_first(
     max_runs: int,
     next_candidates: Callable[[Proof], list[Candidate]] = lambda _: [],
 ) -> Proof | None:
-    """Run candidates one after another until one passes, at most `max_runs` of them; return the last run.
+    """Run up to `max_runs` candidates one after another until one passes, and return the last run.
 
-    `design_of` returns the design of a candidate. If a run does not pass, the candidates that `next_candidates` derives
-    from it are run next. Returns None if there are no candidates. Raises OutputError for an unusable output folder.
+    `design_of` returns the design of a candidate. If a run does not pass, `next_candidates` may derive further
+    candidates from it, which are run next. Returns None if there are no candidates. Raises OutputError if the output
+    folder cannot be used.
     """
     waiting = list(candidates)
     proof = None
@@ -57,7 +58,7 @@ def prove_first(
         try:
             result = run(design_of(candidate), options)
         except OutputError:
-            # OutputError is an InputError too, but another candidate would not help against an unusable folder.
+            # OutputError is a subclass of InputError, but a different candidate would not make the folder usable.
             raise
         except UNSOLVED:
             pass

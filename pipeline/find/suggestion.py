@@ -1,4 +1,4 @@
-"""The passing design that is nearest to a given one: searched with ideal springs, and proved by whole runs."""
+"""Search for the passing design nearest to a given design, with ideal springs, and confirm it by a whole run."""
 
 import math
 from collections.abc import Sequence
@@ -22,30 +22,30 @@ from sensor.words import rounded
 from solve.contact.linear_response import travels
 from solve.contact.response import scene_response
 
-BUDGET = 6000.0  # budget for trials, in about hundredths of a second of CPU time
-MOST_RUNS = 4  # maximum number of runs of candidates, each of which takes some ten seconds
+BUDGET = 6000.0  # budget for trials, in units of about 0.01 s of CPU time
+MOST_RUNS = 4  # maximum number of runs of candidates, each of which takes about ten seconds
 MAX_KEYS = 3  # maximum number of keys that are changed together
-_BEAM_WIDTH = 4  # number of candidates from which each round of the beam search continues
+_BEAM_WIDTH = 4  # number of candidates that each round of the beam search keeps
 _BISECTIONS = 6
-_BISECTIONS_ON_CELLS = 2  # fewer, because such trials are expensive
-_MARGIN = 0.05  # relative margin beyond a bound, so that springs solved by finite elements pass too
-ROUGH = 0.02  # tolerance of the springs at which the contact is accurate enough to try a change
+_BISECTIONS_ON_CELLS = 2  # fewer, because trials on cells are expensive
+_MARGIN = 0.05  # relative margin added to a passing value, so that springs solved by finite elements pass too
+ROUGH = 0.02  # relative tolerance of the springs [1], at which the contact is accurate enough to try a change
 _TRAVEL = "press.travel_mm"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Suggestion:
-    """The changes that make a design pass: empty if it passes unchanged, None if none were found.
+    """The changes that make a design pass; empty if it passes unchanged, None if no changes were found.
 
-    `verdicts` come from the run that proves the changed design, or else from the run of the design itself. `reason` is
-    a sentence for the user. `tried` is the number of designs that were tried with sized springs, and `runs` the number
-    of whole runs.
+    `verdicts` come from the run that confirms the changed design, or else from the run of the unchanged design.
+    `reason` is shown to the user. `tried` is the number of designs that were tried with sized springs, and `runs` the
+    number of whole runs.
     """
 
     design: Design
     changes: Changes | None
     verdicts: tuple[Verdict, ...]
-    reason: str = "passes, as a whole run shows"
+    reason: str = "passes, confirmed by a whole run"
     tried: int = 0
     runs: int = 1
 
@@ -56,13 +56,13 @@ class Suggestion:
 
 
 class Search:
-    """A beam search over changes of a design, which tries each with sized springs until its budget is used up.
+    """A beam search over changes of a design. Each design is tried with sized springs, until the budget is used up.
 
-    `tried` is the number of trials, and `nearest_miss` the candidate that came nearest to passing.
+    `tried` is the number of trials, and `nearest_miss` is the candidate that came nearest to passing.
     """
 
     def __init__(self, base: SensorResult, fixed: frozenset[str], progress: Progress = silent) -> None:
-        """Begin with the run of a design, `base`, and the keys that must not change.
+        """Start from `base`, the result of a run of the design, with the keys in `fixed` unchanged.
 
         `progress` is called with a text for each trial.
         """
@@ -74,10 +74,10 @@ class Search:
         self._budget_left = BUDGET
 
     def passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
-        """Return candidates that pass, the nearest first; the search begins at a design with these failed verdicts.
+        """Return candidates that pass, the nearest first, for a base design with the given failed verdicts.
 
-        Each round changes one key more of the best candidates of the round before. The nearest candidate has the fewest
-        changed keys, and among those the smallest sum of |log ratio|.
+        Each round changes one more key of the best candidates of the previous round. The nearest candidate has the
+        fewest changed keys, and among those the smallest sum of |log ratio|.
         """
         beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
         for _ in range(MAX_KEYS):
@@ -86,7 +86,7 @@ class Search:
                 candidates += self._add_one_change(start)
             passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
             if passing:
-                # Some budget must be left to move the candidates nearer to the base.
+                # Some budget is reserved for moving the candidates nearer to the base design.
                 self._budget_left = max(self._budget_left, 0.05 * BUDGET)
                 return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size)
             beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM_WIDTH]
@@ -95,10 +95,10 @@ class Search:
         return []
 
     def trial(self, changes: Changes) -> Candidate | None:
-        """Return the candidate with these changes and its verdicts with sized springs.
+        """Return the candidate with the given changes, and its verdicts with sized springs.
 
-        None if the budget is used up, if the changed design is invalid or cannot be solved, or if a changed travel is
-        too short for the height errors of printed tips.
+        The result is None if the budget is used up, or if the changed design is invalid or cannot be solved. It is also
+        None if a changed travel is too short for the height errors of printed tips.
         """
         if self._budget_left <= 0.0:
             return None
@@ -108,7 +108,7 @@ class Search:
                 return None
             self._budget_left -= _cost(design)
             self.tried += 1
-            self._progress(f"tries changes with springs as they were sized, design {self.tried}: {in_words(changes)}")
+            self._progress(f"trying changes with ideal springs, design {self.tried}: {in_words(changes)}")
             verdicts = self._verdicts(design)
         except UNSOLVED:
             return None
@@ -121,9 +121,10 @@ class Search:
         return size(self._base.design, candidate.changes)
 
     def _add_one_change(self, start: Candidate) -> list[Candidate]:
-        """Return the best candidate of each sweep that changes one key more than `start`.
+        """Return the best candidate of each sweep that changes one more key than `start`.
 
-        A sweep is a list of values of the same keys, the smallest change first. It ends at the first one that passes.
+        A sweep is a list of changes of the same keys, the smallest change first. It ends at the first change that
+        passes.
         """
         names = [verdict.name for verdict in start.failed]
         design = self._design_of(start)
@@ -144,12 +145,12 @@ class Search:
         return best
 
     def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
-        """Return the verdicts of a design with ideal springs; only some of them if these show that it fails."""
+        """Return the verdicts of a design with ideal springs, or only some of them if these show that it fails."""
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
-            # Readings of flat tips are too slow to try.
+            # Readings of flat tips take too long to be tried.
             return (judge("reading.bias", None, "readings of flat tips", limit="tips with a dome"),)
         sensor = self._sized_sensor(design)
-        # P at two moduli costs a tenth of all presses, and often shows that the design fails.
+        # Solving P at two moduli costs a tenth of solving all presses, and often shows that the design fails.
         if scene_of(design).on_cells:
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
             scene = scene_of(design, sensor.springs.ideal_offsets_mm)
@@ -161,28 +162,28 @@ class Search:
         return sensor.verdicts
 
     def _sized_sensor(self, design: Design) -> Sensor:
-        """Return the sensor of a design with ideal springs, which reuses what is known from the run of the base.
+        """Return the sensor of a design with ideal springs, which reuses results from the run of the base design.
 
-        The contact of the base is reused if the design has the same contact. The tips sag under their weight as in the
-        base if the layouts agree.
+        The solved contact is reused if the design has the same contact problem. The sag of the tips under their weight
+        is assumed to be the same if the layouts are equal.
         """
         base = self._base
         same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
-        sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
+        has_same_sag = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
         return Sensor(
             design=design,
             options=RunOptions(tolerance=ROUGH),
             springs_as="sized",
             known_contact=base.contact if same_contact else None,
-            known_offsets_mm=base.press.scene.height_offset_mm if sags else (),
+            known_offsets_mm=base.press.scene.height_offset_mm if has_same_sag else (),
         )
 
     def _move_nearer(self, candidate: Candidate) -> Candidate:
-        """Return a candidate whose numbers are moved back towards the base, as far as it still passes.
+        """Return a candidate with its numbers moved back towards the base design, as far as it still passes.
 
-        Each number is found by bisection of its logarithm between the value of the base, which fails, and the passing
-        value. It gets a margin and is rounded away from the failing value. Texts, and numbers that changed their sign,
-        remain unchanged.
+        Each number is found by bisection of its logarithm between the value of the base design, which fails, and the
+        passing value. The result gets a margin and is rounded away from the failing value. Strings, and numbers whose
+        sign was changed, keep their new values.
         """
         on_cells = scene_of(self._design_of(candidate)).on_cells
         for key, passing in candidate.changes.items():
@@ -205,7 +206,7 @@ class Search:
 
 
 def _cost(design: Design) -> float:
-    """Return the cost of a trial, in about hundredths of a second of CPU time."""
+    """Return the cost of a trial, in units of about 0.01 s of CPU time."""
     if scene_of(design).on_cells:
         return 80.0
     return 8.0 if design.reading is None else 30.0
@@ -214,11 +215,12 @@ def _cost(design: Design) -> float:
 def suggestion(
     design: Design, options: RunOptions, fixed: frozenset[str] = frozenset(), progress: Progress = silent
 ) -> Suggestion:
-    """Search for the design nearest to a given one that passes its run; the keys in `fixed` do not change.
+    """Search for the design nearest to a given design that passes its run; the keys in `fixed` do not change.
 
-    A suggestion without changes gives the reason. Raises the errors of `run` if the given design cannot be run.
+    If no changes are found, the suggestion states the reason. Raises the same errors as `run` if the given design
+    cannot be run.
     """
-    progress("runs the design as it is")
+    progress("running the unchanged design")
     options = replace(options, out=None)
     result = run(design, options)
     if result.passed:
@@ -226,14 +228,14 @@ def suggestion(
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
-        finer = [tolerance_hint(verdict, options.tolerance) for verdict in failed_verdicts]
-        if all(finer):
-            return replace(none_found, reason=str(finer[0]))
+        finer_tolerance_hints = [tolerance_hint(verdict, options.tolerance) for verdict in failed_verdicts]
+        if all(finer_tolerance_hints):
+            return replace(none_found, reason=str(finer_tolerance_hints[0]))
     search = Search(result, fixed, progress)
     passing = search.passing(failed_verdicts)
 
     def design_of(candidate: Candidate) -> Design:
-        progress(f"runs the candidate with {in_words(candidate.changes)}")
+        progress(f"running the candidate with {in_words(candidate.changes)}")
         return change_design(design, candidate.changes)
 
     def with_shorter_travel(proof: Proof) -> list[Candidate]:
@@ -249,9 +251,9 @@ def suggestion(
 
 
 def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
-    """Return the candidate with the shorter travel that failed verdicts on strains and clearances require.
+    """Return the candidate with the shorter travel that failed verdicts on strains and clearances require, in a list.
 
-    The list is empty if none of them requires a shorter travel, or if the travel is changed or fixed already.
+    The list is empty if no failed verdict requires a shorter travel, or if the travel is already changed or fixed.
     """
     travels = []
     if _TRAVEL not in {*changes, *fixed}:
@@ -263,12 +265,12 @@ def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str
 
 
 def _failure_reason(search: Search, passing: Sequence[Candidate]) -> str:
-    """Return a sentence that says why there is no suggestion, and which candidate came nearest."""
+    """Return a sentence that states why there is no suggestion, and which candidate came nearest to passing."""
     if passing:
-        return f"none found: what passes with ideal springs, {in_words(passing[0].changes)}, fails its run"
+        return f"none found: the design that passes with ideal springs, {in_words(passing[0].changes)}, fails its run"
     nearest = search.nearest_miss
     if nearest is None:
-        return "none found: no key of the design is known to help, or every other value of it is refused"
+        return "none found: no change is known that may help, or every changed design is invalid"
     still_fail = ", ".join(verdict.name for verdict in nearest.failed)
     miss = f"nearest: {in_words(nearest.changes)}, where {still_fail} still fails"
-    return f"none found: of {search.tried} designs with other keys none passes; {miss}"
+    return f"none found: none of {search.tried} changed designs passes; {miss}"

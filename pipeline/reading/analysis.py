@@ -1,4 +1,4 @@
-"""The error analysis of readings over all poses that occur: bias, uncertainty, touch and pressure on the skin."""
+"""The error analysis of readings over all poses that occur: bias, uncertainty, first touch and pressure on the skin."""
 
 import math
 from collections.abc import Sequence
@@ -34,22 +34,23 @@ from sensor.theory.contrast_rise import RiseError, RiseReading
 from solve.contact.pose_forces import Pose
 from solve.halfspace.layered import base_compliance
 
-TILTS = 5  # tilts of the presses for the page
-_LARGE_BIAS = 0.5  # a bias above this share of the largest one gets an error bar
-_LARGEST_POISSON = 0.499  # a larger one is nearly incompressible
-NOISE_LIMIT = 0.1  # uncertainty of the modulus [1] for which the noise is reported
+TILTS = 5  # number of tilts at which presses are solved for the page
+_LARGE_BIAS = 0.5  # only a bias above this fraction of the largest bias gets an error bar
+_LARGEST_POISSON = 0.499  # largest Poisson's ratio; at 0.5 the flesh would be incompressible
+NOISE_LIMIT = 0.1  # uncertainty of the modulus [1] at which the noise is reported
 FoundReadings = list[list[RiseReading | None]]
-"""The reading at each modulus in each placement, None for a press without a reading."""
+"""The reading for each modulus (rows) in each placement (columns), None for a press without a reading."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModulusAccuracy:
-    """The errors of readings at one modulus [MPa]: the largest error over all poses [1], and the uncertainty.
+    """The bias and the uncertainty of readings at one modulus E [MPa]; the bias is the largest error over all poses.
 
-    `worst` is the pose of the largest error. `reach` is the error [1] of the pose whose error bar reaches farthest,
-    which may be another one. `sources` hold for a random fruit in a random pose; `uncertainty_limit` [1] is the limit
-    of their total. `uneven` is the additional error on uneven fruit, None if it is unknown. `form` are the changes of
-    E [1] by one standard deviation of each form error of the domes, before a correction by a ball.
+    `bias` [1] is the error of E read in the pose `worst`. `reach` [1] is the error in the pose whose error bar extends
+    farthest from 0, which may be a different pose. `sources` are the uncertainties for a random fruit in a random pose.
+    `uncertainty_limit` [1] is the limit of their total. `uneven` is the additional uncertainty on uneven fruit; it is
+    None if it is unknown. `form` holds the relative change of E [1] due to one standard deviation of each form error of
+    the domes, before a correction by a reference ball.
     """
 
     E: float
@@ -63,21 +64,22 @@ class ModulusAccuracy:
 
     @property
     def over_limit(self) -> float:
-        """Return the standard uncertainty over its limit [1]."""
+        """Return the standard uncertainty divided by its limit [1]."""
         return self.sources.total / self.uncertainty_limit
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ReadingAccuracy(Record):
-    """The accuracy of readings of whole presses at each modulus in `moduli`; empty if a level press has no reading.
+    """The accuracy of the moduli that are read from whole presses.
 
-    `touch` is the largest travel over all poses at which all tips touch, as a fraction of the whole travel [1].
-    `refused` states the number of poses without a reading and the reason, None if there are none; bias and uncertainty
-    leave these poses out. `level` are the readings of level presses, which correct all others. `full_scale` is the
-    largest force of each channel over all poses [N], (tips,). `pressures` are the pressures on the skin at each
-    modulus. `flesh` is the change of E to either side for flesh that obeys the law of Hencky or of Storakers under
-    domes [1]. `face_mm` is the width of a dome's face that contains the contact in every pose, 0 for other tips.
-    `calibration` are the errors left in springs and gains.
+    `moduli` has a row for each modulus; it is empty if a level press has no reading. `touch` [1] is the travel at which
+    the last tip touches, as a fraction of the full travel, in the worst pose. `refused` states how many poses have no
+    reading, and why. It is None if all poses have one. The bias and the uncertainty leave out the poses without a
+    reading. `level` are the readings of level presses, by which all other readings are corrected. `full_scale` (tips,)
+    [N] is the largest force of each channel over all poses. `pressures` are the pressures on the skin at each modulus.
+    `flesh` [1] is the possible change of E, up or down, if the flesh under domes obeys the law of Hencky or of
+    Storakers. `face_mm` is the smallest width of a dome's face that contains the contact in every pose; it is 0 for
+    other tips. `calibration` are the errors that remain in the springs and gains after calibration.
     """
 
     method: str
@@ -103,41 +105,41 @@ class ReadingAccuracy(Record):
 
     @property
     def reach(self) -> Estimate | None:
-        """Return the absolute bias whose error bar reaches farthest [1]."""
+        """Return the absolute bias whose error bar extends farthest from 0 [1]."""
         reaches = [_absolute(row.reach) for row in self.moduli]
         return max(reaches, key=lambda reach: reach.value + reach.error, default=None)
 
     @property
     def worst_uncertainty(self) -> ModulusAccuracy:
-        """Return the row of the modulus with the largest ratio of uncertainty to limit."""
+        """Return the row of the modulus at which the uncertainty is largest relative to its limit."""
         return self.moduli[first_largest(row.over_limit for row in self.moduli)]
 
     @property
     def uncertainty(self) -> Estimate | None:
-        """Return the standard uncertainty of that row, with its error [1]."""
+        """Return the standard uncertainty of the row `worst_uncertainty`, with its error [1]."""
         if not self.moduli:
             return None
-        widest = self.worst_uncertainty
-        return Estimate(widest.sources.total, widest.reach.error * widest.sources.total)
+        worst = self.worst_uncertainty
+        return Estimate(worst.sources.total, worst.reach.error * worst.sources.total)
 
     @property
     def uneven(self) -> UnevenFruit | None:
-        """Return the largest additional error by uneven skin and flesh over all moduli, None if it is unknown."""
+        """Return the largest additional uncertainty due to uneven skin and flesh over all moduli; None if unknown."""
         known = [row.uneven for row in self.moduli if row.uneven is not None]
         return max(known, key=lambda uneven: uneven.one_press_percent, default=None)
 
     @property
     def noise_percent(self) -> float | None:
-        """Return the noise [% of full scale] for an uncertainty of 10 %; None if other sources reach it already."""
+        """Return the noise [% of full scale] at which the uncertainty is 10 %; None if it exceeds 10 % anyway."""
         return self.worst_uncertainty.sources.noise_to_reach(NOISE_LIMIT) if self.moduli else None
 
 
 def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
-    """Return the accuracy of the moduli that a sensor reads, over all fruits and poses that its design allows.
+    """Compute the accuracy of the moduli that a sensor reads, over all fruits and poses that its design allows.
 
-    Presses at several moduli in all these poses are solved and read by the rise of the contrast. The moduli read are
-    then compared with the true ones. None if the design has no `[reading]`. Raises InputError for a pose outside the
-    domain of contact, and SolveError if a solution is not exact.
+    Presses at several moduli are solved in all these poses. A modulus is read from each press by the rise of its
+    contrast, and compared with the true modulus. The result is None if the design has no `[reading]`. Raises InputError
+    for a pose that the contact solver cannot handle, and SolveError if a solution is not exact.
     """
     design = sensor.design
     reading = design.reading
@@ -145,7 +147,7 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         return None
     presses = sensor.presses(read_moduli(design.fruit), tuple(occurring_placements(design, reading)))
     model = rise_model(sensor)
-    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than the read-out allows, if there is one
+    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # a read-out may not allow presses as fast as `PRESS_S`
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
     calibration = calibration_errors(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
     channels = channels.calibrated(calibration)
@@ -159,12 +161,13 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         face_mm=float(presses.face_mm.max()),
         pressures=_skin_pressures(sensor, presses),
     )
-    # The first placement is the level press, which corrects all others: without it there is no accuracy.
+    # # The first placement is the level press, which corrects all others. Without its readings, no accuracy can be
+    # given.
     if any(level is None for level, *_ in press_readings):
         return analysis
     try:
         moduli = _accuracy_by_modulus(sensor, model, presses, channels, press_readings)
-    except RiseError:  # a finite difference changed a press that had just enough rise into one without a modulus
+    except RiseError:  # a press with hardly enough rise may have no modulus after the change for a finite difference
         return analysis
     return replace(
         analysis,
@@ -177,10 +180,11 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
 def _accuracy_by_modulus(
     sensor: PressedSensor, model: RiseModel, presses: SampledPresses, channels: Channels, press_readings: FoundReadings
 ) -> tuple[ModulusAccuracy, ...]:
-    """Return for each modulus the largest bias over all placements, and the uncertainty of a reading.
+    """Compute for each modulus the largest bias over all placements, and the uncertainty of a reading.
 
-    The uncertainty is a mean over the random placements, because these occur with their natural frequency.
-    `press_readings` has the readings of `presses`.
+    The uncertainty is a root mean square over the random placements, because these represent how often each pose
+    occurs. `press_readings` holds the readings of `presses`. Raises RiseError if a press has no modulus after a small
+    change.
     """
     design, placements = sensor.design, presses.placements
     reading = design.reading or ReadingRequirements()
@@ -189,7 +193,7 @@ def _accuracy_by_modulus(
     bias_errors = _bias_errors(model, presses, biases)
     pose_uncertainty = uncertainty_by_pose(biases, placements).tolist()
     thickness_uncertainty = uncertainty_by_thickness(biases, placements).tolist()
-    # Placement 0 is the level press. It joins the random ones, because all of these may lack a reading.
+    # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
     drawn_indices = [0, *(index for index, each in enumerate(placements) if each.is_drawn)]
     drawn_presses = [
         [forces[index] for index in drawn_indices if row[index] is not None]
@@ -199,21 +203,21 @@ def _accuracy_by_modulus(
         [each for each in (row[index] for index in drawn_indices) if each is not None] for row in press_readings
     ]
     form_changes = [np.array([changes_by_form(design, model, press) for press in each]) for each in drawn_presses]
-    # Presses on a reference ball correct the change of E that fruit and ball have in common.
+    # Calibration on a reference ball removes the change of E that fruit and ball have in common.
     form_changes_on_ball: Floats | float = 0.0
-    ball: dict[str, float] = {}
+    ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
         mean_changes = np.array([each.mean(axis=0) for each in form_changes])
         form_changes_on_ball = interpolate_to_middle(presses.moduli, mean_changes)
         channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, drawn_readings))
-        ball = {"ball": 0.01 * reading.ball_percent}
+        ball_uncertainty = {"ball": 0.01 * reading.ball_percent}
     rows = []
     for i, (E, bias, error) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bias_errors, strict=True)):
         worst, farthest = _index_of_largest(bias), _index_of_largest(np.abs(bias) + error)
         other_sources = {
             **heat_uncertainty(sensor.signal),
             **_form_uncertainty(form_changes[i] - form_changes_on_ball),
-            **ball,
+            **ball_uncertainty,
             "pose": pose_uncertainty[i],
             "thickness": thickness_uncertainty[i],
             "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
@@ -233,17 +237,17 @@ def _accuracy_by_modulus(
 
 
 def _form_uncertainty(changes: Floats) -> dict[str, float]:
-    """Return the standard uncertainty of a reading due to the form of the domes [1]; empty without domes.
+    """Return the standard uncertainty of a reading due to the form errors of the domes [1]; empty without domes.
 
-    `changes` (presses, form errors) [1] are the relative changes of E by one standard deviation of each form error.
+    `changes` (presses, form errors) [1] are the relative changes of E due to one standard deviation of each form error.
     """
     return {"dome_form": float(np.sqrt(np.square(changes).sum(axis=1).mean()))} if changes.size else {}
 
 
 def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
-    """Return the slopes of ln E on a reference ball, whose modulus is taken as the middle of the `moduli` [MPa].
+    """Return the slopes of ln E on a reference ball, whose modulus is assumed to be the middle of the `moduli` [MPa].
 
-    The slopes at each modulus are means over its `readings` in random poses.
+    The slopes at each modulus are averaged over its `readings` in random poses.
     """
     springs, gains = (
         np.array([np.mean([getattr(each.slopes, name) for each in row], axis=0) for row in readings])
@@ -255,12 +259,13 @@ def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseRea
 def _read_presses(
     model: RiseModel, presses: SampledPresses, channels: Channels, side_mm: float
 ) -> tuple[FoundReadings, str | None]:
-    """Return the reading of each press, and a text that counts the presses without one and explains the first.
+    """Read a modulus from each press. Also return a text with the number of presses without a reading and one reason.
 
-    The text is None if every press has a reading. A press whose contact is wider than the face of a dome, `side_mm`,
-    has none.
+    The text is None if every press has a reading. A press has no reading if its contact is wider than `side_mm`, the
+    face of a dome.
     """
-    # A press is solved at few samples, so their noise is scaled to the number of samples in a real press.
+    # A press is solved at few samples. Their noise is reduced as if it had been averaged over the samples of a real
+    # press.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     least_forces = channels.least_forces
     reasons = []
@@ -285,14 +290,14 @@ def _read_presses(
 
 
 def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
-    """Return the error of each bias [1] due to the error of the solved forces, (moduli, placements).
+    """Return the error of each bias [1], (moduli, placements), due to the error of the solved forces.
 
-    To save time it is computed only for a bias above half of the largest, and 0 otherwise. The error of the forces has
-    one sign under all tips, because they press the same fruit.
+    To save time, the error is computed only if the bias is more than half of the largest; otherwise it is 0. The errors
+    of the forces have the same sign under all tips, because all tips press the same fruit.
     """
     magnitudes = np.abs(np.nan_to_num(biases))
     is_large = np.isfinite(biases) & (magnitudes >= _LARGE_BIAS * magnitudes.max(axis=1, keepdims=True))
-    # The level press, placement 0, always has an error.
+    # The error of the level press, placement 0, is always computed.
     is_large[:, 0] = True
     errors = np.zeros_like(biases)
     for i, j in np.argwhere(is_large).tolist():
@@ -301,10 +306,10 @@ def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> F
 
 
 def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floats:
-    """Return the standard uncertainty of a reading [1] at each modulus due to the shape of the fruit and the pose.
+    """Return the standard uncertainty of a reading [1] due to the shape of the fruit and the pose, (moduli,).
 
-    It is the root mean square of the biases in the random placements. `biases` [1] have the shape (moduli, placements),
-    nan for a press without a reading.
+    The uncertainty is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli,
+    placements); it is nan for a press without a reading.
     """
     drawn_biases = biases[:, [each.is_drawn for each in placements]]
     count = np.isfinite(drawn_biases).sum(axis=1)
@@ -312,27 +317,29 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
 
 
 def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
-    """Return the standard uncertainty of a reading [1] at each modulus due to the unknown thickness of the flesh.
+    """Return the standard uncertainty of a reading [1] due to the unknown thickness of the flesh, (moduli,).
 
-    It follows from the largest change of the bias at an end of the range of thicknesses. The thickness is uniform
-    within this range (JCGM 100:2008, 4.3.7). `biases` [1] have the shape (moduli, placements).
+    The uncertainty follows from the largest change of the bias at either end of the range of thicknesses. The thickness
+    is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7). `biases` [1] has the shape (moduli,
+    placements).
     """
     changes = [np.zeros(len(biases))]
     for index, each in enumerate(placements):
         if each.thickness_mm is not None:
-            index_of_usual_flesh = placements.index(replace(each, thickness_mm=None))
-            changes.append(biases[:, index] - biases[:, index_of_usual_flesh])
+            nominal_index = placements.index(replace(each, thickness_mm=None))
+            changes.append(biases[:, index] - biases[:, nominal_index])
     return np.asarray(BOUNDED * np.abs(np.nan_to_num(changes)).max(axis=0))
 
 
 def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> float:
     """Return the standard uncertainty of a reading [1] due to Poisson's ratio nu, which differs between fruits.
 
-    The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press on a half-space measures
-    E / (1 - nu^2). So flesh of E and nu' gives the forces of flesh of r E and nu. Here r = (1 - nu^2) / (1 - nu'^2),
-    and flat tips read r E. Under domes the rigid base of the flesh adds to the compliance too:
-    S' = S + r base(nu') - base(nu). They read r E / b, with b the modulus of the `press` (samples, tips) [N] by S' over
-    its modulus by S.
+    The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one standard deviation away. A press on a
+    half-space measures E / (1 - nu^2). Flesh with E and nu' therefore causes the same forces as flesh with r E and nu,
+    where r = (1 - nu^2) / (1 - nu'^2). Flat tips read r E.
+
+    Under domes, the compliance also depends on the rigid base of the flesh: S' = S + r base(nu') - base(nu). Domes read
+    r E / b. Here b is the ratio of two moduli read from the `press` (samples, tips) [N], with S' and with S.
     """
     fruit = design.fruit
     poisson = fruit.poisson
@@ -353,30 +360,31 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
 
 
 def _index_of_largest(biases: Sequence[float] | Floats) -> int:
-    """Return the index of the first of the largest biases [1]; equal ones may differ by the round-off of E read / E."""
+    """Return the index of the largest bias [1], the first of several that differ only by round-off."""
     return first_largest(np.abs(biases).tolist(), least=1.0)
 
 
 def _absolute(bias: Estimate) -> Estimate:
-    """Return a bias without its sign [1]."""
+    """Return the absolute value of a bias [1], with the same error."""
     return Estimate(abs(bias.value), bias.error)
 
 
 def touch_fraction(presses: SampledPresses) -> Estimate:
-    """Return the travel at which the last tip touches over the whole travel [1], the largest of all presses.
+    """Return the travel at which the last tip touches, divided by the full travel [1], for the worst press.
 
-    It is 1 if a tip never touches. The touch of a tip is extrapolated from its first two forces. A spring makes
-    the travel since the touch proportional to the force, and flesh under a dome to its power 2/3. The true touch lies
-    between both, so the estimate is their mean, with half their difference as its error.
+    The fraction is 1 if a tip never touches. The first touch of a tip is extrapolated from its first two forces. If
+    only the spring gave way, the travel since first touch would be proportional to F. If only flesh under a dome gave
+    way, it would be proportional to F^(2/3). The true touch lies between the two extrapolations, so the estimate is
+    their mean, and its error is half their difference.
     """
     forces = np.nan_to_num(presses.F)
     samples = forces.shape[2]
     latest = Estimate(0.0, 0.0)
     for press in forces.reshape(-1, samples, forces.shape[3]):
-        touching: Flags = np.all(press > 0.0, axis=1)
-        first = int(np.argmax(touching))
-        # A tip that loses contact again, or touches only in the last sample, is counted as one that never touches.
-        if not touching[first:].all() or first + 1 >= samples:
+        all_touch: Flags = np.all(press > 0.0, axis=1)
+        first = int(np.argmax(all_touch))
+        # A tip that loses contact again, or touches only in the last sample, is treated as one that never touches.
+        if not all_touch[first:].all() or first + 1 >= samples:
             return Estimate(1.0, 0.0)
         flesh_shift, spring_shift = (_samples_to_touch(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
         earlier, later = (first + np.clip(shift, 0.0, 1.0).max() for shift in (flesh_shift, spring_shift))
@@ -387,19 +395,19 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
 
 
 def _samples_to_touch(depths: Floats) -> Floats:
-    """Return the distance in samples from the sample before `depths[0]` to the touch of each tip, (tips,).
+    """Return the number of samples from the sample before `depths[0]` to the first touch of each tip, (tips,).
 
-    `depths` (2, tips), in any unit, are the indentations in two successive samples. They are extrapolated linearly back
-    to zero.
+    `depths` (2, tips), in any unit, holds the indentations in two successive samples. They are extrapolated linearly to
+    zero.
     """
     growth = depths[1] - depths[0]
     return np.asarray(1.0 - np.divide(depths[0], growth, out=np.full_like(growth, math.inf), where=growth > 0.0))
 
 
 def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
-    """Return presses at several tilts along the tips, with the full travel at the centre; None if no tilt is allowed.
+    """Solve presses at several tilts along the tips, with the full travel at the centre; None if no tilt is allowed.
 
-    The tilts range from minus to plus the largest tilt of the design.
+    The tilts range from -`tilt_deg` to `tilt_deg`, the largest tilt of the design.
     """
     reading = sensor.design.reading
     if reading is None or reading.tilt_deg == 0.0:
@@ -412,7 +420,7 @@ def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
 def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[SkinPressure, ...]:
     """Return for each modulus of the fruit the largest mean pressure under a tip at full travel, and its pose.
 
-    Empty if the fruit has no bruise limit.
+    The result is empty if the fruit has no bruise limit.
     """
     fruit = sensor.design.fruit
     placements = presses.placements
@@ -422,16 +430,16 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
     if set(fruit.E_MPa) <= set(presses.moduli):
         rows_of_fruit = [presses.moduli.index(E) for E in fruit.E_MPa]
         pressures, errors = presses.mean_pressure[rows_of_fruit, :, -1], presses.pressure_error[rows_of_fruit, :, -1]
-    else:  # a fruit with two or three moduli is read at others, so these presses are solved here
+    else:  # readings of a fruit with few moduli are evaluated at other moduli, so the presses are solved here
         travel = sensor.design.press.travel_mm
         poses = [Pose(E=E, travel=travel, stand=each) for E in fruit.E_MPa for each in placements]
         forces = sensor.forces_in_poses(poses)
         pressures, errors = forces.mean_pressure, forces.pressure_error
     shape = (len(limits), len(placements), -1)
     rows = []
-    by_modulus = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 for a tip out of contact
+    by_modulus = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 if a tip is out of contact
     for E, limit, pressure, error in zip(fruit.E_MPa, limits, *by_modulus, strict=True):
-        # The array is (placements, tips), so the first index names the pose.
+        # # `pressure` has the shape (placements, tips), so the first index is the placement.
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
         row = SkinPressure(
             E_MPa=E,
@@ -445,14 +453,14 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
 
 
 def reading_constants(sensor: PressedSensor, press: ScenePress, readings: ReadingAccuracy | None) -> ReadingConstants:
-    """Return the constants with which a printed unit converts its forces into a modulus.
+    """Return the constants from which a printed unit computes a modulus, given its forces.
 
-    The model error is the largest of the error of the contact and, with readings, the error of the bias. Raises
-    SolveError if a solution is not exact.
+    The model error is the error of the solved contact or the error of the bias, whichever is larger. The error of the
+    bias is known only if the design has `readings`. Raises SolveError if a solution is not exact.
     """
     contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)
-    full_scale = press.at_largest_E.F[-1, -1]  # of a level press; readings also cover tilted ones
+    full_scale = press.at_largest_E.F[-1, -1]  # forces of a level press; `readings` also cover tilted presses
     if readings is not None:
         if readings.full_scale is not None:
             full_scale = np.array(readings.full_scale)
@@ -468,14 +476,14 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
         fastest_press_s=sensor.fastest_press_s,
     )
     if sensor.design.tips.tip_layout.is_pair:
-        own_less_other = 1.0 / contact.K_m_over_E()
-        return replace(constants, level=seated_level_readings(sensor), own_less_other_per_mm=own_less_other)
+        s11_minus_s12 = 1.0 / contact.K_m_over_E()
+        return replace(constants, level=seated_level_readings(sensor), own_less_other_per_mm=s11_minus_s12)
     law = sensor.contrast
-    lean = np.subtract(law.C, sensor.C)  # compliance due to the lateral deflection of domes
+    lateral = np.subtract(law.C, sensor.C)  # compliance due to the lateral deflection of domes
     return replace(
         constants,
         rise_level=rise_model(sensor).level if readings is None else readings.level,
-        lean_mm_per_N=rows_of(lean) if lean.any() else None,
+        lean_mm_per_N=rows_of(lateral) if lateral.any() else None,
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),
         fruit_per_mm=rows_of(law.S),

@@ -1,14 +1,15 @@
-"""Errors that remain in the springs and gains of a unit after calibration on a bench with `pipeline calibrate`.
+"""Errors that remain in the springs and gains of a unit after it is calibrated on a bench with `pipeline calibrate`.
 
-**Weights.** The compliance of a spring is the slope of its deflection against weights. Both are rounded to the
-resolution of their instrument, so the errors of balance and dial add in quadrature. A gain is the slope of counts
-against the same weights, with the errors of balance and noise.
+**Weights.** The compliance of a spring is the slope of its deflection against the weights hung on it. Weights and
+deflections are rounded to the resolution of the balance and of the dial, so these two errors add in quadrature. A gain
+is the slope of the counts against the same weights, with errors due to the balance and to noise.
 
-**A plate.** All tips press a hard plate, and each deflection is calibrated against their common travel. So the
-resolution of the dial cancels between them. The stiffness of a spring is then the force, calibrated by weights, over
-that travel.
+**A plate.** All tips press a hard plate, and each channel is calibrated against their common travel. The error due to
+the dial is then the same for all tips and cancels between them. The stiffness of a spring is the force, calibrated by
+weights, divided by that travel.
 
-Scale errors of balance or dial change no residual of a line, so they are neglected.
+Scale errors of the balance or the dial do not change the residuals of a straight line. They cannot be detected in this
+way, and are neglected.
 """
 
 import math
@@ -26,38 +27,40 @@ from sensor.theory.hertz import force_factor
 from sensor.theory.straight_line import ROUNDED, slope_error_of_resolution
 
 LEAST_ERROR = 1e-4
-"""Smallest relative error of a stiffness; no dial and no weight is better."""
-_LARGEST_ERROR = 10.0  # relative error of a spring that the bench cannot measure
-_STEEPEST = 1.5  # E is proportional to at most this power of a common factor of all deflections, as in Hertz's law
+"""Lower bound of the relative error of a stiffness; no dial and no balance is more accurate."""
+_LARGEST_ERROR = 10.0  # relative error assigned to a spring that the bench cannot measure
+_STEEPEST = 1.5  # E is at most proportional to this power of a common factor of all deflections, as in Hertz's law
 
 
 def refuse_bench_that_cannot_weigh(design: Design) -> None:
     """Raise InputError if the balance of the bench cannot calibrate a low spring of the design.
 
-    Its resolution must be finer, and its largest load higher, than the weight that bends such a spring by the travel of
-    a press. This check solves nothing, so it applies only to springs that the design gives.
+    The weight that bends such a spring by the travel of a press must exceed the resolution of the balance. A fraction
+    `PRESSED` of it must not exceed the largest load. Nothing is solved here, so only springs given in the design are
+    checked.
     """
     bench, softest = design.bench, design.springs.K_l_N_per_m
     if bench is None or softest is None:
         return
-    # A low tip deflects by nearly all of the travel, and at most by all of it.
+    # A low tip deflects by at most the full travel, and by nearly as much on firm fruit.
     grams = softest * design.full_travels_mm[0] / STANDARD_GRAVITY
     weight_text = f"the weight that bends a low spring of {softest:g} N/m by the travel of a press"
     if not bench.balance_g < grams:
         bound = f"less than {grams:.3g} g, {weight_text}"
         raise validation_error(
-            "bench.balance_g", bench.balance_g, "g", bound, "take a finer balance or stiffer springs"
+            "bench.balance_g", bench.balance_g, "g", bound, "use a balance with a finer resolution, or stiffer springs"
         )
     if not bench.balance_max_g >= PRESSED * grams:
         bound = f"at least {PRESSED * grams:.3g} g, {PRESSED:g} of {weight_text}"
-        hint = "take a balance for larger loads, or softer springs"
+        hint = "use a balance for larger loads, or softer springs"
         raise validation_error("bench.balance_max_g", bench.balance_max_g, "g", bound, hint)
 
 
 def flattening(design: Design, forces: Floats) -> Floats:
-    """Return the flattening [mm] of domes that `forces` [N] press on glass, (tips,); 0 for flat tips.
+    """Return the flattening [mm], (tips,), of domes pressed against glass by `forces` [N]; 0 for flat tips.
 
-    Source, for two elastic bodies: K. L. Johnson, Contact Mechanics (1985), (4.23), doi:10.1017/CBO9781139171731.
+    Source: contact of two elastic bodies, K. L. Johnson, Contact Mechanics (1985), (4.23),
+    doi:10.1017/CBO9781139171731.
     """
     radius = design.tips.dome_radius_mm
     if radius is None:
@@ -67,33 +70,33 @@ def flattening(design: Design, forces: Floats) -> Floats:
 
 
 def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, span: float) -> Floats:
-    """Return the relative standard deviation of the deflections by which a plate calibrates each channel [1], (tips,).
+    """Return the relative standard deviation [1], (tips,), of the deflections that calibrate each channel on a plate.
 
-    `scatter` [1] is the relative error of the slope of each channel's line. On the plate a tip moves by its deflection
-    and its flattening: `flattened` [mm] over a `span` of the travel [mm]. The flattening is proportional to the power
-    -2/3 of the modulus of the print, which scatters.
+    `scatter` [1] is the relative error of the slope of each channel's line. On the plate, a tip moves by the deflection
+    of its spring and by its own flattening. Over a `span` [mm] of the travel, the flattening is `flattened` [mm]. It is
+    proportional to E^(-2/3), where the modulus E of the print has a scatter.
     """
     modulus_scatter = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
     return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)
 
 
 def springs_on_plate(*, gains: Floats, deflections: Floats, travel: float, alike: float, apart: Floats) -> Floats:
-    """Return the relative standard deviation of the stiffness of each spring after calibration on a plate [1], (tips,).
+    """Return the relative standard deviation [1], (tips,), of the spring stiffnesses after calibration on a plate.
 
-    `gains` (tips,) are the relative deviations of the forces, `deflections` (tips,) of the deflections, and `travel` of
-    the travel [1]. The stiffnesses by the plate and by weights differ: `alike` [1] is their mean difference, and
-    `apart` (tips,) [1] is the difference of each spring from this mean. Both are bounds within which the true stiffness
-    is uniformly distributed (JCGM 100:2008, 4.3.7).
+    `gains` (tips,), `deflections` (tips,) and `travel` are the relative standard deviations [1] of the forces, the
+    deflections and the travel. The stiffnesses measured by plate and by weights differ. `alike` [1] is the mean of
+    their relative differences, and `apart` (tips,) [1] the deviation of each spring from this mean. Both are bounds
+    within which the true stiffness is uniformly distributed (JCGM 100:2008, 4.3.7).
     """
-    # The errors of the springs are later added as independent. Those of travel and balance are common to all of them,
-    # so they are enlarged here.
+    # The errors of the springs are later combined as if they were independent. The error of the travel and the mean
+    # difference are common to all springs, so they are enlarged here.
     common = _STEEPEST * np.sqrt(len(gains)) * np.hypot(travel, BOUNDED * alike)
     causes = [gains, deflections, np.full(len(gains), common), BOUNDED * apart]
     return np.asarray(np.linalg.norm(causes, axis=0))
 
 
 class _CalibrationErrors(NamedTuple):
-    """Relative standard deviations of springs and gains [1], and of the springs due to each cause, all (tips,)."""
+    """Relative standard deviations [1] of springs and gains, and of the springs due to each cause, all (tips,)."""
 
     springs: Floats
     gains: Floats
@@ -101,11 +104,11 @@ class _CalibrationErrors(NamedTuple):
 
 
 def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, noises: Floats) -> CalibrationErrors:
-    """Return the relative errors of springs and gains that remain after calibration on the bench of a design.
+    """Compute the relative errors of springs and gains that remain after calibration on the bench of a design.
 
-    A percentage that the design gives replaces the computed error. `full_scale` are the largest forces [N],
-    `stiffnesses` those of the springs [N/mm], and `noises` the standard deviation of one row of counts [N]; all are
-    (tips,).
+    If the design gives one of the percentages, it replaces the computed error. `full_scale` [N] are the largest forces,
+    and `stiffnesses` [N/mm] the stiffnesses of the springs. `noises` [N] is the standard deviation of one row of the
+    calibration table. All three have the shape (tips,).
     """
     reading, bench = design.reading or ReadingRequirements(), design.expected_bench or Bench()
     pressed = PRESSED * np.nan_to_num(full_scale)
@@ -128,14 +131,15 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
 
 
 def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, noises: Floats) -> _CalibrationErrors:
-    """Return the errors after a calibration by weights up to the forces `pressed` [N] or the balance's largest load."""
-    # relative error of a slope for a resolution of 1 and a largest value of 1; errors scale with their ratio
+    """Return the errors after a calibration by weights, up to forces `pressed` [N] or the balance's largest load."""
+    # # Relative error of a slope if resolution and largest value are both 1. It is proportional to resolution / largest
+    # value.
     per_digit = slope_error_of_resolution(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY
     loads = np.minimum(pressed, newtons_per_g * bench.balance_max_g)
     balance_error = _relative_error(per_digit * newtons_per_g * bench.balance_g, loads)
     dial_error = _relative_error(per_digit * bench.dial_mm, loads / stiffnesses)
-    # `per_digit` contains the standard deviation ROUNDED of rounding, which noise does not have.
+    # `per_digit` contains the factor ROUNDED, the standard deviation of rounding, which does not apply to noise.
     noise_error = _relative_error(per_digit / ROUNDED * noises, loads)
     springs = np.maximum(np.hypot(balance_error, dial_error), LEAST_ERROR)
     return _CalibrationErrors(
@@ -146,10 +150,10 @@ def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, no
 def _errors_after_plate(
     design: Design, bench: Bench, weighed: _CalibrationErrors, pressed: Floats, stiffnesses: Floats, noises: Floats
 ) -> _CalibrationErrors:
-    """Return the errors after a calibration by weights and then by a plate; its gains are those of deflections.
+    """Return the errors after a calibration by weights and then on a plate, which calibrates deflections.
 
-    `weighed` are the errors after the weights. All tips have the same travel on the plate, so the tip that reaches its
-    force `pressed` [N] first limits it.
+    `weighed` are the errors after the calibration by weights. All tips have the same travel on the plate. It ends when
+    the first tip reaches its force `pressed` [N]. The gains returned are the relative errors of the deflections.
     """
     per_digit = slope_error_of_resolution(1.0, 1.0, PLATE_AT)
     deepest = float((pressed / stiffnesses).min())  # [mm]
@@ -159,17 +163,17 @@ def _errors_after_plate(
     noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, deepest * (PLATE_AT[-1] - PLATE_AT[0]))
     travel_error = float(_relative_error(per_digit * bench.dial_mm, deepest))
-    # The error of the balance is in both forces, so it cancels in the ratio of the stiffnesses by plate and by weights.
+    # Both stiffnesses, by plate and by weights, contain the same error of the balance, so it cancels in their ratio.
     ratio_errors = np.hypot(weighed.causes["dial"], noise_error)
-    # standard deviations of the mean of independent ratios, and of the difference of each ratio from this mean
+    # standard deviation of the mean of n independent ratios, and of the difference of each ratio from this mean
     mean_error = float(np.linalg.norm(ratio_errors)) / len(ratio_errors)
-    from_mean = np.sqrt(np.maximum(ratio_errors**2 * (1.0 - 2.0 / len(ratio_errors)) + mean_error**2, 0.0))
+    deviations_from_mean = np.sqrt(np.maximum(ratio_errors**2 * (1.0 - 2.0 / len(ratio_errors)) + mean_error**2, 0.0))
     springs = springs_on_plate(
         gains=weighed.gains,
         deflections=deflections,
         travel=travel_error,
         alike=math.hypot(travel_error, mean_error),
-        apart=from_mean,
+        apart=deviations_from_mean,
     )
     dial_error = np.sqrt(np.maximum(springs**2 - weighed.gains**2 - deflections**2, 0.0))
     causes = {"balance": weighed.causes["balance"], "dial": dial_error, "noise": np.hypot(noise_error, deflections)}
@@ -177,7 +181,7 @@ def _errors_after_plate(
 
 
 def _relative_error(deviation: Floats | float, largest: Floats | float) -> Floats:
-    """Return deviations divided by the largest values measured [1]; at most ten, also for a largest value of 0."""
+    """Return `deviation` divided by the largest value measured [1], but at most 10; 10 if that value is 0."""
     values = np.asarray(largest, dtype=float)
     relative = np.divide(deviation, values, out=np.full(values.shape, _LARGEST_ERROR), where=values > 0.0)
     return np.asarray(np.minimum(relative, _LARGEST_ERROR))

@@ -1,4 +1,4 @@
-"""The measurement model: from the forces of whole presses to a modulus, corrected by level presses."""
+"""The measurement model: a modulus is read from the forces of a whole press and corrected by level presses."""
 
 import functools
 from collections.abc import Iterable, Sequence
@@ -29,42 +29,43 @@ from sensor.theory.contrast_rise import (
 )
 from solve.contact.linear_response import linear_response, travels
 
-LEVEL_MODULI = 9  # moduli of the level readings of a fruit without a skin
-MODULI_BEYOND_RANGE = 25  # with this number, linear interpolation of the curve of a skin is accurate to 1e-4
+LEVEL_MODULI = 9  # number of moduli of the level readings, for a fruit without a skin
+MODULI_BEYOND_RANGE = 25  # number of moduli for a fruit with a skin, at which linear interpolation is accurate to 1e-4
 BEYOND = 1.25  # factor by which the moduli extend beyond both ends of the range of the fruit
 
 
 @dataclass(frozen=True, kw_only=True)
 class RiseModel:
-    """The reading of whole presses by the rise of their contrast, corrected by level readings if there are any."""
+    """A model that reads the modulus from the rise of the contrast in a whole press."""
 
     law: RiseLaw
     level: tuple[LevelReading, ...] = ()
     method: ClassVar[str] = "rise of the contrast over a press"
 
     def reading(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RiseReading:
-        """Return the reading of a press with forces [N], shape (samples, tips), corrected by the level readings.
+        """Return the reading of a press with forces (samples, tips) [N], corrected by the level readings.
 
-        Samples are at equal steps of the travel, and their times are those of a press by hand of `PRESS_S`. `noises`
-        and `least_forces` are as in `read_rise`. Raises RiseError.
+        The samples are at equal steps of the travel. Their times are those of a press by hand that lasts `PRESS_S`.
+        `noises` (tips,) [N] and `least_forces` [N] are passed to `read_rise` and `rise_of`. Raises RiseError if the
+        press determines no modulus.
         """
         uncorrected = read_rise(self.law, self._rise(press, least_forces), noises)
         return replace(uncorrected, E=correct_reading(uncorrected.E, self.level))
 
     def modulus(self, press: Floats) -> float:
-        """Return the modulus [MPa] of forces [N], shape (samples, tips); raises RiseError."""
+        """Return the modulus [MPa] read from forces (samples, tips) [N]; raises RiseError."""
         return correct_reading(rise_modulus(self.law, self._rise(press)), self.level)
 
     def change(self, press: Floats, force_change: Floats) -> float:
-        """Return the absolute relative change of the modulus [1] if the forces change by `force_change` [N]."""
+        """Return the absolute relative change in the modulus read [1] if the forces change by `force_change` [N]."""
         return abs(self.modulus(press + force_change) / self.modulus(press) - 1.0)
 
     def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
-        """Return the slopes of a press for uneven skin and flesh, from `uneven_slopes`; raises RiseError."""
+        """Return the slopes of ln E with respect to uneven skin and flesh in a press; raises RiseError."""
         return uneven_slopes(self.law, self._rise(press), wave_numbers, relative_radius)
 
     def form(self, press: Floats, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
-        """Return the slopes of a press for form errors of its domes, from `form_slopes`; raises RiseError."""
+        """Return the slopes of ln E with respect to form errors of the domes in a press; raises RiseError."""
         return form_slopes(self.law, self._rise(press), domes, cap_radii)
 
     def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
@@ -73,23 +74,23 @@ class RiseModel:
 
 @functools.lru_cache(maxsize=16)
 def times_by_hand(samples: int) -> Floats:
-    """Return the times [s] of a number of samples at equal steps of the travel, in a press by hand of T = `PRESS_S`.
+    """Return the times [s] of samples at equal steps of the travel, in a press by hand that lasts T = `PRESS_S`.
 
-    A hand slows to a stop at the full travel X: x = X (1 - (1 - t / T)^2), which is solved for t here.
+    A hand slows to a stop at the full travel X: x = X (1 - (1 - t / T)^2). The times solve this equation for t.
     """
     return np.asarray(PRESS_S * (1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1)[1:])))
 
 
 def rise_model(sensor: PressedSensor) -> RiseModel:
-    """Return the model that reads whole presses of a sensor, corrected for the shape and the skin of its fruit."""
+    """Return the model that reads the modulus from whole presses of a sensor, with corrections by level readings."""
     return RiseModel(law=sensor.law, level=level_readings(sensor))
 
 
 def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return the readings of level presses on fruit of several known moduli, by which other readings are corrected.
+    """Simulate readings of level presses on fruit of several known moduli, by which other readings are corrected.
 
-    They contain the effects of the fruit's shape and skin, which the law neglects. Under a skin the moduli extend
-    beyond the range of the fruit. Empty if the law is exact for a level press.
+    These readings contain the effects of the fruit's shape and skin, which the law neglects. If the fruit has a skin,
+    the moduli extend beyond the range of the fruit. The result is empty if the law is exact for a level press.
     """
     if sensor.is_exact_seated and not sensor.scene.curved:
         return ()
@@ -99,11 +100,11 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 
 
 def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return the level readings of a pair whose flat tips touch with their whole faces, as corrections of its readings.
+    """Simulate level readings of a pair whose flat tips touch with their whole faces.
 
-    They are empty if the law is exact for such a press. The forces are computed in closed form, because forces on
-    contact cells have errors of some parts in a thousand. Tips without a flat face need no seating, so their readings
-    are those of `level_readings`.
+    The result is empty if the law is exact for such a press. The forces are computed in closed form, because forces
+    from the contact solver have errors of a few parts in a thousand. For tips without a flat face, the result is the
+    same as from `level_readings`.
     """
     if sensor.is_exact_seated:
         return ()
@@ -116,24 +117,24 @@ def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 
 
 def _read_by_law(sensor: PressedSensor, moduli: Sequence[float], presses: Iterable[Floats]) -> tuple[LevelReading, ...]:
-    """Return the uncorrected reading of a press at each true modulus [MPa]; presses without a reading are omitted.
+    """Return the uncorrected reading of a press for each true modulus [MPa]; presses without a reading are omitted.
 
-    `presses` have forces (samples, tips) [N], one press for each of the `moduli`.
+    `presses` holds the forces (samples, tips) [N] of one press for each of the `moduli`.
     """
     model = RiseModel(law=sensor.law)
     rows = []
     for E, press in zip(moduli, presses, strict=True):
-        with suppress(ReadingError):  # a press may be too short for its rise
+        with suppress(ReadingError):  # a press may be too short to have enough rise
             rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
     return tuple(rows)
 
 
 def _moduli_over_range(design: Design) -> list[float]:
-    """Return moduli over the range of a fruit [MPa]."""
+    """Return moduli [MPa] in geometric progression over the range of the fruit."""
     return list(np.geomspace(min(design.fruit.E_MPa), design.fruit.largest_E_MPa, LEVEL_MODULI).tolist())
 
 
 def _moduli_beyond_range(design: Design) -> list[float]:
-    """Return moduli over the range of a fruit and beyond both ends [MPa], dense enough for the curve of a skin."""
+    """Return moduli [MPa] over the range of the fruit and beyond both ends, in small enough steps for a skin."""
     smallest, largest = min(design.fruit.E_MPa), design.fruit.largest_E_MPa
     return list(np.geomspace(smallest / BEYOND, largest * BEYOND, MODULI_BEYOND_RANGE).tolist())

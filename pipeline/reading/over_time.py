@@ -1,7 +1,7 @@
-"""Readings over time on flesh that relaxes: forces, their ratio, the apparent modulus, and its steadiest moment.
+"""Readings over time on flesh that relaxes: forces, their ratio, and the apparent modulus.
 
-The modulus of the fruit is its instantaneous modulus, at the first touch. The apparent modulus at a time is read from
-the forces at this time as if the flesh were elastic.
+The modulus of the fruit is its instantaneous modulus, before it relaxes. The apparent modulus at a given time is the
+modulus that is read from the forces at this time as if the flesh were elastic.
 """
 
 from dataclasses import dataclass
@@ -22,18 +22,19 @@ from solve.contact.linear_response import high_over_low
 from solve.contact.pose_forces import Pose
 from solve.contact.relaxing import elastic_forces, timed_forces
 
-RAMP_STEPS = 12  # time steps of the press
-HOLD_STEPS = 12  # time steps of the hold
+RAMP_STEPS = 12  # number of time steps until the full travel
+HOLD_STEPS = 12  # number of time steps of the hold
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ReadingOverTime(Record):
-    """A level press to full travel and its hold on flesh of moduli E [MPa] at the first instant, at times t [s].
+    """A level press to full travel and its hold, on flesh with the instantaneous moduli E [MPa], at times t [s].
 
-    Forces F [N] have the shape (moduli, times, tips). The force ratio P [1] and the `apparent` modulus [MPa], (moduli,
-    times), are nan if a tip is out of contact. `stop` is the index of the end of the press, and `at` the index of the
-    reading in the hold. `moves` [1] is the largest change of the apparent modulus over the hold, relative to the
-    reading, over all moduli. `steadiest` is the moment with the least change.
+    The forces F [N] have the shape (moduli, times, tips). The force ratio P [1] and the `apparent` modulus [MPa] have
+    the shape (moduli, times) and are nan if a tip is out of contact. `stop` is the index of the time at which the full
+    travel is reached, and `at` the index of the time of the reading. `moves` [1] is the largest change of the apparent
+    modulus during the hold, relative to the reading, over all moduli. `steadiest` is the moment at which this change is
+    smallest.
     """
 
     E: Floats
@@ -48,15 +49,16 @@ class ReadingOverTime(Record):
 
 
 def refuse_unsolvable_time(design: Design) -> None:
-    """Raise InputError if a design has flesh that relaxes in a scene for which no solver over time exists.
+    """Raise InputError if a design has flesh that relaxes, in a scene that cannot be solved over time.
 
-    These are scenes with a skin, and all but level presses of flat tips on a block or of a line or square of domes.
+    A scene can be solved over time if the fruit has no skin, and if the press is level. The tips must be flat tips on a
+    block, or a line or a square of domes.
     """
     if design.fruit.relaxation is None:
         return
     if design.fruit.skin_mm is not None:
-        bound = "left out under a skin"
-        hint = "drop one of them: skin on flesh that relaxes is not solved"
+        bound = "omitted if the fruit has a skin"
+        hint = "omit one of them, because flesh that relaxes under a skin cannot be solved"
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
     if not _is_solvable(design):
         bound = "left out except for a level press of flat tips on a block, or of a line or square of domes"
@@ -65,7 +67,7 @@ def refuse_unsolvable_time(design: Design) -> None:
 
 
 def _is_solvable(design: Design) -> bool:
-    """Return whether presses of a design can be solved over time; the flesh must have no skin."""
+    """Return whether presses of a design on fruit without a skin can be solved over time."""
     tips = design.tips
     level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
     domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
@@ -73,15 +75,16 @@ def _is_solvable(design: Design) -> bool:
 
 
 def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
-    """Return forces and apparent moduli during a level press and its hold; None if the flesh does not relax.
+    """Compute forces and apparent moduli during a level press and its hold; None if the flesh does not relax.
 
-    The press is solved on fruit of each modulus of the design. Raises SolveError if a solution is not exact.
+    The press is solved for each modulus of the design. Raises SolveError if a solution is not exact.
     """
     design = sensor.design
     if design.fruit.relaxation is None:
         return None
     law = _contrast_law(sensor)
-    # The travel counts from the first touch of tips that no weight has displaced, which is at their smallest gap.
+    # The travel is counted from the first touch of tips that are not displaced by their weight. It occurs at their
+    # smallest gap.
     first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
     t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
@@ -101,7 +104,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
         apparent=apparent,
         stop=RAMP_STEPS,
         at=RAMP_STEPS + read_at,
-        # The change is that between two times, so the error of the time steps enters twice.
+        # The change is a difference between two times, so the error of the time steps enters twice.
         moves=Estimate(change, 2.0 * step_error + change * _elastic_error(sensor, law, first_touch)),
         steadiest=Moment(
             speed_mm_per_s=design.press.speed_mm_per_s or 0.0,

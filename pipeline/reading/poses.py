@@ -1,4 +1,4 @@
-"""Poses of a sensor on a fruit: all that the ranges of a design allow, over which readings are evaluated."""
+"""The poses of a sensor on a fruit in which readings are evaluated. They cover the ranges that the design allows."""
 
 import math
 from collections.abc import Iterator
@@ -16,22 +16,22 @@ from solve.contact.scene import STEEPEST_DEG
 from solve.contact.scene_cells import scene_footprints
 
 Vector = tuple[float, float]
-"""Components along and across the tips."""
+"""The components of a vector along and across the tips."""
 
 LEVEL: Vector = (0.0, 0.0)
 DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * k for k in range(8))]
 DRAWN = 48  # number of random placements
 SEED = 21
 FEWEST_MODULI = 4  # minimum number of moduli at which readings are evaluated
-_AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of axes by their angle to +x [deg]
+_AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of the axes by their angle from +x [deg]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Placement(Stand):
-    """A position and tilt of the sensor on a fruit of given radii and flesh, with its text.
+    """A position and tilt of the sensor on a fruit of given radii and flesh thickness.
 
-    `is_drawn` marks a random one, which represents the natural frequency of poses. `turned_deg` is the change of the
-    tilt during the whole press.
+    `is_drawn` is True for a random placement. Random placements represent how often each pose occurs. `turned_deg` is
+    the change in tilt during the whole press.
     """
 
     is_drawn: bool = False
@@ -54,15 +54,16 @@ class Placement(Stand):
 
 
 def _direction(vector: Vector) -> str:
-    """Return the direction of a vector along and across the tips as text: an axis, or its angle to +x."""
+    """Return the direction of a vector in the plane of the tips as text: the name of an axis, or the angle from +x."""
     angle = round(math.degrees(math.atan2(vector[1], vector[0])))
     return _AXES.get(angle, f"{angle} deg from +x")
 
 
 def read_moduli(fruit: Fruit) -> tuple[float, ...]:
-    """Return the moduli at which readings are evaluated [MPa]: those of the fruit, or four over the same range.
+    """Return the moduli [MPa] at which readings are evaluated: the fruit's, or four moduli over the same range.
 
-    Four are taken if the fruit has fewer. A fruit of a single modulus keeps it.
+    Four moduli in geometric progression are used if the fruit has two or three. If it has only one modulus, that one is
+    used.
     """
     moduli = sorted({*fruit.E_MPa, fruit.E_max_MPa})
     if len(moduli) >= FEWEST_MODULI or moduli[0] == moduli[-1]:
@@ -72,11 +73,11 @@ def read_moduli(fruit: Fruit) -> tuple[float, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class OccurringFruits:
-    """The ranges in which the shape of the fruits varies [mm]; a range of None means the value of the design.
+    """The ranges in which the dimensions of the fruits vary [mm]; None means the value of the design.
 
-    `radius` and `across` are the ranges of the two principal radii; without `across`, the second radius is `aspect`
-    times the first. `thickness` is the range of the flesh's thickness. `azimuths` are the angles of the first principal
-    direction to the tips [deg].
+    `radius` and `across` are the ranges of the two principal radii. Without `across`, the second radius is `aspect`
+    times the first. `thickness` is the range of the flesh thickness. `azimuths` are the angles [deg] between the first
+    principal direction and the line of tips.
     """
 
     radius: Vector | None = None
@@ -86,7 +87,7 @@ class OccurringFruits:
     aspect: float = 1.0
 
     def extremes(self) -> Iterator[Placement]:
-        """Yield level placements on fruits at the ends of all ranges except the flesh."""
+        """Yield level placements on fruits at the ends of all ranges except the flesh thickness."""
         for first in self.radius or ():
             for second in self.across or (self.aspect * first,):
                 for azimuth in self.azimuths or (None,):
@@ -94,10 +95,10 @@ class OccurringFruits:
 
 
 def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
-    """Return the ranges of the fruits that are read, from the design's `[reading]`.
+    """Return the ranges of the fruits to be read, from the design's `[reading]`.
 
-    They are ranges of radii, or a relative spread of the design's radius, and a range of the thickness. If the radii
-    have ranges, the azimuth of the fruit is arbitrary. The shape of a flat fruit does not vary.
+    `[reading]` gives ranges of radii, or a relative spread of the design's radius, and a range of the thickness. If it
+    gives ranges of radii, the azimuth of the fruit is arbitrary. The dimensions of a flat fruit do not vary.
     """
     if fruit.radius_mm is None:
         return OccurringFruits()
@@ -106,7 +107,8 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
             radius=reading.radius_mm,
             across=reading.radius_across_mm,
             thickness=reading.thickness_mm,
-            # along a radius, and between both radii, where the saddle of the skin under the tips is largest
+            # along a principal direction, and midway between both, where the saddle of the skin under the tips is
+            # largest
             azimuths=(0.0, 45.0, 135.0),
         )
     radius = None
@@ -117,12 +119,12 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
 
 
 def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterator[Placement]:
-    """Yield the placements at which readings are evaluated: level, at the ends of all ranges, and random ones.
+    """Yield the placements at which readings are evaluated: level, at the ends of all ranges, and at random.
 
-    The first is level on the design's fruit, and the next are tilted in eight directions. Then the flesh and the radii
-    have the ends of their ranges, at several azimuths, and the sensor is level at the apex. On fruit of other radii it
-    also stands tilted towards each of four diagonals, as far from the apex as the design allows. Azimuth 0 has no such
-    placements.
+    The first placement is level on the design's fruit, and the next ones are tilted in eight directions. Then follow
+    level placements at the apex of fruits at the ends of the ranges of flesh thickness and radii, at several azimuths.
+    On fruits of other radii, the sensor is also tilted towards each of four diagonals, as far from the apex as the
+    design allows. There are no such placements at azimuth 0.
     """
     fruits = fruits_of(design.fruit, reading)
     # The level press is placement 0; the error analysis relies on it.
@@ -142,9 +144,10 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
 
 
 def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: Vector) -> Placement:
-    """Return a placement with the largest tilt at the end of the press, and the largest distance from the apex.
+    """Return a placement with the largest distance from the apex, and the largest tilt at the end of the press.
 
-    Both are in a `direction`, a unit vector. The tilt grows by its largest change during the press, as by hand.
+    Both are along `direction`, a unit vector. During the press, the tilt increases by the largest change in the design,
+    as in a press by hand.
     """
     tilt_change = min(reading.tilt_change_deg, reading.tilt_deg)
     return replace(
@@ -156,14 +159,14 @@ def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: V
 
 
 def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) -> Iterator[Placement]:
-    """Yield `DRAWN` random placements, uniform in every range except the thickness of the flesh.
+    """Yield `DRAWN` random placements, uniformly distributed over every range except the flesh thickness.
 
-    Tilts and positions are uniform over the area of a disc. The thickness has an uncertainty of its own, so it stays
-    at the design's value.
+    Tilts and positions are uniformly distributed over the area of a disc. The thickness is a separate source of
+    uncertainty, so it keeps the value of the design.
     """
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):
-        # All random numbers are drawn even if a range is missing, so that it does not change the other ones.
+        # All random numbers are drawn even if a range is missing, so that the others remain the same.
         radius, across, azimuth = rng.uniform(size=3).tolist()
         tilt, position, tilt_change = (_sample_disc(rng) for _ in range(3))
         radii = None
@@ -182,7 +185,7 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
 
 
 def _sample_disc(rng: np.random.Generator) -> Vector:
-    """Return a random point of the unit disc, uniform in area."""
+    """Return a random point in the unit disc, uniformly distributed over its area."""
     area, direction = rng.uniform(size=2).tolist()
     angle = 2.0 * math.pi * direction
     return math.sqrt(area) * math.cos(angle), math.sqrt(area) * math.sin(angle)
@@ -199,7 +202,7 @@ def _interpolate(ends: Vector, fraction: float) -> float:
 def refuse_unsolvable_poses(design: Design) -> None:
     """Raise InputError if contact cannot be solved in the scene of a design or in a pose of its `[reading]`.
 
-    The slope of the fruit under each tip must not exceed the limit of the contact solver. Nothing is solved here.
+    The slope of the fruit under each tip must not exceed the limit of the contact solver. This check solves nothing.
     """
     refuse_unsolvable_scene(design)
     reading = design.reading
@@ -214,8 +217,8 @@ def refuse_unsolvable_poses(design: Design) -> None:
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {posed.steepest_deg:.3g} "
             f"deg where the sensor is {placement}"
         )
-        hint = "take less tilt, or fruits of larger radii"
+        hint = "use a smaller tilt, or fruits of larger radii"
         raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, hint)
-    if not scene.on_domes:  # all poses are solved on the cells of the most tilted one
+    if not scene.on_domes:  # all poses are solved on the cells of the most tilted pose
         tilted = replace(scene.press, tilt_deg=reading.tilt_deg)
         scene_footprints(replace(scene, press=tilted), design.press.travel_mm)

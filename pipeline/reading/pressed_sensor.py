@@ -1,4 +1,4 @@
-"""The sensor as it is pressed: a design with its springs over its fruit, and the presses that are solved for it."""
+"""A sensor that is pressed: a design with its springs and its fruit, and the presses that are solved for it."""
 
 import math
 from collections.abc import Sequence
@@ -25,19 +25,19 @@ from solve.contact.pose_forces import Pose, PoseForces, pose_forces
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
-RISE_TRAVELS = 16  # samples of a solved press from which the rise is read
-_SAMPLES_BY_HAND = 60  # samples of a press by hand, interpolated between the solved ones
+RISE_TRAVELS = 16  # number of samples of a solved press, from which the rise is read
+_SAMPLES_BY_HAND = 60  # number of samples of a press by hand, interpolated between the solved samples
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SampledPresses(Record):
-    """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
+    """Presses at several moduli [MPa] and placements; the forces F [N] are (moduli, placements, samples, tips).
 
-    F is nan if a contact leaves the face of a dome. `flesh` [N] is the change of the forces by Hencky's law of flesh
-    under domes. `mean_pressure` [MPa] is the mean pressure of each contact, and `pressure_error` [MPa] its error.
-    `error` [N] is the error of all forces with the same sign under all tips. These arrays have the shape of F.
-    `face_mm` (moduli, placements) is the width of a dome's face that contains every contact of a press, 0 for other
-    tips.
+    F is nan if a contact extends beyond the face of a dome. `flesh` [N] is the change in the forces if the flesh under
+    domes obeys Hencky's law. `mean_pressure` [MPa] is the mean pressure in each contact, and `pressure_error` [MPa] its
+    error. `error` [N] is the part of the error of the forces that has the same sign under all tips. These arrays have
+    the shape of F. `face_mm` (moduli, placements) is the smallest width of a dome's face that contains every contact of
+    a press; it is 0 for other tips.
     """
 
     moduli: tuple[float, ...]
@@ -57,7 +57,7 @@ class SampledPresses(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class PressedSensor(Record):
-    """A design, the compliance of its fruit under the tips, its springs as sized, and its springs as made."""
+    """A design, the compliance of its fruit under the tips, its springs as sized, and its springs as printed."""
 
     design: Design
     contact: FruitCompliance
@@ -66,7 +66,7 @@ class PressedSensor(Record):
 
     @property
     def pair(self) -> "PressedSensor":
-        """Return the pair that represents the sensor: all tips on springs of one kind become one tip."""
+        """Return the pair that represents the sensor: one tip replaces all tips on springs of the same kind."""
         contact = self.contact.as_pair(*self.design.tips.spring_groups)
         return replace(self, design=self.design.as_pair, contact=contact, springs=self.springs.as_pair)
 
@@ -77,12 +77,12 @@ class PressedSensor(Record):
 
     @cached_property
     def height_offsets(self) -> tuple[float, ...]:
-        """Return the height of each tip relative to the foremost due to its weight [mm]; empty if all are level."""
+        """Return the height [mm] of each tip relative to the foremost tip, due to weight; empty if all are level."""
         return tip_height_offsets(self.springs, self.design.press.attitude)
 
     @cached_property
     def scene(self) -> Scene:
-        """Return the scene of contact."""
+        """Return the scene for the contact solvers, with the tip heights and the springs' lateral compliance."""
         return scene_of(self.design, self.height_offsets, self.springs.sideways)
 
     @cached_property
@@ -96,30 +96,31 @@ class PressedSensor(Record):
 
     @cached_property
     def contrast(self) -> ContrastLaw:
-        """Return the contrast law, from which a modulus is read.
+        """Return the contrast law from which a modulus is read.
 
-        The contrast is a weighted sum over the tips in which travel and tilt cancel. The law relates it to the forces,
-        by the compliances of springs and fruit and by the gaps under the tips of a level sensor. A pair needs no gaps,
-        because its reading of a whole press does not use them.
+        The contrast is a weighted sum over the tips in which travel and tilt cancel. The law relates the contrast to
+        the forces. It depends on the compliances of springs and fruit, and on the gaps under the tips of a level
+        sensor. A pair needs no gaps, because its reading of a whole press does not depend on them.
         """
         tips = self.design.tips
         if tips.tip_layout.is_pair:
             return pair_law(rows_of(self.C), 1.0 / self.contact.K_m_over_E())
         weights = contrast_weights(tips.places_mm, tips.springs)
         if tips.dome_radius_mm is None:
-            skin_depths = [self.design.fruit.fall_mm(x, y) for x, y in tips.places_mm]  # below the apex
+            # depth of the skin below the apex [mm]
+            skin_depths = [self.design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
             gaps = tuple(np.subtract(skin_depths, tips.height_offset_mm).tolist())
             law = ContrastLaw(weights=weights, gaps=gaps, C=rows_of(self.C), S=rows_of(self.contact.S))
         else:
             law = self._dome_law(weights)
-        if self.height_offsets:  # the weight of the parts moves the tips
+        if self.height_offsets:  # the weight of the parts displaces the tips
             law = replace(law, gaps=tuple(np.subtract(law.gaps, self.height_offsets).tolist()))
         return law
 
     def _dome_law(self, weights: tuple[float, ...]) -> ContrastLaw:
-        """Return the contrast law of domes with these weights, linearised for a level press at the centre of the fruit.
+        """Return the contrast law of domes with the given weights, linearized for a level press at the apex.
 
-        Its compliances are those at the geometric mean of the range of moduli.
+        The compliances are evaluated at the geometric mean of the smallest and the largest modulus.
         """
         scene = scene_of(self.design, (), self.springs.sideways)
         middle_E = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
@@ -135,16 +136,17 @@ class PressedSensor(Record):
 
     @cached_property
     def law(self) -> RiseLaw:
-        """Return the law that reads whole presses."""
+        """Return the law by which a modulus is read from whole presses."""
         return rise_law(self.design, self.contrast)
 
     @cached_property
     def fastest_press_s(self) -> float | None:
         """Return the shortest duration of a press by hand [s], from the first touch, that gives an accurate modulus.
 
-        Two conditions limit it, in a level press on the firmest fruit. The standard deviation of E due to the
-        conversion times of the channels is at most 2 %. At least `FEWEST` samples follow the touch of the last tip.
-        None without a read-out, or if the press has too little rise for a reading. Raises like `pose_forces`.
+        The duration must meet two conditions in a level press on the firmest fruit. The standard deviation of E due to
+        the conversion times of the channels is at most 2 %. At least `FEWEST` samples follow the touch of the last tip.
+        The result is None without a read-out, or if the press has too little rise for a reading. Raises the same errors
+        as `pose_forces`.
         """
         signal = self.signal
         if signal is None:
@@ -153,9 +155,9 @@ class PressedSensor(Record):
         forces = self.presses([self.design.fruit.largest_E_MPa], [Placement()]).F[0, 0]
         x = np.concatenate([[0.0], travels(travel, RISE_TRAVELS)])
         forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
-        # The times are fractions of the duration, so that the slopes over a time error hold for a press of 1 s.
+        # The times are fractions of the duration, so the slopes with respect to time errors are for a press of 1 s.
         times = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
-        travel_by_hand = travel * (1.0 - (1.0 - times) ** 2)  # a hand slows to a stop
+        travel_by_hand = travel * (1.0 - (1.0 - times) ** 2)  # x = X (1 - (1 - t / T)^2): a hand slows to a stop
         least_forces = LEAST_OVER_NOISE * np.array(signal.errors_N)
         press = np.column_stack([np.interp(travel_by_hand, x, row) for row in forces.T])
         try:
@@ -163,18 +165,21 @@ class PressedSensor(Record):
             reading = read_rise(self.law, rise, np.zeros(len(least_forces)))
         except ReadingError:
             return None
-        # The deviation of E is inversely proportional to the duration, so its ratio to the limit is a duration [s].
-        change_per_s = float(np.linalg.norm(reading.slopes.times))  # of ln E per time error, in a press of 1 s
-        for_times = change_per_s * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
-        # The instrument of a sample lies one sample earlier, or two if channels are interpolated to one time.
+        # The standard deviation of E is inversely proportional to the duration T. So for T = 1 s, its ratio to the
+        # limit is the smallest T in seconds.
+        change_per_s = float(np.linalg.norm(reading.slopes.times))  # change in ln E per time error, for T = 1 s
+        shortest_for_times = change_per_s * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
+        # The rise uses the sample before each sample, or the two before it if the channels are interpolated to a common
+        # time.
         samples = FEWEST + (2 if signal.delays else 1)
-        # The latest allowed touch leaves this share of the duration, because the hand slows to a stop.
-        share_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
-        return max(for_times, samples / signal.rate_Hz / share_after_touch)
+        # If the last tip touches as late as allowed, this fraction of the duration remains. It follows from x = X (1 -
+        # (1 - t / T)^2).
+        fraction_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
+        return max(shortest_for_times, samples / signal.rate_Hz / fraction_after_touch)
 
     @property
     def is_exact_seated(self) -> bool:
-        """Return whether the law is exact once all faces touch: a flat pair at the centre of a fruit without skin."""
+        """Return whether the law is exact after all faces touch: a flat pair at the centre of a fruit without skin."""
         tips = self.design.tips
         is_central = self.contact.stiffness_ratio() == 1.0
         has_no_skin = self.contact.skin is None
@@ -183,7 +188,7 @@ class PressedSensor(Record):
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> SampledPresses:
         """Solve whole presses on fruit of each modulus [MPa] in each placement, at `RISE_TRAVELS` equal steps.
 
-        Raises like `pose_forces`.
+        Raises the same errors as `pose_forces`.
         """
         travel = self.design.press.travel_mm
         x = travels(travel, RISE_TRAVELS).tolist()
@@ -203,5 +208,5 @@ class PressedSensor(Record):
         )
 
     def forces_in_poses(self, poses: Sequence[Pose]) -> PoseForces:
-        """Return the forces of the tips at the moduli, travels and placements of `poses`; raises like `pose_forces`."""
+        """Return the forces of the tips in the given poses; raises the same errors as `pose_forces`."""
         return pose_forces(self.scene, self.contact, self.C, poses)

@@ -1,4 +1,4 @@
-"""Constants that turn the forces of a finished sensor into a modulus; the fields are keys of report.json."""
+"""Constants from which a finished sensor computes a modulus, given its forces. The fields are keys of report.json."""
 
 import math
 from collections.abc import Sequence
@@ -16,44 +16,44 @@ Matrix = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True, kw_only=True)
 class LevelReading:
-    """The modulus [MPa] that a level sensor at the centre of its fruit reads for a true E [MPa], without correction."""
+    """The uncorrected reading [MPa] of a level sensor at the centre of a fruit with the true modulus E [MPa]."""
 
-    E_MPa: float = report_field("MPa", "modulus of the fruit in a simulated level press on its middle")
+    E_MPa: float = report_field("MPa", "modulus of the fruit in a simulated level press at its centre")
     read_MPa: float = report_field("MPa", "modulus that is read from the rise of that press")
 
 
 def correct_reading(E_read: float, level: Sequence[LevelReading]) -> float:
-    """Return a modulus read [MPa], corrected for the shape and the skin of the fruit by simulated level readings.
+    """Correct a modulus that was read [MPa] for the shape and the skin of the fruit, by simulated level readings.
 
-    The logarithm of the correction is interpolated in ln E between the level readings, and constant beyond them.
-    Without level readings the modulus is unchanged.
+    The logarithm of the correction factor is interpolated linearly in ln E between the level readings, and is constant
+    beyond them. Without level readings, the modulus is unchanged.
     """
     if not level:
         return E_read
-    logs = [math.log(row.read_MPa) for row in level]
-    shifts = [math.log(row.E_MPa / row.read_MPa) for row in level]
-    return E_read * math.exp(np.interp(math.log(E_read), logs, shifts))
+    log_readings = [math.log(row.read_MPa) for row in level]
+    log_factors = [math.log(row.E_MPa / row.read_MPa) for row in level]
+    return E_read * math.exp(np.interp(math.log(E_read), log_readings, log_factors))
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadChannels:
-    """The errors of the channels due to the read-out, in the order of the tips, and the counts at which they saturate.
+    """The errors of the channels due to the read-out, and the counts at which they saturate; one channel for each tip.
 
-    Zeros and gains drift by at most `zero_drift_N` and `gain_drift_percent`.
+    The zeros drift by at most `zero_drift_N`, and the gains by at most `gain_drift_percent`.
     """
 
     zero_drift_N: tuple[float, ...]
     gain_drift_percent: tuple[float, ...]
-    saturation_counts: int = 2**23 - 1  # converter of 24 bits
+    saturation_counts: int = 2**23 - 1  # full scale of a 24-bit converter
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ReadingConstants(Record):
-    """The constants of the contrast law that turn forces into a modulus; the law of a pair needs fewer.
+    """The constants of the contrast law from which a modulus is computed, given the forces.
 
-    `springs_mm_per_N`, `fruit_per_mm` and `lean_mm_per_N` have shape (tips, tips), and `full_scale_N`, `weights` and
-    `gaps_mm` (tips,). A pair has `own_less_other_per_mm`, and None for the terms of a contrast. Other layouts have the
-    terms of a contrast, and None for `own_less_other_per_mm`.
+    `springs_mm_per_N`, `fruit_per_mm` and `lean_mm_per_N` have the shape (tips, tips). `full_scale_N`, `weights` and
+    `gaps_mm` have the shape (tips,). The law of a pair is simpler: it has `own_less_other_per_mm`, but no `weights`,
+    `gaps_mm`, `fruit_per_mm` and `hertz`. Other layouts have these, but no `own_less_other_per_mm`.
     """
 
     method: str = report_field("", "the method that computes a modulus from the forces")
@@ -68,7 +68,7 @@ class ReadingConstants(Record):
     model_error_percent: float = report_field("%", "error of E that the error of the solved contact causes")
     level: tuple[LevelReading, ...] = report_field(
         "",
-        "simulated level presses by which all readings of a pair are corrected; empty where the law of a pair is exact",
+        "simulated level presses by which all readings of a pair are corrected; empty if the law of a pair is exact",
     )
     own_less_other_per_mm: float | None = report_field(
         "1/mm", "s11 - s12 of a pair, times E; null for other layouts", default=None
@@ -92,8 +92,8 @@ class ReadingConstants(Record):
     )
     lean_mm_per_N: Matrix | None = report_field(
         "mm/N",
-        "only for domes: what the sideways deflection by inclined forces of a level press adds to the "
-        "springs' compliance in the contrast; left out for other tips",
+        "only for domes: compliance that is added to the springs' compliance in the contrast, because inclined forces "
+        "of a level press deflect the tips sideways; left out for other tips",
         default=None,
         left_out=True,
     )

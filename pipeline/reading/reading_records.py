@@ -1,4 +1,4 @@
-"""Records of readings that are parts of report.json, which is read without the solvers."""
+"""Records of readings that are parts of report.json. They import no solver, so that a report is read quickly."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from sensor.quantity import report_field
 
 @dataclass(frozen=True, kw_only=True)
 class SkinPressure:
-    """The pressure on the skin at one modulus: the largest mean pressure under a tip, with its error."""
+    """The pressure on the skin at one modulus, which is the largest mean pressure under a tip."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
     pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")
@@ -23,32 +23,33 @@ class SkinPressure:
 
 @dataclass(frozen=True, kw_only=True)
 class UnevenFruit:
-    """The additional uncertainty of a modulus due to uneven skin and flesh, beyond its uncertainty on an even fruit."""
+    """The additional uncertainty of a modulus due to uneven skin and flesh, beyond the uncertainty on an even fruit."""
 
     skin_percent: float = report_field(
-        "%", "standard uncertainty of one press by waves of the skin, `fruit.roughness_mm` high"
+        "%", "standard uncertainty of one press due to waves of the skin, `fruit.roughness_mm` high"
     )
     flesh_percent: float = report_field(
-        "%", "standard uncertainty of one press by flesh that differs from tip to tip, `fruit.flesh_scatter_percent`"
+        "%",
+        "standard uncertainty of one press due to flesh that differs from tip to tip, `fruit.flesh_scatter_percent`",
     )
-    one_press_percent: float = report_field("%", "standard uncertainty of one press by both together")
-    presses: float = report_field("1", "number of presses of a fruit in the design, `reading.presses`")
+    one_press_percent: float = report_field("%", "standard uncertainty of one press due to both together")
+    presses: float = report_field("1", "number of presses of each fruit in the design, `reading.presses`")
     presses_percent: float = report_field(
         "%",
-        "standard uncertainty of the mean of so many presses by both: `one_press_percent` over the root of their "
-        "number",
+        "standard uncertainty of the mean of this number of presses due to both: `one_press_percent` divided by the "
+        "square root of this number",
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationErrors:
-    """The errors that remain in springs and gains after calibration, and the bench that causes them."""
+    """The errors that remain in springs and gains after calibration on a bench, and the resolution of the bench."""
 
     balance_g: float = report_field("g", "last digit of the balance")
     balance_max_g: float = report_field("g", "largest load of the balance")
     dial_mm: float = report_field("mm", "last digit of the dial")
     stiffness_percent: tuple[float, ...] = report_field(
-        "%", "standard uncertainty of the spring of each tip, in the order of `tips`"
+        "%", "standard uncertainty of the spring stiffness of each tip, in the order of `tips`"
     )
     gain_percent: tuple[float, ...] = report_field(
         "%",
@@ -56,25 +57,27 @@ class CalibrationErrors:
         "it shows",
     )
     typed: tuple[str, ...] = report_field(
-        "", "which of the two percentages the design gives, so that the bench does not count"
+        "", "which of the two percentages the design gives, so that they do not follow from the bench"
     )
-    worst_tip: str = report_field("", "the tip whose spring the bench shows least well")
-    by: str = report_field("", "the largest cause: `balance`, `dial` or `noise` of the channel")
+    worst_tip: str = report_field(
+        "", "the tip whose spring stiffness has the largest error after calibration on the bench"
+    )
+    by: str = report_field("", "the cause of most of this error: `balance`, `dial` or `noise` of the channel")
 
     @property
     def largest_stiffness(self) -> float:
-        """Return the largest standard uncertainty of a spring [1]."""
+        """Return the largest relative standard uncertainty of a spring stiffness [1]."""
         return 0.01 * max(self.stiffness_percent)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moment:
-    """The moment in a hold at which a reading changes least, at one speed of the press."""
+    """The moment in a hold at which the reading changes least, for one speed of the press."""
 
     speed_mm_per_s: float = report_field("mm/s", "speed of the press")
     at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")
     moves_percent: float | None = report_field(
         "%",
-        "largest change of the apparent modulus during the hold, if the reading is taken at that time; null "
-        "where a tip is off the fruit",
+        "largest change of the apparent modulus during the hold, relative to a reading at that time; null "
+        "if a tip is off the fruit",
     )

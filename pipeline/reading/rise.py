@@ -1,4 +1,4 @@
-"""The rise law of a design: the contrast of its tips, and domes that roll on a curved skin."""
+"""The rise law of a design: the contrast law of its tips, and domes that roll on a curved skin."""
 
 import math
 from dataclasses import replace
@@ -16,16 +16,17 @@ Curvatures = tuple[float, float]
 
 
 def design_curvatures(design: Design) -> Curvatures:
-    """Return the principal curvatures of a design's fruit [1/mm]; 0 for a flat one."""
+    """Return the principal curvatures [1/mm] of a design's fruit; they are 0 for a flat fruit."""
     along, across = design.fruit.radii_mm
     return 1.0 / along, 1.0 / across
 
 
 def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
-    """Return the gap between each level dome and the fruit when a tip at the apex touches [mm], (tips,).
+    """Return the gaps [mm] between level domes and the fruit, (tips,), when a tip at the apex would touch.
 
-    The domes are spheres of radius r and the fruit is a paraboloid. Under an axis at the principal coordinates (u, v)
-    the gap is u^2 / (2 (R1 + r)) + v^2 / (2 (R2 + r)). Tips without domes have r = 0.
+    The domes are spheres of radius r, and the fruit is a paraboloid with the principal radii R1 and R2. For a dome
+    whose axis is at the principal coordinates (u, v), the gap is u^2 / (2 (R1 + r)) + v^2 / (2 (R2 + r)). For tips
+    without domes, r = 0.
     """
     radius_sums = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
     principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
@@ -35,10 +36,10 @@ def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
 def rolling_domes(
     design: Design, weights: tuple[float, ...], curvatures: Curvatures | None = None
 ) -> RollingDomes | None:
-    """Return the domes of a design as they roll on a skin with these principal curvatures [1/mm]; None for other tips.
+    """Return the model of domes that roll on a skin with these principal curvatures [1/mm]; None for other tips.
 
-    A dome rolls on a curved skin, so that its contact lies nearer to the apex than its axis. `weights` (tips,) [1] are
-    those of the contrast. By default the curvatures are those of the design's fruit.
+    The contact of a dome on a curved skin lies nearer to the apex than the axis of the dome. `weights` (tips,) [1] are
+    the weights of the contrast. The default curvatures are those of the design's fruit.
     """
     radius = design.tips.dome_radius_mm
     if radius is None:
@@ -53,12 +54,12 @@ def rolling_domes(
 
 
 def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | None = None) -> RiseLaw:
-    """Return the law that reads the modulus from a whole press, for the design's fruit or for known curvatures.
+    """Return the law by which the modulus is read from a whole press, for the design's fruit or for known curvatures.
 
-    `contrast` is the contrast law on the design's fruit. If the principal curvatures of the fruit are known [1/mm], the
-    law of domes is adapted to them. Hertz's factor h is proportional to R*^(-1/3), with R* the relative radius of dome
-    and skin. The compliance S follows from the new distances between the contacts. The gaps become those on a ball of
-    the same mean curvature, because the saddle is read from the press.
+    `contrast` is the contrast law on the design's fruit. If the principal `curvatures` [1/mm] of a fruit are known, the
+    law for domes is adapted to them. Hertz's factor h is proportional to R*^(-1/3), where R* is the relative radius of
+    dome and skin. The compliance S is recomputed for the new distances between the contacts. The gaps become the gaps
+    on a ball of the same mean curvature, because the saddle is determined from the press itself.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)

@@ -1,6 +1,6 @@
 """The sources of the standard uncertainty of a reading.
 
-Each is the standard deviation of a cause times the slope of ln E with respect to this cause.
+Each contribution is the standard deviation of a cause times the slope of ln E with respect to this cause.
 """
 
 import math
@@ -27,24 +27,24 @@ from sensor.theory.contrast_rise import RiseReading, RiseSlopes
 from sensor.theory.creep import EFFECTIVE, NO_CREEP, CreepLaw
 
 OF_NOISE = ("noise_percent", "noise_N", "readout_noise", "quantisation")
-"""Sources that are independent from sample to sample."""
+"""Sources whose errors are independent from sample to sample."""
 OF_DRIFT = "gain_drift"
-"""The source for gains that change with temperature."""
+"""The source that stands for the drift of the gains with temperature."""
 OF_FRUIT = ("pose", "thickness", "poisson")
-"""Sources that do not depend on the unit: shape and pose of the fruit, flesh over the stone, Poisson's ratio."""
+"""Sources that depend on the fruit and not on the unit: shape and pose, thickness of the flesh, Poisson's ratio."""
 
 Sources = dict[str, tuple[Floats | float, Floats]]
-"""For each source by name: its standard deviation in each channel, (tips,), and the slopes of ln E with respect to it,
-(tips,) or (readings, tips)."""
+"""The sources by name: the standard deviation of each in each channel, (tips,), and the slopes of ln E with respect to
+it, (tips,) or (readings, tips)."""
 
 
 def standard_uncertainties(sources: Sources) -> dict[str, float]:
-    """Return the relative standard uncertainty of a modulus due to each source, over equally likely readings [1]."""
+    """Return the relative standard uncertainty of the modulus due to each source [1], over equally likely readings."""
     return {name: _root_mean_square(deviation * slopes) for name, (deviation, slopes) in sources.items()}
 
 
 def _root_mean_square(changes: Floats) -> float:
-    """Return the root mean square over readings of changes (readings, tips) that are independent between tips [1]."""
+    """Return the root mean square over readings of `changes` (readings, tips) [1] that are independent between tips."""
     return float(np.sqrt(np.square(changes).sum(axis=-1).mean()))
 
 
@@ -52,8 +52,9 @@ def _root_mean_square(changes: Floats) -> float:
 class UncertaintySources:
     """The relative standard uncertainty of the modulus due to each source [1].
 
-    `stiffness_slope` [1] is the uncertainty divided by the relative error of each spring, for independent errors of the
-    springs. `noise_slope` [1/%] is the uncertainty for noise of 1 % of full scale in each force.
+    `stiffness_slope` [1] is the uncertainty divided by the relative error of the spring stiffnesses, if the springs
+    have independent errors of the same size. `noise_slope` [1/%] is the uncertainty caused by noise of 1 % of full
+    scale in each force.
     """
 
     contributions: Mapping[str, float]
@@ -62,23 +63,23 @@ class UncertaintySources:
 
     @property
     def total(self) -> float:
-        """Return the standard uncertainty due to all sources [1]; they are independent, so their squares add."""
+        """Return the root sum of squares of all contributions [1], which are independent of each other."""
         return math.hypot(*self.contributions.values())
 
     def noise_to_reach(self, limit: float) -> float | None:
         """Return the noise of the forces [% of full scale] at which the standard uncertainty reaches a `limit` [1].
 
-        None if the other sources reach it without noise.
+        The result is None if the other sources reach the limit without any noise.
         """
-        without_noise = math.hypot(*(size for name, size in self.contributions.items() if name not in OF_NOISE))
+        without_noise = math.hypot(*(each for name, each in self.contributions.items() if name not in OF_NOISE))
         return None if without_noise >= limit else math.sqrt(limit**2 - without_noise**2) / self.noise_slope
 
 
 class SlopesOnBall(NamedTuple):
-    """The slopes of ln E with respect to springs and gains in presses on a reference ball, (tips,) [1].
+    """Slopes of ln E with respect to relative errors of springs and gains, in presses on a reference ball, (tips,) [1].
 
-    The ball corrects all later readings. So an error of the unit affects them only by the difference between its slope
-    on the fruit and its slope on the ball.
+    The reading of the ball corrects all later readings. An error of the unit therefore affects them only by the
+    difference between its slope on the fruit and its slope on the ball.
     """
 
     springs: Floats
@@ -87,13 +88,14 @@ class SlopesOnBall(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channels:
-    """The errors of the channels and springs of a design or a unit, one standard deviation each, (tips,).
+    """The standard deviations of the channels and springs of a design or a unit, (tips,).
 
-    `full_scale` [N] is the largest force. `noise` [N] has a row for each cause, independent from sample to sample. A
-    zero drifts by at most `zero_drift` [N]. `gains` [1] has the errors of the gains by cause, and `springs` [1] are the
-    errors of the stiffnesses. `time_s` [s] is the error of each channel's time. Channels that were calibrated
-    `on_plate` measure deflections. `creep` [1] is the common error of all stiffnesses due to creep of the leaves. It
-    does not affect deflections, and changes all forces by the same factor. `on_ball` is None without a reference ball.
+    `full_scale` [N] is the largest force. `noise` [N] holds the noise by cause, which is independent from sample to
+    sample. A zero drifts by at most `zero_drift` [N], which is a bound and not a standard deviation. `gains` [1] holds
+    the relative errors of the gains by cause, and `springs` [1] the relative errors of the stiffnesses. `time_s` [s] is
+    the error of each channel's time. Channels that were calibrated `on_plate` measure deflections. `creep` [1] is the
+    common relative error of all stiffnesses due to creep of the leaves. It does not affect deflections, and changes all
+    forces by the same factor. `on_ball` is None without a reference ball.
     """
 
     full_scale: Floats
@@ -108,33 +110,34 @@ class Channels:
 
     @property
     def noises(self) -> Floats:
-        """Return the noise of each force due to all causes [N]."""
+        """Return the noise of each force due to all causes together [N]."""
         return np.asarray(np.hypot(*self.noise.values()))
 
     @property
     def errors(self) -> Floats:
-        """Return the error of each force before the touch [N], due to noise and drift of the zero."""
+        """Return the error of each force before first touch [N], due to noise and to drift of the zero."""
         return np.hypot(self.noises, self.zero_drift)
 
     @property
     def least_forces(self) -> Floats:
-        """Return the forces below which tips are counted as out of contact [N]."""
+        """Return the forces [N] below which tips are considered to be out of contact."""
         return np.maximum(LEAST_OVER_NOISE * self.errors, LEAST_OF_SCALE * self.full_scale)
 
     def calibrated(self, errors: CalibrationErrors) -> "Channels":
-        """Return the channels with the errors of springs and gains that remain after a calibration."""
+        """Return a copy of the channels with the errors of springs and gains that remain after a calibration."""
         gains = {**self.gains, "gain": 0.01 * np.array(errors.gain_percent)}
         return replace(self, gains=gains, springs=0.01 * np.array(errors.stiffness_percent))
 
     def press_uncertainty(self, slopes: Sequence[RiseSlopes]) -> dict[str, float]:
-        """Return the relative standard uncertainty of a modulus due to each cause except noise [1].
+        """Return the relative standard uncertainty of the modulus due to each cause except noise [1].
 
-        `slopes` belong to equally likely whole presses, over which the squares are averaged. A zero may be wrong from
-        the first sample on, or drift by the same amount during the press; both errors are independent.
+        `slopes` belong to whole presses that are equally likely; the result is a root mean square over them. A zero may
+        have an error from the first sample on, and it may drift by the same amount during the press. Both errors are
+        independent.
         """
 
         def slopes_of(cause: str) -> Floats:
-            """Return the slopes with respect to one cause, (presses, tips)."""
+            """Return the slopes of ln E with respect to one cause, (presses, tips)."""
             return np.array([getattr(each, cause) for each in slopes])
 
         zeros = np.hypot(slopes_of("zeros"), slopes_of("drifts"))
@@ -146,27 +149,29 @@ class Channels:
         return {**standard_uncertainties(sources), **springs_and_gains}
 
     def moment_uncertainty(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
-        """Return the same uncertainties as `of_press` for a modulus read from the forces of one moment [N], (tips,)."""
+        """Return the same as `press_uncertainty`, for a modulus read from the forces (tips,) [N] at one moment."""
         force_slopes = np.array(slopes.forces)
         zero_sources = standard_uncertainties({"zero_drift": (BOUNDED * self.zero_drift, force_slopes)})
         return {**zero_sources, **self.spring_and_gain_uncertainty(np.array(slopes.springs), force_slopes * forces)}
 
     def spring_and_gain_uncertainty(self, springs: Floats, gains: Floats) -> dict[str, float]:
-        """Return the relative standard uncertainty of a modulus due to errors of stiffnesses, creep and gains [1].
+        """Return the relative standard uncertainty of the modulus due to errors of stiffnesses, creep and gains [1].
 
         `springs` and `gains` are the slopes of ln E with respect to relative errors of stiffnesses and gains [1],
-        (tips,) or (readings, tips). A reference ball removes the part of them that it shares.
+        (tips,) or (readings, tips). The slopes on a reference ball are subtracted, because the ball corrects the
+        readings.
         """
         corrected_springs, corrected_gains = springs, gains
         if self.on_ball is not None:
             corrected_springs, corrected_gains = springs - self.on_ball.springs, gains - self.on_ball.gains
-        # A channel that measures a deflection overestimates the force of a spring that is softer than assumed. So an
-        # error of its stiffness also acts as an error of its gain.
+        # A channel that measures a deflection overestimates the force of a spring that is softer than assumed. An error
+        # of the stiffness therefore also acts like an error of the gain.
         stiffness_slopes = corrected_springs + corrected_gains if self.on_plate else corrected_springs
         sources: Sources = {"stiffness": (self.springs, stiffness_slopes)}
         if self.creep:
             sources["creep"] = (self.creep, np.ones(1))
-        # The drift with temperature differs between the ball and the fruit, so the ball does not remove it.
+        # The temperature may change between the presses on the ball and on the fruit, so the ball does not remove the
+        # drift.
         gain_sources = {
             cause: (each, gains if cause == OF_DRIFT else corrected_gains) for cause, each in self.gains.items()
         }
@@ -180,11 +185,12 @@ def designed_channels(
     creep: CreepLaw = NO_CREEP,
     press_s: float = PRESS_S,
 ) -> Channels:
-    """Return the errors of the channels that a design expects, from the `signal` path of its read-out or `[reading]`.
+    """Return the errors of the channels that a design expects, from its read-out or from `[reading]`.
 
-    `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. Springs and
-    gains for which `[reading]` has no value are exact until they are `calibrated`. Creep counts from the time at which
-    the springs are weighed, `WEIGHED_AFTER_S`.
+    `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. `signal` is
+    the signal path of the read-out, None without one. Springs and gains for which `[reading]` has no value have no
+    error until `calibrated` replaces it. Creep is counted from `WEIGHED_AFTER_S`, the time after which a weight hung on
+    a spring is read.
     """
     tips = np.ones(len(full_scale))
     channels = Channels(
@@ -195,7 +201,7 @@ def designed_channels(
         springs=0.01 * (reading.stiffness_percent or 0.0) * tips,
         time_s=0.0,
         on_plate=reading.on_plate,
-        # With a reference ball the time of weighing is irrelevant: presses on the ball last as long as presses on
+        # # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on
         # fruit.
         creep=creep.deviation(EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S, press_s),
     )
@@ -206,7 +212,7 @@ def designed_channels(
         noise={"readout_noise": np.array(signal.noise_N), "quantisation": np.array(signal.rounding_N)},
         zero_drift=np.array(signal.zero_drift_N),
         gains={**channels.gains, OF_DRIFT: BOUNDED * 0.01 * np.array(signal.gain_drift_percent)},
-        # The effect of a time error is inversely proportional to the duration; slopes are those of a press of PRESS_S.
+        # The effect of a time error is inversely proportional to the duration. The slopes are for a press of PRESS_S.
         time_s=BOUNDED * 1e-3 * signal.time_error_ms * PRESS_S / press_s,
     )
 
@@ -214,8 +220,9 @@ def designed_channels(
 def heat_uncertainty(signal: SignalPath | None) -> dict[str, float]:
     """Return the relative standard uncertainty of any modulus due to the temperature of the leaves [1].
 
-    The temperature changes Young's modulus of the leaves, so that the same deflection means another force. All forces
-    then have the same relative error, and the modulus read is proportional to them. Empty without a read-out.
+    The temperature changes Young's modulus of the leaves, so the same deflection corresponds to a different force. All
+    forces then have the same relative error, and the modulus read is proportional to them. The result is empty without
+    a read-out.
     """
     return {} if signal is None else {"modulus_drift": BOUNDED * 0.01 * signal.modulus_drift_percent}
 
@@ -223,18 +230,18 @@ def heat_uncertainty(signal: SignalPath | None) -> dict[str, float]:
 def uncertainty_sources(
     readings: Sequence[RiseReading], channels: Channels, samples: int, other_sources: Mapping[str, float]
 ) -> UncertaintySources:
-    """Return all sources of the uncertainty of a reading, from the slopes of equally likely `readings`.
+    """Return all sources of the uncertainty of a reading, from the slopes of `readings` that are equally likely.
 
-    `samples` is the number of samples with which these presses were solved. A real press has `PRESS_SAMPLES`, to which
-    the effect of noise is scaled. `other_sources` are computed elsewhere [1].
+    `samples` is the number of samples of the solved presses. A real press has `PRESS_SAMPLES`, which reduces the effect
+    of noise. `other_sources` [1] are uncertainties by name that do not follow from these slopes.
     """
     slopes = [each.slopes for each in readings]
-    per_force = np.array([each.noise for each in slopes]) * math.sqrt(samples / PRESS_SAMPLES)
+    noise_slopes = np.array([each.noise for each in slopes]) * math.sqrt(samples / PRESS_SAMPLES)
     noise_sources = standard_uncertainties(
-        {cause: (deviation, per_force) for cause, deviation in channels.noise.items()}
+        {cause: (deviation, noise_slopes) for cause, deviation in channels.noise.items()}
     )
     return UncertaintySources(
         contributions={**noise_sources, **channels.press_uncertainty(slopes), **other_sources},
         stiffness_slope=_root_mean_square(np.array([each.springs for each in slopes])),
-        noise_slope=0.01 * _root_mean_square(per_force * channels.full_scale),
+        noise_slope=0.01 * _root_mean_square(noise_slopes * channels.full_scale),
     )

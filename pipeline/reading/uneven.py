@@ -1,4 +1,4 @@
-"""Errors of a modulus due to uneven skin and flesh, for one press and for the mean of presses at several places."""
+"""Errors in the modulus caused by uneven skin and flesh, in one press and in the mean of presses at several places."""
 
 import math
 from collections.abc import Iterable
@@ -18,8 +18,8 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     """Return the additional uncertainty of a modulus due to uneven skin and flesh, over equally likely presses.
 
     The skin has waves of random directions and phases, so its heights under tips closer than a wavelength are
-    correlated. The modulus of the flesh varies independently from tip to tip. `presses` have forces (samples, tips)
-    [N]. Raises ReadingError for a press without a reading.
+    correlated. The modulus of the flesh varies independently from tip to tip. `presses` holds the forces (samples,
+    tips) [N] of each press. Raises ReadingError for a press without a reading.
     """
     fruit, tips = design.fruit, design.tips
     rolling = rolling_domes(design, model.law.contrast.weights)
@@ -27,14 +27,19 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     distances = np.linalg.norm(axes[:, None] - axes, axis=-1)  # between contacts [mm]
     if rolling is not None:
         distances = distances / rolling.rolling_factor
-    waves, shares = wave_numbers(*fruit.roughness_wave_mm)  # [1/mm], and the share of each in the variance [1]
+    waves, variance_fractions = wave_numbers(
+        *fruit.roughness_wave_mm
+    )  # [1/mm], and the fraction [1] of the variance in each
     correlation = np.array([correlations(k, distances) for k in waves])  # (waves, tips, tips)
     relative_radius = 0.0 if rolling is None else rolling.relative_radius
     slopes = [model.uneven(press, waves, relative_radius) for press in presses]
-    # variances of ln E in each press, for heights of variance 1 mm^2 and for a relative scatter of the flesh of 1
-    skin_variances = [shares @ np.einsum("wi,wij,wj->w", each.heights, correlation, each.heights) for each in slopes]
+    # # variances of ln E in each press, for a variance of the heights of 1 mm^2 and a relative scatter of the flesh of
+    # 1
+    skin_variances = [
+        variance_fractions @ np.einsum("wi,wij,wj->w", each.heights, correlation, each.heights) for each in slopes
+    ]
     flesh_variances = [each.flesh @ each.flesh for each in slopes]
-    # A flat face averages the skin to one height, which is an offset; the computed slope is only round-off.
+    # A flat face averages the skin to one height, which is only an offset. The computed slope would be round-off.
     skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(skin_variances))
     flesh = fruit.flesh_scatter_percent * math.sqrt(np.mean(flesh_variances))
     one_press = math.hypot(skin, flesh)
