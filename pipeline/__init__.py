@@ -1,11 +1,11 @@
 """IN WHICH ORDER, and is it good enough: `from pipeline import RunOptions, load_design, run`.
 
-Names are imported on first use, so that the command line reacts to Ctrl-C before anything is loaded.
+The names are imported on first use, so that the command line responds to Ctrl-C before anything is loaded.
 """
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # the one of typing takes longer to import than everything else here
+TYPE_CHECKING = False  # importing it from `typing` takes longer than everything else here
 if TYPE_CHECKING:
     from pipeline.main_job import run as run
     from pipeline.options import RunOptions as RunOptions

@@ -1,4 +1,4 @@
-"""`python -m pipeline`, which was removed; its refusal names the replacement."""
+"""Refuse `python -m pipeline`, which was removed, and name its replacement."""
 
 import sys
 

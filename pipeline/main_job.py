@@ -1,4 +1,4 @@
-"""The main job: a design is solved and judged stage by stage, from targets and springs to solids and verdicts."""
+"""The main job: solve a design stage by stage, from targets and springs to solids, and evaluate its verdicts."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ from sensor.verdict import Verdict
 def run(
     design: Design, options: RunOptions | None = None, *, beside: bool = True, progress: Progress | None = None
 ) -> SensorResult:
-    """Solve a design and judge it; write all its files if `options.out` names a folder.
+    """Solve a design and evaluate its verdicts, and write all its files if `options.out` names a folder.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def run(
     options : RunOptions, optional
         The output folder, the accuracy, and further files. Without options, no file is written.
     beside : bool, optional
-        Whether a separate process makes the solids while this one solves, if files are written.
+        Whether a separate process makes the solids while this process solves, if files are written.
     progress : callable, optional
         Function that is called with the name of each stage when it begins.
 
@@ -49,11 +49,11 @@ def run(
     InputError
         If the scene cannot be solved, or the folder cannot be used.
     MeshError, SolveError
-        If a mesh or a solution is unreliable. Both are a RuntimeError.
+        If a mesh or a solution is unreliable. Both are subclasses of RuntimeError.
     ExportError
-        If a file cannot be read back as it was written. It is a ValueError.
+        If a file, when it is read back, differs from what was written. This is a subclass of ValueError.
     OSError, MemoryError, BrokenExecutor
-        If the machine fails, for instance because the disk is full. The folder is then as it was before.
+        If the machine fails, for instance because the disk is full. The folder is then restored to its previous state.
 
     Examples
     --------
@@ -72,12 +72,14 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        # A worker draws and checks the solids of each housing that may be the last one.
+        # A worker process draws and checks the solids while this process solves. It starts with each housing that may
+        # be the final one.
         maker = SolidMaker(design, executor)
         sensor = replace(sensor, begin_solid=maker.size)
         sensor.solve("contact", "sizing", "upright_springs")
         springs = sensor.upright_springs
-        # The worker begins the files of the parts here, and those for fabrication below. Both are collected at the end.
+        # The worker starts on the files of the parts here, and on the files for fabrication below. The results are
+        # collected when everything else is solved, so that neither process waits.
         with timed.stage("solids"):
             solids = maker.files(springs.housing, springs.deflections)
         sensor.solve("springs")
@@ -89,7 +91,7 @@ def run(
         with timed.stage("fields"):
             fields_left_out = write_fields(pressed, result.press, options, folder)
             if options.out is not None:
-                prepare_page(result)  # here, because the worker still makes the solids
+                prepare_page(result)  # here, while the worker is still making the solids
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(pressed.springs, options)
         with timed.stage("solids"):
@@ -103,9 +105,9 @@ def run(
 
 
 def look(sensor: Sensor) -> SensorResult:
-    """Return the result of a quick run, which makes no solids and no files of parts.
+    """Make a quick run without solids and files of parts, and return its result.
 
-    Raises like `run`, and OutputError if the folder holds the files of a whole run.
+    Raises the same errors as `run`, and OutputError if the folder holds the files of a whole run.
     """
     options = sensor.options
     if options.out is not None:
@@ -118,14 +120,14 @@ def look(sensor: Sensor) -> SensorResult:
 
 @in_turn()
 def evaluate(design: Design, options: RunOptions | None = None, *, progress: Progress | None = None) -> SensorResult:
-    """Solve a design and judge it as `run` does, without solids, files and the verdicts on them.
+    """Solve a design and evaluate its verdicts like `run`, but without solids, files and the verdicts on them.
 
     Parameters
     ----------
     design : Design
         The design, for instance from `load_design`.
     options : RunOptions, optional
-        The accuracy of the solution. The folder is not used.
+        The accuracy of the solution. `options.out` is ignored.
     progress : callable, optional
         Function that is called with the name of each stage when it begins.
 
@@ -139,14 +141,14 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
     InputError
         If the scene cannot be solved.
     MeshError, SolveError
-        If a mesh or a solution is unreliable. Both are a RuntimeError.
+        If a mesh or a solution is unreliable. Both are subclasses of RuntimeError.
     OSError, MemoryError
-        If the machine fails, for instance because its memory is short.
+        If the machine fails, for instance because it runs out of memory.
 
     Examples
     --------
     >>> result = twintip.evaluate(twintip.load_design("paper"))
-    >>> K_l = next(one for one in result.verdicts if one.name == "K_l")
+    >>> K_l = next(verdict for verdict in result.verdicts if verdict.name == "K_l")
     >>> round(K_l.value / K_l.limit, 2)
     1.0
     """
@@ -157,10 +159,10 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
 
 
 def evaluate_sensor(sensor: Sensor) -> SensorResult:
-    """Solve all stages of a sensor and return their results; verdicts that did not pass have hints."""
+    """Solve all stages of a sensor, and attach hints to verdicts that did not pass."""
     sensor.solve("contact", "sizing", "upright_springs", "springs")
-    rough = (
-        "A rough answer leaves out the solid and what pipeline design adds to a run. Run with --tol 0.001 to make them."
+    rough_note = (
+        "A rough answer has no solid and no files for fabrication. Run with --tol 0.001 if you need these files."
     )
     return SensorResult(
         options=sensor.options,
@@ -175,7 +177,7 @@ def evaluate_sensor(sensor: Sensor) -> SensorResult:
         read_out=sensor.read_out,
         errors=sensor.errors,
         paper=sensor.paper,
-        left_out=(rough,) if sensor.options.rough else (),
+        left_out=(rough_note,) if sensor.options.rough else (),
         seconds=sensor.timed.seconds(),
     )
 
@@ -183,9 +185,10 @@ def evaluate_sensor(sensor: Sensor) -> SensorResult:
 def with_file_verdicts(
     result: SensorResult, geometry: Sequence[Verdict], making: Sequence[Verdict]
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts of a result, completed by those on its solids (`geometry`) and on its fabrication (`making`).
+    """Return the verdicts of a result together with the verdicts on its solids and on its fabrication.
 
-    A layout without a housing has no such verdicts. Verdicts that did not pass have hints.
+    `geometry` are the verdicts on the solids, and `making` the verdicts on fabrication. A layout without a housing has
+    neither. Hints are attached to verdicts that did not pass.
     """
     verdicts = result.verdicts
     if result.design.tips.tip_layout.has_housing:

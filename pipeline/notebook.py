@@ -1,6 +1,6 @@
-"""The answer on a sensor in a notebook: one sentence, the verdicts, the springs, and P over the modulus.
+"""The answer on a sensor in a notebook: a sentence, the verdicts, the springs, and a plot of P against the modulus.
 
-It is HTML with an SVG inside, and needs neither a network nor another package.
+The answer is HTML that contains an SVG, and needs neither a network nor a further package.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,7 +26,7 @@ from sensor.words import OUTCOMES, round_below, value_with_bar
 _COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}
 _SIZE = (420, 240)  # size of the plot with its margins [px]
 _MARGINS = (48, 12, 12, 38)  # left, top, right, bottom
-_FEW = 5  # smallest number of ticks on an axis
+_FEW = 5  # minimum number of ticks on an axis
 _BLUE = "#1f6fb2"
 
 
@@ -40,8 +40,8 @@ def answer_html(
 ) -> str:
     """Return the answer on a design as HTML: a sentence, tables of verdicts and springs, and a plot.
 
-    The plot shows the force ratio P at full travel (n,) [1] against the modulus E (n,) [MPa]; P is nan if a tip is out
-    of contact. The `moduli` of the design [MPa] are dots on this curve. `name` is the name of the design.
+    The plot shows the force ratio P (n,) [1] at full travel against the modulus E (n,) [MPa]. P is nan if a tip is out
+    of contact. The `moduli` of the design [MPa] are shown as dots on this curve. `name` is the name of the design.
     """
     parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
     reasons = [
@@ -55,7 +55,7 @@ def answer_html(
 
 
 def _verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """Return the verdicts on targets and readings as a table; its last row counts those on the part and its print."""
+    """Return a table of the verdicts on targets and readings; the last row counts the verdicts on the part."""
     rows = []
     for verdict in verdicts:
         if not is_on_the_part(verdict):
@@ -71,7 +71,7 @@ def _verdict_table(verdicts: Sequence[Verdict]) -> str:
 
 
 def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
-    """Return a table of the springs: stiffness with error bar, and size of the leaves."""
+    """Return a table of the springs: their stiffness with an error bar, and the dimensions of their leaves."""
     rows = []
     for name, spring in springs.items():
         leaf = spring.flexure
@@ -80,30 +80,30 @@ def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
     return _table(("spring", f"stiffness, {ERRORS_IN_WORDS}", "leaves"), rows)
 
 
-def _table(heads: Iterable[str], rows: Iterable[str]) -> str:
-    """Return an HTML table with these column heads; each row is the HTML of its cells."""
-    header = "".join(f"<th>{escape(head)}</th>" for head in heads)
+def _table(headings: Iterable[str], rows: Iterable[str]) -> str:
+    """Return an HTML table with the given column headings; each row is the HTML of its cells."""
+    header = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
     return f"<table><tr>{header}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
 
 
 def _cells(texts: Iterable[str]) -> str:
-    """Return texts as escaped HTML cells."""
+    """Return texts as the cells of an HTML row, escaped."""
     return "".join(f"<td>{escape(text)}</td>" for text in texts)
 
 
 def _outcome(verdict: Verdict) -> str:
-    """Return the outcome of a verdict as coloured HTML."""
+    """Return the outcome of a verdict as coloured HTML text."""
     return f'<span style="color:{_COLOURS[verdict.passed]}">{OUTCOMES[verdict.passed]}</span>'
 
 
 def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     """Yield the elements of an SVG plot of P (n,) [1] against the modulus E (n,) [MPa], with dots at `moduli` [MPa].
 
-    The curve is interrupted where P is nan, because a tip is out of contact. Nothing is drawn if fewer than two values
-    are known.
+    The curve has gaps where P is nan because a tip is out of contact. Nothing is drawn if fewer than two values are
+    known.
     """
     is_known = np.isfinite(P)
-    if np.count_nonzero(is_known) < 2:  # noqa: PLR2004 - ends of a line
+    if np.count_nonzero(is_known) < 2:  # noqa: PLR2004 - a line has two ends
         return
     x_ticks, y_ticks = _ticks(0.0, float(E.max())), _ticks(float(P[is_known].min()), float(P[is_known].max()))
     width, height = _SIZE
@@ -111,13 +111,13 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
 
     def x_of(values: Floats) -> Floats:
         """Return the horizontal positions [px] of moduli."""
-        share = (values - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])
-        return np.asarray(left + share * (width - left - right))
+        fraction = (values - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])
+        return np.asarray(left + fraction * (width - left - right))
 
     def y_of(values: Floats) -> Floats:
         """Return the vertical positions [px] of force ratios, from the top."""
-        share = (values - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])
-        return np.asarray(height - bottom - share * (height - top - bottom))
+        fraction = (values - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])
+        return np.asarray(height - bottom - fraction * (height - top - bottom))
 
     yield (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
@@ -145,15 +145,15 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
 
 
 def _runs(is_known: Flags) -> Iterator[slice]:
-    """Yield the slices of an array in which all values are known, in order."""
-    # A run begins where the flag rises from 0 to 1 and ends where it falls.
+    """Yield the slices of consecutive known values, in order."""
+    # A run of known values begins where the flag changes from 0 to 1, and ends where it changes back.
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_known.astype(int), [0]])))
     for start, end in edges.reshape(-1, 2).tolist():
         yield slice(start, end)
 
 
 def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
-    """Return a line of the grid as SVG, between two points [px]."""
+    """Return a grid line between two points [px] as SVG."""
     (x1, y1), (x2, y2) = start, end
     ends = f'x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"'
     return f'<line {ends} stroke="currentColor" stroke-opacity="0.15"/>'
@@ -162,7 +162,7 @@ def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
 def _ticks(low: float, high: float) -> Floats:
     """Return round numbers at equal steps, the smallest at most `low` and the largest at least `high`.
 
-    Both values may be equal.
+    `low` and `high` may be equal.
     """
     span = high - low or abs(high) or 1.0
     step = round_below(span / (_FEW - 1))

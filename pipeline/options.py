@@ -1,4 +1,4 @@
-"""The options of a run, and its design from a preset or a file with settings."""
+"""The options of a run, and the design of a run from a preset or a file, with settings."""
 
 import hashlib
 import json
@@ -22,10 +22,10 @@ DEFAULT_DESIGN = "paper"
 FRUIT_STIFFNESSES = ("contact", "hayes")
 
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
-# the tolerance of the verdicts on K_l and K_h; with a larger one they stay undecided
+# the tolerance of the verdicts on K_l and K_h; with a larger tolerance these remain undecided
 DEFAULT_TOLERANCE = 1e-3
-ROUGH_TOLERANCE = 0.02  # from this tolerance on, both springs and the contact are solved on one coarse mesh
-CONTACT_FRACTION = 0.25  # share of the contact in the tolerance; it is cheap, so the expensive springs get the rest
+ROUGH_TOLERANCE = 0.02  # at this tolerance and above, springs and contact are each solved on a single coarse mesh
+CONTACT_FRACTION = 0.25  # fraction of the tolerance allowed for the contact, which costs less to solve than the springs
 
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
@@ -33,24 +33,24 @@ DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """The options of a run besides its design: its folder, its accuracy, and further files.
+    """The options of a run, in addition to its design: the output folder, the accuracy, and further files.
 
     Parameters
     ----------
     out : Path, optional
-        The folder of the outputs. Without one, no file is written.
+        The output folder. By default, no file is written.
     fruit_stiffness : "contact" or "hayes", optional
-        Whether the springs are sized by the solved contact, or by the paper's formula for a flat round tip.
+        Whether the springs are sized from the solved contact, or from the paper's formula for a flat round tip.
     fields : bool, optional
-        Whether the VTU files have displacement and stress.
+        Whether to write displacement and stress to the VTU files.
     fabrication : bool, optional
-        Whether to write the files for a maker, as `pipeline design` does.
+        Whether to write the files for fabrication, like `pipeline design`.
     tolerance : float, optional
-        Allowed relative error of the stiffness of both springs [1].
+        Relative tolerance of the stiffness of both springs [1].
     force : bool, optional
-        Whether to keep files of another origin in the folder, as NAME.bak. Otherwise such a folder is refused.
+        Whether to use a folder that contains files of a different origin; they are renamed to NAME.bak.
     look : bool, optional
-        Whether to leave out solids and files of parts.
+        Whether to omit the solids and the files of parts.
 
     Raises
     ------
@@ -76,14 +76,14 @@ class RunOptions:
     look: bool = False
 
     def __post_init__(self) -> None:
-        """Check each option; raises InputError if `fields` is given with `look`."""
+        """Raise InputError for an invalid option, or if `fields` is given with `look`."""
         check_fields(self, "options")
         if self.look and self.fields:
-            raise validation_error("--fields", "given", "", "left out if --look is given", "ask for a whole run")
+            raise validation_error("--fields", "given", "", "omitted if --look is given", "make a whole run")
 
     @property
     def command(self) -> str:
-        """Return the command line that repeats the run in its folder."""
+        """Return the command that repeats the run in its folder."""
         parts = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
         parts += [f"--fruit-stiffness {self.fruit_stiffness}", f"--tol {self.tolerance:g}"]
         parts += ["--fields"] if self.fields else []
@@ -92,17 +92,17 @@ class RunOptions:
 
     @property
     def rough(self) -> bool:
-        """Return whether the tolerance requests a rough answer, accurate to some per cent."""
+        """Return whether the tolerance requests a rough answer, which is accurate to a few per cent."""
         return self.tolerance >= ROUGH_TOLERANCE
 
     @property
     def contact_tolerance(self) -> float:
-        """Return the allowed relative error of the fruit's compliance [1], a share of the tolerance."""
+        """Return the relative tolerance of the fruit's compliance [1], a fraction of the tolerance of the run."""
         return CONTACT_FRACTION * self.tolerance
 
 
 def refuse_unmakeable(design: Design, options: RunOptions) -> None:
-    """Raise InputError if files for fabrication are requested for a layout without a housing."""
+    """Raise InputError if files for fabrication are requested but the layout has no housing."""
     if options.fabrication and not design.tips.tip_layout.has_housing:
         bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for pipeline design"
         hint = "a line has no housing; use pipeline run"
@@ -110,15 +110,15 @@ def refuse_unmakeable(design: Design, options: RunOptions) -> None:
 
 
 def preset_names() -> tuple[str, ...]:
-    """Return the names of the designs that come with the program."""
+    """Return the names of the designs that are shipped with the program."""
     return tuple(sorted(path.stem for path in DESIGNS.glob("*.toml")))
 
 
 def design_path(design: str | Path, name: str = "--design") -> Path:
-    """Return the path of a design file, from a path or from the name of a preset.
+    """Return the path of a design file, given as a path or as the name of a preset.
 
-    A text is a path if it ends in .toml or has a separator. Raises InputError if there is no such preset; the message
-    names the design by the flag or argument `name`.
+    A string is a path if it ends in .toml or contains a path separator. Raises InputError if there is no such preset;
+    `name` is the flag or argument in the message.
     """
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
@@ -133,23 +133,24 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
 def load_design(
     design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, object] | None = None, name: str = "--design"
 ) -> Design:
-    """Return the design of a preset or a design file, with changes to its keys.
+    """Load the design of a preset or of a design file, with changes to its keys.
 
-    A design without a name has the name of its file.
+    The default name of a design is the name of its file.
 
     Parameters
     ----------
     design : str or Path, optional
         The name of a preset, such as "mango", or the path of a design file.
     settings : mapping, optional
-        New values of keys, as `{"targets.NL": 0.06}`: numbers, lists, or their text in TOML. None or "" removes a key.
+        New values of keys, such as `{"targets.NL": 0.06}`: numbers, lists, or their text in TOML. None or "" removes a
+        key.
     name : str, optional
-        The name of the design in error messages.
+        The flag or argument that error messages name.
 
     Returns
     -------
     Design
-        The design, whose keys are all checked.
+        The design, with all keys checked.
 
     Raises
     ------
@@ -167,10 +168,10 @@ def load_design(
 def design_tables(
     design: str | Path, settings: Mapping[str, object] | None = None, name: str = "--design"
 ) -> DesignTables:
-    """Return the tables of a preset or a design file, in which settings replace values; they may be incomplete.
+    """Load the tables of a preset or of a design file, with values replaced by settings; they may be incomplete.
 
-    Further settings may complete them to a design. Arguments and errors are those of `load_design`, except for errors
-    that only a complete design can show.
+    Incomplete tables become a design when further settings are added. Arguments and errors are the same as for
+    `load_design`, except for errors that only a complete design can have.
     """
     path = design_path(design, name)
     texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
@@ -179,9 +180,9 @@ def design_tables(
 
 
 def setting_text(key: str, value: object) -> str:
-    """Return the value of a design key as the text that `--set` takes, empty for None.
+    """Return the value of a design key as text for `--set`; empty for None.
 
-    Raises InputError for a value that is not finite, or of a type that no design has.
+    Raises InputError for a value that is not finite, or whose type does not occur in designs.
     """
     if value is None or isinstance(value, str):
         return value or ""
@@ -189,14 +190,14 @@ def setting_text(key: str, value: object) -> str:
         return json.dumps(value, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise validation_error(
-            key, str(value), "", "a finite number, a list of them or text", "give it as in a design file"
+            key, str(value), "", "a finite number, a list of numbers, or text", "write it as in a design file"
         ) from error
 
 
 def run_key(design: Design, options: RunOptions) -> str:
-    """Return the digest of everything that determines a run: design, options, program and packages.
+    """Return a digest of all inputs that determine a run: design, options, program and packages.
 
-    A folder whose report has the same key is up to date.
+    If the report in a folder has the same key, the folder is up to date.
     """
     inputs = {
         "design": design_as_mapping(design),

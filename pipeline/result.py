@@ -1,4 +1,4 @@
-"""The result of a run: every number, verdict and error of a sensor, typed and frozen."""
+"""The result of a run: every number, verdict and error of a sensor, as an immutable record."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -26,16 +26,16 @@ from solve.fruit.compliance import FruitCompliance
 
 
 class ReportData(Plain):
-    """The data of report.json, with a short text representation."""
+    """The data of report.json, with a short representation."""
 
     def __repr__(self) -> str:
-        """Return the names of the tables."""
+        """Return the names of the keys, without their values."""
         return f"{type(self).__name__}({', '.join(self)})"
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SensorResult(Record):
-    """All results of a design, which `run` and `evaluate` return.
+    """All results for a design, as returned by `run` and `evaluate`.
 
     Attributes
     ----------
@@ -48,23 +48,24 @@ class SensorResult(Record):
     sizing : SpringSizing
         The springs that the targets require.
     springs : FittedSprings
-        The springs as fitted to the housing: leaves, stiffness and strain with errors; or why they cannot be made.
+        The springs as fitted to the housing: leaves, stiffness and strain with errors, or the reason why they cannot be
+        printed.
     pressed : PressedSensor
         The sensor as it is pressed and read: design, contact and springs together.
     press : ScenePress
-        Forces [N] and force ratio P [1] over modulus and travel, with errors.
+        Forces [N] and force ratio P [1] as functions of modulus and travel, with errors.
     tilted : SampledPresses or None
-        Forces at tilts along the tips [N]; None without `[reading]` or without a tilt.
+        Forces [N] at several tilts along the tips; None without `[reading]` or without a tilt.
     readings : ReadingAccuracy or None
-        Errors and uncertainties of the modulus that is read; None without `[reading]`.
+        Error and uncertainty of the modulus that is read; None without `[reading]`.
     over_time : ReadingOverTime or None
         A press and its hold over time; None if the flesh does not relax.
     behaviour : SpringBehaviour or None
         Tilt, stiffening, frequency and crosstalk of the fitted springs; None if no housing is made.
     read_out : ReadingConstants
-        The constants that convert the forces of a sensor into a modulus.
+        The constants from which a modulus is computed, given the forces.
     reached : SceneTargets
-        P_max and NL [1] in the scene of the design, with those of a level sensor.
+        P_max and NL [1] in the scene of the design and for a level sensor.
     level : LevelTargets
         P_max and NL [1] of a level sensor on a flat fruit.
     paper : tuple of Verdict or None
@@ -74,10 +75,10 @@ class SensorResult(Record):
     passed : bool or None
         Whether all verdicts pass; None if one is undecided and none failed.
     errors : SensorErrors
-        Sources of the error of each number, the data of `response.csv` with its error bands, and with `fabrication` the
+        The error budget of each number, the data of `response.csv` with confidence bands, and with `fabrication` the
         scatter of prints.
     left_out : tuple of str
-        What could not be solved or written after the verdicts, each with its reason.
+        Results that could not be solved or written after the verdicts, each with the reason.
     seconds : Seconds
         Wall and processor time of each stage [s].
     report : dict
@@ -109,35 +110,35 @@ class SensorResult(Record):
     report: Plain = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        """Wrap the data of the report, so that they print as a short text."""
+        """Wrap the data of the report, so that they have a short representation."""
         object.__setattr__(self, "report", ReportData(self.report))
 
     def __repr__(self) -> str:
-        """Return the design's name and the outcomes of its verdicts; all numbers would fill many screens."""
+        """Return the design's name and the outcomes of its verdicts, because all numbers would fill many screens."""
         outcomes = [verdict.passed for verdict in self.verdicts]
         counts = ", ".join(f"{outcomes.count(passed)} {word}" for passed, word in OUTCOMES.items())
         return f"{type(self).__name__}({self.design.name!r}: {counts})"
 
     def _repr_html_(self) -> str:
-        """Return answer, verdicts, springs and P over the modulus as HTML for notebooks."""
+        """Return the answer, the verdicts, the springs and P as a function of the modulus as HTML for notebooks."""
         response = self.errors.reading.response
         return answer_html(
             self.design.name,
             self.verdicts,
             self.springs.springs,
-            response.E[1:],  # the first modulus represents the softest possible fruit, which is a limit
+            response.E[1:],  # the first modulus represents the softest possible fruit, which is only a limit
             response.P[1:, -1],
             self.design.fruit.E_MPa,
         )
 
     @property
     def design(self) -> Design:
-        """Return the design."""
+        """Return the design that was solved."""
         return self.pressed.design
 
     @property
     def sizing(self) -> SpringSizing:
-        """Return the springs as sized."""
+        """Return the springs as sized from the targets, or as given by the design."""
         return self.pressed.sizing
 
     @property
@@ -162,9 +163,9 @@ class SensorResult(Record):
 
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:
-    """Return the verdicts on a sensor, with those on its solids inserted after the verdicts on printing.
+    """Insert the verdicts on the solids of a sensor after its verdicts on printing.
 
-    If no solid was made, the verdict geometry.made replaces them.
+    If no solid was made, the verdict geometry.made is inserted instead.
     """
     after_print = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.row.group == "print")
     if not geometry:

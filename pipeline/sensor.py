@@ -1,4 +1,4 @@
-"""A sensor: a design whose stages are solved on first use, each once."""
+"""A sensor: a design whose stages are each solved once, on first use."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -31,11 +31,11 @@ from solve.fruit.compliance import FruitCompliance
 
 Solved = TypeVar("Solved")
 SpringsAs = Literal["fitted", "sized"]
-"""Whether the springs are fitted to the housing by finite elements, or taken as sized, as in a search."""
+"""Whether the springs are fitted to the housing by finite elements, or have the sized stiffness, as in a search."""
 
 
 def refuse_unsolvable(design: Design) -> None:
-    """Raise InputError if a design has an unsolvable scene or pose, or tips that leave no plate; nothing is solved."""
+    """Raise InputError for a scene or pose that cannot be solved, or tips that leave no plate; nothing is solved."""
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)
     plate_depth(design, design.process)
@@ -44,7 +44,7 @@ def refuse_unsolvable(design: Design) -> None:
 def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_property[Solved]"]:
     """Return a decorator for a property that is solved on first use and cached.
 
-    Its wall-clock and CPU time are added to the stage `name` of the run.
+    The wall-clock and CPU time of the solution are added to the stage `name` of the run.
     """
 
     def timed_property(solve: Callable[["Sensor"], Solved]) -> "cached_property[Solved]":
@@ -60,12 +60,13 @@ def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_propert
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Sensor:
-    """A design whose stages are properties: each is solved on first use, together with the stages that it needs.
+    """A design whose stages are properties; each is solved on first use, together with the stages that it needs.
 
-    The springs are "fitted" to the housing by finite elements, or taken as "sized". `begin_solid` is called with each
-    housing that may be the final one, in parallel with the solves. A search may pass a `known_contact` of a design with
-    the same scene, and the height offsets of the tips on sized springs [mm]. Each property raises InputError for an
-    unusable scene, and MeshError or SolveError for an unreliable solution.
+    The springs are "fitted" to the housing by finite elements, or have the "sized" stiffness. `begin_solid` is called
+    with each housing that may be the final one, in parallel with the solution. A search may pass the `known_contact` of
+    a design with the same contact problem. It may also pass the height offsets [mm] of tips on sized springs. Each
+    property raises InputError for a scene that cannot be solved, and MeshError or SolveError for an unreliable
+    solution.
     """
 
     design: Design
@@ -77,16 +78,16 @@ class Sensor:
     known_offsets_mm: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise InputError for an unsolvable scene or a bench that cannot calibrate the springs, if these are fitted.
+        """Raise InputError for a scene that cannot be solved, or a bench that cannot calibrate fitted springs.
 
-        With sized springs, as in a search, the scene is checked when they are pressed, and the bench is not checked.
+        With sized springs, as in a search, the scene is checked only before it is solved, and the bench is not checked.
         """
         if self.springs_as == "fitted":
             refuse_unsolvable(self.design)
             refuse_bench_that_cannot_weigh(self.design)
 
     def solve(self, *stages: str) -> None:
-        """Solve the stages of these names in this order; each also solves the stages that it needs."""
+        """Solve the named stages in the given order; each stage also solves the stages that it needs."""
         for name in stages:
             getattr(self, name)
 
@@ -104,7 +105,7 @@ class Sensor:
 
     @stage("sizing")
     def sizing(self) -> SpringSizing:
-        """Return the stiffnesses of the springs that the targets need, or those that the design gives."""
+        """Return the spring stiffnesses that meet the targets, or the stiffnesses that the design gives."""
         return spring_sizing(self.design, self.contact, self.options)
 
     @stage("springs")
@@ -116,7 +117,7 @@ class Sensor:
 
     @stage("springs")
     def springs(self) -> FittedSprings:
-        """Return the springs with the lateral compliance of their tips, if forces are inclined."""
+        """Return the springs, with the lateral compliance of their tips if forces are inclined."""
         if self.springs_as == "sized":
             leaning = springs_for(self.design, self.sizing, "leaning")
             return replace(leaning, ideal_offsets_mm=self.known_offsets_mm)
@@ -124,7 +125,7 @@ class Sensor:
 
     @cached_property
     def pressed(self) -> PressedSensor:
-        """Return the sensor as it is pressed and read: the tips on their springs over the fruit."""
+        """Return the sensor that is pressed and read, with its contact and springs."""
         if self.springs_as == "sized":
             refuse_unsolvable(self.design)
         return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.springs)
@@ -137,27 +138,27 @@ class Sensor:
 
     @stage("reading")
     def readings(self) -> ReadingAccuracy | None:
-        """Return the errors of readings over all poses; None for a design without readings."""
+        """Return the accuracy of readings over all poses; None for a design without readings."""
         return analyse_readings(self.pressed)
 
     @stage("reading")
     def tilted(self) -> SampledPresses | None:
-        """Return presses at tilts along the tips; None for a design without readings or without tilt."""
+        """Return presses at several tilts along the tips; None for a design without readings or without tilt."""
         return tilted_presses(self.pressed)
 
     @stage("reading")
     def over_time(self) -> ReadingOverTime | None:
-        """Return the reading over time; None for flesh that does not relax."""
+        """Return the readings over time; None for flesh that does not relax."""
         return reading_over_time(self.pressed)
 
     @cached_property
     def upright(self) -> PressedSensor:
-        """Return the sensor without the lateral compliance of its tips, which is enough if no force is inclined."""
+        """Return the sensor without the lateral compliance of its tips, which suffices if no force is inclined."""
         return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.upright_springs)
 
     @cached_property
     def is_level(self) -> bool:
-        """Return whether all tips touch at once, so that the two-spring law is exact: flat sharp tips on flat fruit."""
+        """Return whether all tips touch at once: flat sharp tips on flat fruit, where the two-spring law is exact."""
         return self.upright.scene.touches_at_once
 
     @stage("verdicts")
@@ -167,41 +168,41 @@ class Sensor:
 
     @stage("verdicts")
     def reached(self) -> SceneTargets:
-        """Return P_max and NL in the scene of the design; a level scene needs no press."""
+        """Return P_max and NL in the scene of the design; if all tips touch at once, no press needs to be solved."""
         if self.is_level:
             return reached_targets(self.upright, self.design.nominal_targets, None)
         return reached_targets(self.pressed, self.design.nominal_targets, self.press)
 
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Return the verdicts on the sensor that need no files."""
+        """Return the verdicts on the sensor that do not depend on files."""
         verdicts = [rule(self) for _, rule in RULES]
         return tuple(verdict for verdict in verdicts if verdict is not None)
 
     def verdict(self, name: str) -> Verdict | None:
-        """Return the verdict of a name by evaluating only its rules; None if this design has no such verdict."""
+        """Evaluate only the verdict with the given name; None if this design has no such verdict."""
         with self.timed.stage("verdicts"):
             verdicts = [rule(self) for rule_name, rule in RULES if rule_name == name]
         return next((verdict for verdict in verdicts if verdict is not None), None)
 
     def verdicts_on(self, group: Group) -> tuple[Verdict, ...]:
-        """Return the verdicts of a group by evaluating only their rules."""
+        """Evaluate only the verdicts in the given group."""
         verdicts = [self.verdict(name) for name in dict(RULES) if row_of(name).group == group]
         return tuple(verdict for verdict in verdicts if verdict is not None)
 
     @stage("behaviour")
     def behaviour(self) -> SpringBehaviour | None:
-        """Return tilt, stiffening, frequency and crosstalk of the springs; None without a housing."""
+        """Return the tilt, stiffening, natural frequency and crosstalk of the springs; None without a housing."""
         return spring_behaviour(self.springs, self.press)
 
     @stage("reading")
     def read_out(self) -> ReadingConstants:
-        """Return the constants with which a printed sensor converts its forces into a modulus."""
+        """Return the constants from which a printed sensor computes a modulus, given its forces."""
         return reading_constants(self.pressed, self.press, self.readings)
 
     @stage("errors")
     def errors(self) -> SensorErrors:
-        """Return the error budget of each number, and the response table with its bands of the modulus."""
+        """Return the error budget of each number, and the response table with the confidence bands of the modulus."""
         return sensor_errors(self.pressed, self.reached, self.press, self.options, self.readings)
 
     @stage("verdicts")

@@ -53,16 +53,16 @@ class CalibrationErrors:
     )
     gain_percent: tuple[float, ...] = report_field(
         "%",
-        "standard uncertainty of the gain of each channel; where a plate calibrates the sensor, of the deflection that "
-        "it shows",
+        "standard uncertainty of the gain of each channel; if the sensor is calibrated on a plate, of the deflection "
+        "that the channel measures",
     )
     typed: tuple[str, ...] = report_field(
-        "", "which of the two percentages the design gives, so that they do not follow from the bench"
+        "", "which of the two percentages are given in the design, instead of computed for the bench"
     )
     worst_tip: str = report_field(
         "", "the tip whose spring stiffness has the largest error after calibration on the bench"
     )
-    by: str = report_field("", "the cause of most of this error: `balance`, `dial` or `noise` of the channel")
+    by: str = report_field("", "the largest cause of this error: `balance`, `dial` or `noise` of the channel")
 
     @property
     def largest_stiffness(self) -> float:

@@ -1,4 +1,4 @@
-"""The answer of a run on the terminal, from its report.json: one screen, or every table."""
+"""The answer of a run on the terminal, from its report.json: a summary of one screen, or every table."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,8 +13,8 @@ from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
 from sensor.words import OUTCOMES, shown, value_with_bar
 
-_REASONS = 3  # maximum number of lines on verdicts that did not pass; the rest is counted
-_NOTES = 5  # maximum number of notes together with these lines
+_REASONS = 3  # maximum number of lines on verdicts that did not pass; further verdicts are only counted
+_NOTES = 5  # maximum number of notes and lines on verdicts together
 
 
 def report_passed(report: Json) -> bool | None:
@@ -23,9 +23,9 @@ def report_passed(report: Json) -> bool | None:
 
 
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
-    """Yield the answer that fits on one screen, part by part for `print_parts`.
+    """Yield the parts of an answer that fits on one screen, for `print_parts`.
 
-    It has the outcome, the verdicts on the targets, the springs, the first reasons and notes, and the files in
+    The answer has the outcome, the verdicts on the targets, the springs, the first reasons and notes, and the files in
     `folder`.
     """
     verdicts = _verdicts(report)
@@ -42,7 +42,8 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     if len(problems) > _REASONS:
         yield f"and {len(problems) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]
-    # Fewer notes if there are reasons and the line that counts the rest, so that the answer stays on one screen.
+    # The lines on verdicts, including the line that counts further ones, replace notes, so that the answer fits on one
+    # screen.
     for note in notes[: _NOTES - min(len(problems), _REASONS + 1)]:
         yield f"- {escape(note)}"
     out = escape(str(folder))
@@ -52,9 +53,9 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
 
 
 def every_section(report: Json) -> Iterator[RenderableType]:
-    """Yield the whole answer, as with --verbose, part by part for `print_parts`.
+    """Yield the parts of the whole answer, as with --verbose, for `print_parts`.
 
-    It has every verdict, the springs, the sources of the errors, the paper's springs, all notes, and the times.
+    The answer has every verdict, the springs, the sources of the errors, the paper's springs, all notes, and the times.
     """
     verdicts = _verdicts(report)
     yield _headline(report, verdicts)
@@ -71,12 +72,12 @@ def every_section(report: Json) -> Iterator[RenderableType]:
 
 
 def _verdicts(data: Json) -> list[Verdict]:
-    """Return the verdicts of a report, or of its part on the paper's springs."""
+    """Return the verdicts in a report, or in its part on the paper's springs."""
     return [Verdict(**entry) for entry in data["verdicts"]]
 
 
 def _headline(report: Json, verdicts: list[Verdict]) -> str:
-    """Return the first line: the outcome, the name of the design, and how many verdicts failed or are undecided."""
+    """Return the first line: the outcome, the name of the design, and the numbers of failed and undecided verdicts."""
     outcomes = [verdict.passed for verdict in verdicts]
     counts = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
     counts_text = (
@@ -86,9 +87,9 @@ def _headline(report: Json, verdicts: list[Verdict]) -> str:
 
 
 def _spring_lines(report: Json) -> Iterator[str]:
-    """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the strain limit.
+    """Yield a line for each spring: its stiffness with its error bar, its leaves, their strain and the strain limit.
 
-    A layout without a housing has no flexures; one line then shows the given stiffnesses.
+    A layout without a housing has no flexures; a single line then shows the given stiffnesses.
     """
     if "flexures" not in report:
         K_l, K_h = (report["springs"][key] for key in ("K_l_N_per_m", "K_h_N_per_m"))
@@ -111,10 +112,10 @@ def _spring_lines(report: Json) -> Iterator[str]:
 
 
 def _error_table(report: Json) -> Table:
-    """Return a table with a row for each number: the error of the mesh, of the model and of the print [%].
+    """Return a table of the errors [%] of each number, due to the mesh, the model and the print.
 
-    The last column names the two largest causes. Verdicts use only the error of the mesh; calibrating a print removes
-    most of the scatter.
+    The last column names the two largest causes. Verdicts use only the error due to the mesh. Calibration of a print
+    removes most of its scatter.
     """
     columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*columns)
@@ -130,7 +131,7 @@ def _error_table(report: Json) -> Table:
 
 
 def _method_lines(report: Json) -> Iterator[str]:
-    """Yield for contact and springs the accuracy reached, the tolerance requested, and the method chosen."""
+    """Yield lines with the accuracy reached, the tolerance requested and the method, for contact and springs."""
     accuracy = report["accuracy"]
     for name in ("contact", "springs"):
         stage = accuracy[name]
@@ -139,15 +140,15 @@ def _method_lines(report: Json) -> Iterator[str]:
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:
-    """Yield the scatter of prints before calibration, as bands, and the error of the modulus after calibration.
+    """Yield lines with the scatter of prints before calibration, as bands, and the error of E after calibration.
 
-    Only reports of `pipeline design` have these bands.
+    Only reports written by `pipeline design` have these bands.
     """
     scatter = report.get("tolerance")
     if scatter is None:
         return
     bands = []
-    # A band is a list of two ends; the other values of `tolerance` are single numbers.
+    # A band is a list of its two ends. The other values of `tolerance` are single numbers.
     for name, band in scatter.items():
         if isinstance(band, list):
             low, high = ("no limit" if end is None else f"{end:.4g}" for end in band)
@@ -159,7 +160,7 @@ def _scatter_lines(report: Json) -> Iterator[str]:
 
 
 def _cost_line(report: Json) -> str:
-    """Return the wall-clock and CPU seconds of each stage as one line."""
+    """Return a line with the wall-clock and CPU time of each stage [s]."""
     cpu = report["cpu_seconds"]
     stages = [f"{name} {wall:.2f}/{cpu[name]:.2f}" for name, wall in report["seconds"].items()]
     return f"seconds (wall-clock/CPU): {', '.join(stages)}"

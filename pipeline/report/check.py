@@ -1,6 +1,6 @@
-"""The check of files: whether they are unchanged since the run, and whether their geometry is sound.
+"""Check whether files are unchanged since the run, and whether their geometry is sound.
 
-Geometry is measured in a worker process, because a file may crash the CAD kernel.
+The geometry is measured in a worker process, because a file may crash the CAD kernel.
 """
 
 from collections.abc import Callable
@@ -16,20 +16,20 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.verdict import READABLE, Verdict, judge
 
-SECONDS = 300.0  # limit of wall time for a file or a folder [s]; whole folders take some seconds
-# loky reports these signals if the system ends a worker, for instance for its memory; files do not cause them
+SECONDS = 300.0  # limit of the wall time for a file or a folder [s]; a whole folder takes a few seconds
+# loky reports these signals if the operating system ends a worker, for example to free memory; files do not cause them
 _FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
 
 
 def check_path(
     path: Path, process: Process | None, designed: tuple[Design, Housing] | None = None
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on one file, or on an output folder if no print process is given.
+    """Check one file, or an output folder if `process` is None, and return the verdicts.
 
-    A file is checked by the rules of `process`. If a design and its housing are given in `designed`, the file is also
-    compared with their part. A file that crashes the CAD kernel, or that takes more than `SECONDS`, gets the failed
-    verdict geometry.readable. Raises InputError if a folder has no valid report, and BrokenExecutor if the system ends
-    the worker.
+    A file is checked by the rules of the print process. If `designed` gives a design and its housing, the file is also
+    compared with the part of this design. A file that crashes the CAD kernel, or that takes longer than `SECONDS`, gets
+    the failed verdict geometry.readable. Raises InputError if a folder has no valid report, and BrokenExecutor if the
+    operating system ends the worker.
     """
     unchanged = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
@@ -52,7 +52,7 @@ def check_path(
 
 
 def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
-    """Return the verdicts that a report and the files that it lists are as the run wrote them; raises InputError."""
+    """Check that report.json and the files that it lists are unchanged since the run; raises InputError."""
     data = read_data(folder)
     report = structure_report(folder, data)
     changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
@@ -64,9 +64,9 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
 
 
 def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing] | None) -> tuple[Verdict, ...]:
-    """Return the geometry verdicts on a STEP, STL or 3MF file [mm] by the rules of a process.
+    """Return the geometry verdicts on a STEP, STL or 3MF file [mm], by the rules of a print process.
 
-    If a design and its housing are given in `designed`, the first verdict compares the file with their part.
+    If `designed` gives a design and its housing, the first verdict compares the file with the part of this design.
     """
     from cad.checks.part_checks import check_file
     from cad.fabrication.file_shapes import part_as_designed
@@ -79,10 +79,10 @@ def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing]
 
 
 def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
-    """Return the geometry verdicts on the files of an output folder.
+    """Measure the files of an output folder and return the geometry verdicts.
 
-    They are measured on the design in the folder's report and on the files themselves. A folder without the files of a
-    whole run has one verdict that says what is missing. Raises InputError if the report is invalid.
+    Some verdicts are evaluated on the solid of the design in the folder's report, others on the files themselves. If
+    files of a whole run are missing, a single verdict names them. Raises InputError if the report is invalid.
     """
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
@@ -92,7 +92,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
 
-    report = structure_report(folder, read_data(folder))  # an edited report has its own verdict
+    report = structure_report(folder, read_data(folder))  # an edited report fails a different verdict, report.digest
     if not report.design.tips.tip_layout.has_housing:
         return ()
     if report.housing is None:
@@ -111,7 +111,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     evaluated = {verdict.name for verdict in verdicts}
     file_verdicts = check_file(folder / "housing.3mf", process)
     verdicts += tuple(verdict for verdict in file_verdicts if verdict.name not in evaluated)
-    if "cover.step" in names:  # only `pipeline design` writes cover and bracket
+    if "cover.step" in names:  # only `pipeline design` writes a cover and a bracket
         verdicts += _verdicts_or_unreadable(lambda: cover_verdicts(sensor, read_step(folder / "cover.step"), process))
     if "mount.step" in names:
         verdicts += _verdicts_or_unreadable(lambda: mount_verdicts(sensor, read_step(folder / "mount.step"), process))
@@ -119,7 +119,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
 
 
 def _verdicts_or_unreadable(measure: Callable[[], tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
-    """Return the verdicts of a measurement, or the failed verdict geometry.readable if a file cannot be read."""
+    """Call `measure` and return its verdicts, or the failed verdict geometry.readable if a file cannot be read."""
     try:
         return measure()
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""The keys of report.json by their dotted names: unit, meaning, and value in a report."""
+"""Look up the keys of report.json by dotted names: their unit, their meaning, and their value in a report."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -17,8 +17,8 @@ _INDEX = re.compile(r"-?[0-9]+")
 class ReportKey:
     """A key of report.json with its unit and its meaning.
 
-    `level` names the stage that a study solves for it; it is empty if a study cannot request the key. `is_value` marks
-    a key of a single value, not of a list or a record.
+    `level` is the stage that a study must solve to obtain the key. It is empty if a study cannot request the key.
+    `is_value` is True if the key has a single value, not a list or a record.
     """
 
     name: str
@@ -29,23 +29,23 @@ class ReportKey:
 
 
 def report_key(name: str) -> ReportKey | None:
-    """Return the key of a dotted name, such as "contact.error_percent"; None if no report has it.
+    """Return the key with a dotted name such as "contact.error_percent"; None if no report has this key.
 
-    The types of the fields of `Report` are followed word by word. An element of a list is named by its index. A verdict
-    is named by its own name, which may contain dots: "verdicts.reading.bias.value".
+    The parts of the name are followed through the types of the fields of `Report`. An element of a list is selected by
+    its index. A verdict is selected by its name, which may contain dots: "verdicts.reading.bias.value".
     """
     path = name.split(".")
-    if path[0] == "verdicts" and len(path) > 1:  # all verdicts have the same keys, so the first represents them
+    if path[0] == "verdicts" and len(path) > 1:  # all verdicts have the same keys, so the first represents them all
         path = ["verdicts", "0", path[-1]]
-    kind: Any = Report
+    field_type: Any = Report
     metadata: dict[str, Any] = {}  # metadata along the path; inner fields override outer ones
-    for word in path:
-        if get_origin(kind) is tuple and _INDEX.fullmatch(word):
-            kind = _element_type(kind)
-        elif get_origin(kind) is dict:
-            kind = _value_type(kind)
-        elif word in (declared := _fields(kind)):
-            item, kind = declared[word]
+    for part in path:
+        if get_origin(field_type) is tuple and _INDEX.fullmatch(part):
+            field_type = _element_type(field_type)
+        elif get_origin(field_type) is dict:
+            field_type = _value_type(field_type)
+        elif part in (declared := _fields(field_type)):
+            item, field_type = declared[part]
             metadata |= item.metadata
         else:
             return None
@@ -54,7 +54,7 @@ def report_key(name: str) -> ReportKey | None:
         unit=metadata.get("unit", ""),
         meaning=metadata.get("meaning", ""),
         level=metadata.get("level", ""),
-        is_value=get_origin(kind) not in (tuple, dict) and not is_dataclass(kind),
+        is_value=get_origin(field_type) not in (tuple, dict) and not is_dataclass(field_type),
     )
 
 
@@ -64,44 +64,45 @@ def report_keys() -> Iterator[ReportKey]:
     In a name, `[]` represents the elements of a list, and SPRING represents low or high. Other words in capitals
     represent names that depend on the design or the run.
     """
-    for name, (item, kind) in _fields(Report).items():
-        yield from _walk_keys(item, kind, name, "")
+    for name, (item, field_type) in _fields(Report).items():
+        yield from _walk_keys(item, field_type, name, "")
 
 
-def _walk_keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
-    """Yield the key of a field, then the keys of the record in it, depth first.
+def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
+    """Yield the key of a field, then the keys of the record that it holds, depth first.
 
-    `kind` is the type of the field, and `name` its dotted name. `level` is that of the record around it, which a field
-    without a level inherits.
+    `field_type` is the type of the field, and `name` is its dotted name. A field without a level inherits `level` from
+    the enclosing record.
     """
     level = item.metadata.get("level", level)
-    while get_origin(kind) is tuple:  # one `[]` also represents both indices of a matrix
+    while get_origin(field_type) is tuple:  # a single `[]` represents both indices of a matrix
         name = name if name.endswith("[]") else f"{name}[]"
-        kind = _element_type(kind)
-    if get_origin(kind) is dict:
-        kind = _value_type(kind)
+        field_type = _element_type(field_type)
+    if get_origin(field_type) is dict:
+        field_type = _value_type(field_type)
     each = item.metadata.get("each")
     name = name if each is None else f"{name}.{each}"
-    below = {} if each == "KEY" else _fields(kind)  # KEY: another page lists these keys
+    below = {} if each == "KEY" else _fields(field_type)  # KEY: these keys are listed on a different page
     metadata = item.metadata
     yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=not below)
-    # A record with equal entries for both springs is described once, under SPRING.
+    # If a record has entries of the same type for both springs, they are described once, as SPRING.
     both_springs = {"low", "high"} <= below.keys() and below["low"][1] == below["high"][1]
-    for word, (inner, inner_kind) in below.items():
-        if both_springs and word == "high":
+    for part, (inner, inner_type) in below.items():
+        if both_springs and part == "high":
             continue
-        if both_springs and word == "low":
-            _, *keys_of_spring = _walk_keys(inner, inner_kind, f"{name}.SPRING", level)  # without the spring itself
+        if both_springs and part == "low":
+            # omits the key of the spring itself
+            _, *keys_of_spring = _walk_keys(inner, inner_type, f"{name}.SPRING", level)
             yield from keys_of_spring
         else:
-            yield from _walk_keys(inner, inner_kind, f"{name}.{word}", level)
+            yield from _walk_keys(inner, inner_type, f"{name}.{part}", level)
 
 
 def value_at(report: object, name: str) -> object:
-    """Return the value at a dotted key of a report, or of a mapping of its parts that are solved on first use.
+    """Return the value at a dotted key of a report, or of a mapping whose parts are solved on first use.
 
-    Verdicts are found by their names, and elements of lists by index. Raises KeyError if there is no such key, and the
-    errors of the solvers if a part cannot be solved.
+    A verdict is selected by its name, and an element of a list by its index. Raises KeyError if there is no such key,
+    and the errors of the solvers if a part cannot be solved.
     """
     path = name.split(".")
     value = report
@@ -110,49 +111,49 @@ def value_at(report: object, name: str) -> object:
         verdicts_by_name = (
             verdicts if isinstance(verdicts, Mapping) else {verdict.name: verdict for verdict in verdicts}
         )
-        value = _get_part(verdicts_by_name, ".".join(path[1:-1]), name)  # names of verdicts contain dots
+        value = _get_part(verdicts_by_name, ".".join(path[1:-1]), name)  # names of verdicts may contain dots
         path = path[-1:]
-    for word in path:
-        value = _get_part(value, word, name)
+    for part in path:
+        value = _get_part(value, part, name)
     return value
 
 
-def _get_part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
-    """Return the part of a mapping, list or record at one `word` of the dotted key `name`; raises KeyError."""
+def _get_part(value: Any, part: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
+    """Return the value in a mapping, list or record at one `part` of the dotted key `name`; raises KeyError."""
     if isinstance(value, Mapping):
-        if word in value:
-            return value[word]
+        if part in value:
+            return value[part]
     elif isinstance(value, tuple):
-        if _INDEX.fullmatch(word) and -len(value) <= int(word) < len(value):
-            return value[int(word)]
+        if _INDEX.fullmatch(part) and -len(value) <= int(part) < len(value):
+            return value[int(part)]
     else:
-        kind: Any = type(value)
-        if word in _fields(kind):
-            return value_at_key(value, word)
+        record_type: Any = type(value)
+        if part in _fields(record_type):
+            return value_at_key(value, part)
     raise KeyError(name)
 
 
-def _element_type(kind: Any) -> Any:  # noqa: ANN401 - any type
-    """Return the type of the elements of a tuple."""
-    return _without_none(get_args(kind)[0])
+def _element_type(field_type: Any) -> Any:  # noqa: ANN401 - any type
+    """Return the type of the elements of a tuple type, without None."""
+    return _without_none(get_args(field_type)[0])
 
 
-def _value_type(kind: Any) -> Any:  # noqa: ANN401 - any type
-    """Return the type of the values of a dict."""
-    return _without_none(get_args(kind)[1])
+def _value_type(field_type: Any) -> Any:  # noqa: ANN401 - any type
+    """Return the type of the values of a dict type, without None."""
+    return _without_none(get_args(field_type)[1])
 
 
 @cache
-def _fields(kind: type) -> dict[str, tuple[Field[Any], Any]]:
-    """Return the fields of a record type by name, each with its type; empty for another type."""
-    if not is_dataclass(kind):
+def _fields(field_type: type) -> dict[str, tuple[Field[Any], Any]]:
+    """Return the fields of a record type by name, each with its type; empty if the type is not a record."""
+    if not is_dataclass(field_type):
         return {}
-    return {key: (item, _without_none(value_kind)) for key, (item, value_kind) in fields_by_key(kind).items()}
+    return {key: (item, _without_none(value_type)) for key, (item, value_type) in fields_by_key(field_type).items()}
 
 
-def _without_none(kind: Any) -> Any:  # noqa: ANN401 - any type
-    """Return the type of a value without None and `LeftOut`."""
-    if get_origin(kind) not in (Union, UnionType):
-        return kind
-    kinds = [member for member in get_args(kind) if member not in (NoneType, LeftOut)]
-    return kinds[0] if len(kinds) == 1 else kind
+def _without_none(field_type: Any) -> Any:  # noqa: ANN401 - any type
+    """Return a union type without None and `LeftOut`; other types are unchanged."""
+    if get_origin(field_type) not in (Union, UnionType):
+        return field_type
+    members = [member for member in get_args(field_type) if member not in (NoneType, LeftOut)]
+    return members[0] if len(members) == 1 else field_type

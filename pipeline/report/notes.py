@@ -1,4 +1,4 @@
-"""Notes for the user beside the verdicts: sentences with a number and an action."""
+"""Notes for the user, in addition to the verdicts. Each note recommends an action and states a number."""
 
 import math
 from collections.abc import Iterator
@@ -26,9 +26,9 @@ _ALWAYS_FIRST = math.inf
 
 
 class Note(NamedTuple):
-    """A sentence, and the largest change of a reading or a number due to its subject [%].
+    """A sentence, and the largest change in a reading or another number that its subject causes [%].
 
-    Notes are sorted by this change. It is infinite for a note that comes before all numbers.
+    Notes are sorted by this change, the largest first. It is infinite for a note that must come first.
     """
 
     percent: float
@@ -36,9 +36,10 @@ class Note(NamedTuple):
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes of a result as text, those on the largest changes of its numbers or readings first.
+    """Return the notes on a result as text, sorted by the change that they concern, the largest first.
 
-    Unusual moduli and files that were left out come first of all, and the method of the response last.
+    Sentences on unusual moduli and on files that were not written come before all others. The last sentence states the
+    method of the response.
     """
     info = result.press.table.info
     main_notes = _ratio_notes(result) if result.readings is None else _reading_notes(result.pressed, result.readings)
@@ -57,9 +58,9 @@ def notes(result: SensorResult) -> list[str]:
 
 
 def _unusual_moduli(design: Design) -> list[str]:
-    """Return a sentence on the first modulus of a design that is unusual for fruit, perhaps due to a wrong unit.
+    """Return a sentence on the first modulus of a design that is unusual for fruit, because its unit may be wrong.
 
-    Empty if all moduli are usual.
+    The list is empty if all moduli are usual.
     """
     moduli = [("fruit.E_max_MPa", design.fruit.E_max_MPa), *(("fruit.E_MPa", E) for E in design.fruit.E_MPa)]
     usual = f"fruit mostly have {USUAL_MODULI.at_least:g} to {USUAL_MODULI.at_most:g} MPa"
@@ -68,23 +69,23 @@ def _unusual_moduli(design: Design) -> list[str]:
 
 
 def _advice_notes(budgets: Budgets) -> Iterator[Note]:
-    """Yield a note for each piece of advice on causes of error, with the cause and the number that it changes most.
+    """Yield a note for each piece of advice on the causes of errors, with the number that the cause changes most.
 
-    Several causes may share their advice; only the one with the largest change is named.
+    Several causes may have the same advice. The note names only the cause with the largest change.
     """
     largest: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
         budget = getattr(budgets, number)
-        for part in () if budget is None else (*budget.model, *budget.inputs):
-            percent = 100.0 * abs(part.size)
-            if part.advice and (part.advice not in largest or percent > largest[part.advice].percent):
-                text = f"{part.advice}: {part.reason} moves {number} by {rounded(percent, 2):g} %."
-                largest[part.advice] = Note(percent, text)
+        for cause in () if budget is None else (*budget.model, *budget.inputs):
+            percent = 100.0 * abs(cause.size)
+            if cause.advice and (cause.advice not in largest or percent > largest[cause.advice].percent):
+                text = f"{cause.advice}: {cause.reason} moves {number} by {rounded(percent, 2):g} %."
+                largest[cause.advice] = Note(percent, text)
     yield from largest.values()
 
 
 def _given_springs_note(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on the given springs of a layout without a housing; nothing for other layouts."""
+    """Yield the note on the given springs, only for a layout without a housing."""
     if not result.design.tips.tip_layout.has_housing:
         K_l, K_h = (1e3 * K for K in result.springs.stiffnesses.stiffnesses)
         yield Note(
@@ -95,9 +96,10 @@ def _given_springs_note(result: SensorResult) -> Iterator[Note]:
 
 
 def _ratio_notes(result: SensorResult) -> Iterator[Note]:
-    """Yield the notes on a sensor that reads a force ratio.
+    """Yield the notes on a sensor that measures a force ratio.
 
-    One asks for the missing limit of bruises, the other names the fruit stiffness for which the targets hold.
+    The first note appears if the design has no bruise limit. The second states the fruit stiffness for which the
+    springs were sized.
     """
     design = result.design
     if design.fruit.bruise_limit_MPa is None:
@@ -114,7 +116,7 @@ def _ratio_notes(result: SensorResult) -> Iterator[Note]:
 
 
 def _noise_note(readings: ReadingAccuracy) -> Note:
-    """Return the note on the largest allowed noise of the forces, at which the uncertainty of E reaches its limit."""
+    """Return the note on the largest noise of the forces at which the uncertainty of E is within its limit."""
     worst = readings.worst_uncertainty
     percent = 100.0 * COVERAGE * worst.uncertainty_limit
     noise = worst.sources.noise_to_reach(worst.uncertainty_limit)
@@ -129,10 +131,10 @@ def _noise_note(readings: ReadingAccuracy) -> Note:
 
 
 def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator[Note]:
-    """Yield the notes on a sensor that reads whole presses: the allowed noise, and assumptions that change E."""
+    """Yield the notes on a sensor that reads whole presses: the allowed noise, and assumptions that affect E."""
     design = sensor.design
     fruit = design.fruit
-    # E is proportional to 1 - nu^2, whose relative change for a change d nu is 2 nu d nu / (1 - nu^2).
+    # E is proportional to 1 - nu^2. If nu changes by d nu, the relative change of E is 2 nu d nu / (1 - nu^2).
     poisson_percent = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     if readings.moduli:
         yield _noise_note(readings)
@@ -165,9 +167,9 @@ def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator
 
 
 def _duration_note(sensor: PressedSensor) -> Iterator[Note]:
-    """Yield the note on the duration of a press, because relaxation lowers E in a longer one.
+    """Yield the note on the duration of a press, because relaxation lowers E in a longer press.
 
-    Nothing if presses of the design cannot be solved over time or read.
+    Nothing is yielded if presses of the design cannot be solved over time, or if no modulus can be read from them.
     """
     decrease = decrease_at_twice_the_time(sensor)
     if decrease is not None:
@@ -178,15 +180,15 @@ def _duration_note(sensor: PressedSensor) -> Iterator[Note]:
 
 
 def _relaxation_note(result: SensorResult) -> Note:
-    """Return the note on the decrease of readings as the flesh relaxes.
+    """Return the note on the decrease of readings while the flesh relaxes.
 
-    For a design that states no relaxation, published data on its fruit, or on an orange, show how large it may be.
+    If the design states no relaxation, the decrease is estimated from published data on its fruit, or on an orange.
     """
     over_time = result.over_time
     if over_time is None:
         curve = result.press.curve
         name = result.design.fruit.name
-        remaining = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to  # share of the force
+        remaining = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to  # fraction of the force that remains
         fruit = "an orange" if name is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
         E = np.array(result.design.fruit.E_MPa)
         P = np.interp([E, remaining * E], curve.E, curve.P[:, -1])
@@ -205,9 +207,9 @@ def _relaxation_note(result: SensorResult) -> Note:
 
 
 def _skin_note(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on a skin: by how many per cent it stiffens the softest and the firmest fruit.
+    """Yield the note on the increase in fruit stiffness [%] due to a skin, for the softest and the firmest fruit.
 
-    Nothing for a fruit without a skin.
+    Nothing is yielded for a fruit without a skin.
     """
     if result.contact.skin is None:
         return
@@ -223,7 +225,7 @@ def _skin_note(result: SensorResult) -> Iterator[Note]:
 
 
 def _weight_note(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on the height difference of the tips due to their weight, for a sensor that reads presses."""
+    """Yield the note on the height difference of the tips due to weight, for a sensor that reads whole presses."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
     if sags and result.readings is not None:
         difference = max(sags) - min(sags)
@@ -235,9 +237,9 @@ def _weight_note(result: SensorResult) -> Iterator[Note]:
 
 
 def _support_note(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on the support of a whole fruit: the flattening on a table, which the solution neglects.
+    """Yield the note on the support of a whole fruit, which flattens on a table; the solution neglects this.
 
-    The fruit is solved as held at its base. Nothing for a piece of fruit, which cannot roll.
+    In the solution, the fruit is held at its base. Nothing is yielded for a piece of fruit, which cannot roll.
     """
     fruit = result.design.fruit
     if fruit.can_roll:

@@ -1,4 +1,4 @@
-"""The report of a run, built key by key from the results of its stages."""
+"""Build the report of a run, key by key, from the results of its stages."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
@@ -42,7 +42,7 @@ OF_SENSOR: dict[str, Callable[[Sensor | SensorResult], Any]] = {
     "reading": lambda sensor: None if sensor.readings is None else ReadingReport.from_stage(sensor.readings),
     "level": lambda sensor: sensor.level,
 }
-"""A function for each key that needs no solid; a study may request any of them."""
+"""A function for each key that does not need a solid; a study may request any of these keys."""
 
 OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
     "design": lambda result: result.design,
@@ -71,25 +71,25 @@ OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
 
 
 def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> Report:
-    """Return the report of a run; `files` are those of its output folder."""
+    """Return the report of a run; `files` are the files of its output folder."""
     values = {name: compute(result) for name, compute in (OF_SENSOR | OF_RESULT).items()}
     return Report(**values, files=tuple(files))
 
 
 class SensorParts(Mapping[str, object]):
-    """A mapping of the keys of a report that need no solid to their values; each is solved on first use."""
+    """A mapping from the report keys that do not need a solid to their values, which are solved on first use."""
 
     def __init__(self, sensor: Sensor) -> None:
-        """Keep the sensor, whose stages are solved when a key needs them."""
-        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several keys share one part
+        """Store the sensor, whose stages are solved when a key needs them."""
+        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several dotted keys lie in the same part
         self._verdicts = _VerdictsByName(sensor)
 
     def __contains__(self, name: object) -> bool:
-        """Return whether a key needs no solid, without solving it."""
+        """Return whether the mapping has a key, without solving anything."""
         return name in OF_SENSOR or name == "verdicts"
 
     def __getitem__(self, name: str) -> object:
-        """Return the part of a key; raises KeyError for one that needs a solid."""
+        """Return the value of a key; raises KeyError for a key that needs a solid."""
         return self._verdicts if name == "verdicts" else self._part(name)
 
     def __iter__(self) -> Iterator[str]:
@@ -102,7 +102,7 @@ class SensorParts(Mapping[str, object]):
 
 
 class _VerdictsByName(Mapping[str, Verdict]):
-    """The verdicts on a sensor by name; each is evaluated on first use."""
+    """A mapping from names to the verdicts on a sensor, which are evaluated on first use."""
 
     def __init__(self, sensor: Sensor) -> None:
         self._sensor = sensor
@@ -125,14 +125,14 @@ class _VerdictsByName(Mapping[str, Verdict]):
 
 
 def _beam_law_leaves(sensor: Sensor | SensorResult) -> tuple[float, ...] | None:
-    """Return the lengths of the leaves by the beam law [mm], low spring first; None for a layout without a housing."""
+    """Return the leaf lengths by the beam law [mm], low spring first; None for a layout without a housing."""
     if not sensor.design.tips.tip_layout.has_housing:
         return None
     return tuple(spring.length_mm for spring in printable_leaves(sensor.design, sensor.sizing).values())
 
 
 def _errors(result: SensorResult) -> dict[str, UncertaintyBudget | None]:
-    """Return the error budget of each number; the springs of a layout without a housing are given, and have none."""
+    """Return the error budget of each number; without a housing, the springs are given and have no budget."""
     has_housing = result.design.tips.tip_layout.has_housing
     budgets = vars(result.errors.budgets)
     return {name: budget for name, budget in budgets.items() if has_housing or name not in ("K_l", "K_h")}

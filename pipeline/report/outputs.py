@@ -1,4 +1,4 @@
-"""The files that state the results of a run: design.toml, response.csv, report.html, report.json."""
+"""Write the files with the results of a run: design.toml, response.csv, report.html and report.json."""
 
 import json
 import shlex
@@ -18,7 +18,7 @@ from sensor.design.design_file import design_as_toml
 from sensor.quantity import validation_error
 
 PAGE = "report.html"
-LATEST = "latest.js"  # the page of a look reads it to reload itself
+LATEST = "latest.js"  # the page of a run with --look reads this file to reload itself
 
 
 class EarlierAnswer(NamedTuple):
@@ -30,23 +30,25 @@ class EarlierAnswer(NamedTuple):
     def lost_files_text(self, folder: Path, command: str) -> str | None:
         """Return a sentence on the files that a new run removed from the folder, and how to make them again.
 
-        `command` is that of the new run. None if every file of the earlier run still exists.
+        `command` is the command of the new run. The result is None if every file of the earlier run still exists.
         """
         lost_names = [name for name in self.names if name != LATEST and not (folder / name).exists()]
         if not lost_names:
             return None
-        counted = f"files of the earlier run that were removed: {len(lost_names)}, for example {lost_names[0]}"
+        count_text = f"files of the earlier run that were removed: {len(lost_names)}, for example {lost_names[0]}"
         if self.command == command:
-            return counted
-        again = self.command.replace("design.toml", shlex.quote(str(folder / "design.toml")), 1)
-        return f"{counted}. To make them again for this design, run: {again} --out {shlex.quote(str(folder))}"
+            return count_text
+        earlier_command = self.command.replace("design.toml", shlex.quote(str(folder / "design.toml")), 1)
+        return (
+            f"{count_text}. To make them again for this design, run: {earlier_command} --out {shlex.quote(str(folder))}"
+        )
 
 
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> Plain:
-    """Write the files that state the results into a folder, and return the data of report.json.
+    """Write the files with the results into a folder, and return the data of report.json.
 
-    report.json is the last, because it has the digests of all others. With `page`, report.html is written too; it
-    shows the report without the digest of the page itself. Raises ValueError if a number is nan or infinite.
+    report.json is written last, because it contains the digests of all other files. With `page`, report.html is written
+    too. It shows the report without the digest of the page itself. Raises ValueError if a number is nan or infinite.
     """
     design = f"# {result.options.command}\n{design_as_toml(result.design)}"
     (folder / "design.toml").write_text(design, encoding="utf-8")
@@ -64,7 +66,7 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
 
 
 def refuse_folder_of_a_run(folder: Path) -> None:
-    """Raise OutputError if a folder holds the files of a whole run, which a look must not replace."""
+    """Raise OutputError if a folder holds the files of a whole run, which a run with --look must not replace."""
     files = managed_files(folder)
     if files and LATEST not in files:
         bound = "a new or empty folder, or one of an earlier look, and it holds a whole run"
@@ -73,9 +75,9 @@ def refuse_folder_of_a_run(folder: Path) -> None:
 
 
 def earlier_answer(folder: Path) -> EarlierAnswer:
-    """Return the files and the command of the run that wrote a folder; empty for a new folder.
+    """Return the files and the command of the run that wrote a folder; both are empty for a new folder.
 
-    The first line of design.toml holds the command.
+    The command is in the first line of design.toml.
     """
     names = managed_files(folder)
     first_line = (

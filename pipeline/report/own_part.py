@@ -1,4 +1,4 @@
-"""The report on a part that the user made: verdicts, numbers, and what the solution does not cover."""
+"""The report on a part that the user designed: verdicts, numbers, and limitations of the solution."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _VERDICTS = {"low": "K_l", "high": "K_h"}
 
 
 def part_verdicts(part: PartStiffness, targets: Mapping[str, float]) -> tuple[Verdict, ...]:
-    """Return the verdicts on K_l and K_h of a part, against the `targets` of a design [N/m] by spring."""
+    """Return the verdicts on K_l and K_h of a part; `targets` [N/m] holds the targets of a design by spring."""
     method_text = f"FE of this part, {part.method}, held by {part.held_by}; tolerance relative"
     return tuple(
         own_part_verdict(_VERDICTS[name], face.estimate, target, method_text)
@@ -25,7 +25,7 @@ def part_verdicts(part: PartStiffness, targets: Mapping[str, float]) -> tuple[Ve
 
 
 def part_data(part: PartStiffness) -> dict[str, object]:
-    """Return the numbers of a solved part as JSON data, in the units that their keys name."""
+    """Return the numbers of a solved part as JSON data; each key names the unit."""
     return {
         "method": part.method,
         "held_by": part.held_by,
@@ -52,12 +52,12 @@ def part_data(part: PartStiffness) -> dict[str, object]:
 
 
 def part_notes(part: PartStiffness) -> list[str]:
-    """Return sentences on how a part was solved, on its meshes and faces, and on what the solution leaves out."""
+    """Return sentences on the method, the meshes, the stiffness of each face, and features that the mesh leaves out."""
     return list(_part_notes(part))
 
 
 def _part_notes(part: PartStiffness) -> Iterator[str]:
-    """Yield the sentences of `part_notes` in the order of the output."""
+    """Yield the sentences of `part_notes`."""
     E, poisson = part.material
     material = f"E {E:g} MPa, Poisson's ratio {poisson:g}"
     yield f"solved as {part.method}: {part.dofs} unknowns, {part.seconds:.1f} s, held by {part.held_by}; {material}"
@@ -67,16 +67,16 @@ def _part_notes(part: PartStiffness) -> Iterator[str]:
         stiffnesses = ", ".join(f"{value:.5g}" for value in K)
         yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {stiffnesses} N/m"
     for name, face in part.faces.items():
-        if name not in _VERDICTS:  # low and high have verdicts, which state their stiffness
+        if name not in _VERDICTS:  # the verdicts on low and high state their stiffness
             yield f"{name}: {value_with_bar(face.estimate.value, face.estimate.error)} N/m"
         if face.K_held is not None:
             with_holes = value_with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)
-            yield f"{name}: {with_holes} N/m where the walls of the screw holes are held instead"
+            yield f"{name}: {with_holes} N/m if the walls of the screw holes are held instead"
         if face.strain_per_N is not None and face.strain_error is not None:
             strain = value_with_bar(face.strain_per_N, face.strain_error * face.strain_per_N)
-            yield f"{name}: largest strain at a round inner corner {strain} for 1 N"
+            yield f"{name}: largest strain at a rounded inner corner {strain} for 1 N"
         else:
-            yield f"{name}: no strain is given: {face.no_strain}"
+            yield f"{name}: the strain is unknown: {face.no_strain}"
     if part.left_out_at is not None:
         x, y, z = part.left_out_at
         place_text = f"most of it near ({x:.3g}, {y:.3g}, {z:.3g}) mm"

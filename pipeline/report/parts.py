@@ -1,6 +1,6 @@
-"""Parts of report.json whose keys differ from the records of their stages, each with its conversion `from_stage`.
+"""Parts of report.json whose keys differ from the results of the stages; `from_stage` converts a result.
 
-A reader of reports imports this file without the stages.
+A program that only reads reports imports this file without the stages.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from solve.contact.linear_response import SensorResponse
 
 Numbers = tuple[float | None, ...]
-"""Numbers over travel or moduli; None if a tip is out of contact or a bound does not exist."""
+"""Numbers as a function of travel or modulus; None if a tip is out of contact, or if a bound does not exist."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,15 +46,15 @@ class SizingReport:
     fruit_stiffness: str = report_field("", "`contact`: from the solved contact; `hayes`: from the paper's formula (6)")
     beam_law_leaves_mm: tuple[float, ...] | None = report_field(
         "mm",
-        "length of the leaves of the low and of the high spring by the beam law; the leaves as they are made are up to "
-        "15 % longer or shorter. It is null for tips without a housing",
+        "length of the leaves of the low and of the high spring by the beam law; the printed leaves are up to 15 % "
+        "longer or shorter. It is null for tips without a housing",
         default=None,
         since="0.3",
     )
 
     @classmethod
     def from_stage(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
-        """Return the springs as sized in the units of report.json, with the lengths of their leaves [mm]."""
+        """Return the sized springs in the units of report.json, with the lengths of their leaves [mm]."""
         return cls(
             K_l_N_per_m=1e3 * sizing.springs.K_l,
             K_h_N_per_m=1e3 * sizing.springs.K_h,
@@ -67,7 +67,7 @@ class SizingReport:
 
 @dataclass(frozen=True, kw_only=True)
 class MaterialReport:
-    """The material of the process."""
+    """The material of the print process."""
 
     name: str = report_field("", "name of the material")
     E_MPa: float = report_field("MPa", "modulus of the material")
@@ -82,7 +82,7 @@ class MaterialReport:
 
 @dataclass(frozen=True, kw_only=True)
 class SkinReport:
-    """The compliance of the fruit under a skin; matrices have shape (tips, tips)."""
+    """The compliance of a fruit with a skin; each matrix has the shape (tips, tips)."""
 
     E_MPa: tuple[float, ...] = report_field("MPa", "moduli of the flesh")
     compliance_per_mm: tuple[Matrix, ...] = report_field(
@@ -92,13 +92,13 @@ class SkinReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactReport:
-    """The compliance of the fruit under its tips, shape (tips, tips), its errors and its cost."""
+    """The compliance (tips, tips) of the fruit under its tips, with its errors and its cost."""
 
     error_percent: float = report_field("%", "half width of the error bar of s11 - s12")
     s11_error_percent: float = report_field("%", "half width of the error bar of s11")
     method: str = report_field("", "solver of the contact: `split` (singularity subtraction)")
     dofs: int = report_field("1", "number of unknowns of the mesh")
-    seconds: float = report_field("s", "wall time of the solve", level="")
+    seconds: float = report_field("s", "wall time of the solution", level="")
     status: str = report_field("", "a sentence on how the compliance was solved")
     compliance_per_mm: Matrix = report_field(
         "1/mm",
@@ -116,9 +116,9 @@ class ContactReport:
 
     @classmethod
     def from_stage(cls, contact: FruitCompliance) -> Self:
-        """Return the solved compliance of the fruit, with its errors [%] and its cost.
+        """Return the report of the compliance that the contact stage solved, with errors [%] and cost.
 
-        `compliance` is the inverse of this conversion.
+        The method `compliance` converts it back.
         """
         skin = None
         if contact.skin is not None:
@@ -138,7 +138,7 @@ class ContactReport:
         )
 
     def compliance(self, tips: tuple[str, ...]) -> FruitCompliance:
-        """Return the compliance of the fruit [1/mm] with its errors [1], under tips of these names."""
+        """Return the compliance of the fruit [1/mm] with its errors [1]; `tips` are the names of the tips."""
         skin = None
         if self.skin is not None:
             skin = SkinTable(E=np.array(self.skin.E_MPa), S=np.array(self.skin.compliance_per_mm))
@@ -154,15 +154,15 @@ class ContactReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseReport:
-    """The response at one modulus; lists are over the travel, and `F_N` has a row for each tip, none for a pair."""
+    """The response at one modulus; lists are functions of the travel. `F_N` has a row for each tip; a pair has none."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
     x_mm: tuple[float, ...] = report_field(
         "mm",
-        "travels of the middle of the tips, from the first step above 0 to `press.travel_mm`; 0 is where a level "
+        "travel of the middle of the tips, from the first step above 0 to `press.travel_mm`; 0 is where a level "
         "sensor first touches, whatever the tilt",
     )
-    P: Numbers = report_field("1", "force ratio; null where a tip is off the fruit")
+    P: Numbers = report_field("1", "force ratio; null if a tip is off the fruit")
     F_l_N: Numbers = report_field(
         "N", "force on the low tip at each travel; for other layouts the mean over the low tips"
     )
@@ -171,7 +171,7 @@ class ResponseReport:
     )
     slope_ratio: Numbers = report_field(
         "1",
-        "slope of the high force divided by the slope of the low force, both over the travel; null where a "
+        "slope of the high force divided by the slope of the low force, both over the travel; null if a "
         "tip is off the fruit. Once both faces are in full contact it does not depend on which tip touches "
         "first, as P does",
     )
@@ -183,10 +183,11 @@ class ResponseReport:
 
     @classmethod
     def rows(cls, table: "SensorResponse", tips: "Tips", spring_errors: Sequence[Floats]) -> tuple[Self, ...]:
-        """Return the response at each modulus of a table of forces.
+        """Return the response for each modulus of a table of forces.
 
-        `spring_errors` has a row for each modulus: the relative error of each tip's force due to the numerical error of
-        its spring [1], (tips,). Their sum is added to the error of P.
+        `spring_errors` has a row (tips,) for each modulus. It holds the relative error of each tip's force [1] due to
+        the numerical error of the spring stiffness. The errors of P include the sum of a row, and the errors of the
+        forces its maximum.
         """
         columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
         rows = []
@@ -204,30 +205,30 @@ class ResponseReport:
 
 @dataclass(frozen=True, kw_only=True)
 class CurveReport:
-    """P at full travel over many moduli, and bands of the moduli for each P."""
+    """P at full travel as a function of the modulus, and the confidence band of the modulus for each P."""
 
-    x_mm: float = report_field("mm", "full travel, at which P is computed; it counts as `response[].x_mm` does")
+    x_mm: float = report_field("mm", "full travel, at which P is computed; it is counted like `response[].x_mm`")
     P_softest: float | None = report_field("1", "limit of the force ratio for E towards 0")
     E_MPa: tuple[float, ...] = report_field("MPa", "moduli in fine steps up to `design.fruit.E_max_MPa`")
-    P: Numbers = report_field("1", "force ratio at each of these moduli; null where a tip is off the fruit")
+    P: Numbers = report_field("1", "force ratio at each of these moduli; null if a tip is off the fruit")
     E_lower_as_printed_MPa: Numbers = report_field(
-        "MPa", "least modulus that can give this P on a sensor as printed, as in response.csv; null without a bound"
+        "MPa", "smallest modulus that can cause this P on a sensor as printed, as in response.csv; null without a bound"
     )
     E_upper_as_printed_MPa: Numbers = report_field(
-        "MPa", "largest modulus that can give this P on a sensor as printed; null without a bound"
+        "MPa", "largest modulus that can cause this P on a sensor as printed; null without a bound"
     )
     E_lower_calibrated_MPa: Numbers = report_field(
-        "MPa", "least modulus that can give this P on a calibrated unit; null without a bound"
+        "MPa", "smallest modulus that can cause this P on a calibrated unit; null without a bound"
     )
     E_upper_calibrated_MPa: Numbers = report_field(
-        "MPa", "largest modulus that can give this P on a calibrated unit; null without a bound"
+        "MPa", "largest modulus that can cause this P on a calibrated unit; null without a bound"
     )
 
     @classmethod
     def from_stage(cls, table: "ReadingTable", tips: "Tips") -> Self:
-        """Return P at full travel over the modulus, with the bands of the modulus for each P.
+        """Return P at full travel as a function of the modulus, and the confidence band of the modulus for each P.
 
-        The first modulus of the table represents the softest possible fruit, whose P becomes `P_softest`.
+        The first modulus of the table represents the softest possible fruit. Its P becomes `P_softest`.
         """
         bands = band_columns(table)
         columns = force_columns(table.response, tips) | bands
@@ -244,13 +245,13 @@ class TipReport:
     """A tip and its spring."""
 
     name: str = report_field("", "name of the tip")
-    x_mm: float = report_field("mm", "position of the tip along the length, from the midpoint of the tips")
-    y_mm: float = report_field("mm", "position of the tip across the length, from the midpoint of the tips")
+    x_mm: float = report_field("mm", "position of the tip along the length, relative to the midpoint of the tips")
+    y_mm: float = report_field("mm", "position of the tip across the length, relative to the midpoint of the tips")
     spring: str = report_field("", "the spring that carries the tip, `low` or `high`")
 
     @classmethod
     def rows(cls, tips: "Tips") -> tuple[Self, ...]:
-        """Return the tips in the order of the forces in every table."""
+        """Return one row for each tip, in the order of the forces in every table."""
         rows = zip(tips.names, tips.places_mm, tips.springs, strict=True)
         return tuple(cls(name=name, x_mm=x, y_mm=y, spring=spring) for name, (x, y), spring in rows)
 
@@ -269,12 +270,12 @@ class ModulusReport:
         "%", "standard uncertainty of the modulus from each source", each="SOURCE_percent"
     )
     fruit: UnevenFruit | None = report_field(
-        "", "what uneven skin and flesh add at this modulus", default=None, left_out=True
+        "", "additional uncertainty due to uneven skin and flesh at this modulus", default=None, left_out=True
     )
     form_percent: tuple[float, ...] = report_field(
         "%",
-        "move of E by one standard deviation of the form of the domes, with its sign: of their radius, then of caps of "
-        "each radius. It is the move without a reference ball; reports before 0.3 do not have it",
+        "change in E due to one standard deviation of each form error of the domes, with its sign: first of their "
+        "radius, then of caps of each radius. It holds without a reference ball; reports before 0.3 do not have it",
         default=(),
         left_out=True,
     )
@@ -295,14 +296,14 @@ class ModulusReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingReport:
-    """The accuracy of readings over all poses of `[reading]`."""
+    """The accuracy of readings over all poses that `[reading]` allows."""
 
     E_bias_percent: float | None = report_field(
         "%",
         "largest error of the modulus read without noise, over all fruits and poses that give a reading; "
-        "null where a level press gives none",
+        "null if a level press gives none",
     )
-    E_bias_error_percent: float | None = report_field("%", "half width of the error bar of that error")
+    E_bias_error_percent: float | None = report_field("%", "half width of the error bar of `E_bias_percent`")
     uncertainty_percent: float | None = report_field(
         "%",
         "standard uncertainty of the modulus from all sources together, a root mean square over fruits and "
@@ -326,14 +327,14 @@ class ReadingReport:
         "noise of the amplifier. Null where the other sources alone exceed 10 %",
     )
     refused: str | None = report_field(
-        "", "the pose that gives no reading, with the reason; null where every pose gives one"
+        "", "the pose that gives no reading, with the reason; null if every pose gives one"
     )
     moduli: tuple[ModulusReport, ...] = report_field("", "bias and uncertainty at each modulus")
     skin_pressure: tuple[SkinPressure, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
     fruit: UnevenFruit | None = report_field(
         "",
-        "what uneven skin and flesh add to `uncertainty_percent`, which is for an even fruit; given at the modulus "
-        "where it is most. Reports before 0.3 do not have it",
+        "additional uncertainty due to uneven skin and flesh; `uncertainty_percent` is for an even fruit. It is given "
+        "at the modulus where it is largest. Reports before 0.3 do not have it",
         default=None,
         left_out=True,
     )
@@ -347,9 +348,9 @@ class ReadingReport:
 
     @classmethod
     def from_stage(cls, readings: "ReadingAccuracy") -> Self:
-        """Return bias and uncertainty of readings in per cent, at the worst modulus and at each, and the skin pressure.
+        """Return the bias and the uncertainty of readings in per cent, at each modulus and at the worst one.
 
-        Bias and uncertainty are None if a level press has no reading.
+        The bias and the uncertainty are None if a level press has no reading. The pressures on the skin are included.
         """
         bias = readings.bias
         uncertainty = readings.uncertainty
@@ -371,7 +372,7 @@ class ReadingReport:
 
 @dataclass(frozen=True, kw_only=True)
 class PaperReport:
-    """The verdicts on the springs of the paper under the same contact."""
+    """The verdicts on the springs of the paper, for the same contact."""
 
     K_l_N_per_m: float = report_field("N/m", "stiffness of the paper's low spring, 753")
     K_h_N_per_m: float = report_field("N/m", "stiffness of the paper's high spring, 17300")
@@ -385,7 +386,7 @@ class PaperReport:
 
 @dataclass(frozen=True, kw_only=True)
 class SolveReport:
-    """The accuracy of the solution of a stage."""
+    """The accuracy with which a stage was solved."""
 
     error_percent: float = report_field("%", "largest error bar of the solved numbers")
     choice: str = report_field("", "a sentence on the method and the meshes that were chosen")
@@ -393,11 +394,11 @@ class SolveReport:
 
 @dataclass(frozen=True, kw_only=True)
 class AccuracyReport:
-    """The requested accuracy, and how it was reached."""
+    """The requested accuracy, and the methods and meshes by which it was reached."""
 
     tolerance: float = report_field("1", "`--tol`, the relative error allowed to both spring stiffnesses")
     springs: SolveReport | None = report_field(
-        "", "accuracy of both spring stiffnesses; null where springs are not made, as for a line of tips"
+        "", "accuracy of both spring stiffnesses; null if springs are not made, as for a line of tips"
     )
     contact: SolveReport = report_field("", "accuracy of the compliance s11 - s12")
 
@@ -421,19 +422,19 @@ class AccuracyReport:
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxingModulusReport:
-    """Forces over time on a fruit of one modulus."""
+    """The forces as a function of time on a fruit of one modulus."""
 
-    E_MPa: float = report_field("MPa", "modulus of the fruit at the first instant")
+    E_MPa: float = report_field("MPa", "instantaneous modulus of the fruit")
     F_N: tuple[Numbers, ...] = report_field("N", "force of each tip over time, a row for each in the order of `tips`")
-    P: Numbers = report_field("1", "force ratio over time; null where a tip is off the fruit")
+    P: Numbers = report_field("1", "force ratio over time; null if a tip is off the fruit")
     E_apparent_MPa: Numbers = report_field(
-        "MPa", "modulus that is computed from the forces of each time as if the flesh were elastic"
+        "MPa", "modulus that is computed from the forces at each time as if the flesh were elastic"
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxationReport:
-    """A level press to full travel and its hold, on flesh that relaxes; lists are over `t_s`."""
+    """A level press to full travel and its hold, on flesh that relaxes; lists have one entry for each of `t_s`."""
 
     t_s: tuple[float, ...] = report_field("s", "times from the first touch")
     stop_s: float = report_field("s", "time at which the housing stops")
@@ -441,17 +442,17 @@ class RelaxationReport:
     moves_percent: float | None = report_field(
         "%",
         "largest change of the apparent modulus during the hold, relative to the reading, over all moduli; "
-        "null where a tip is off the fruit",
+        "null if a tip is off the fruit",
     )
-    moves_error_percent: float | None = report_field("%", "half width of the error bar of that change")
+    moves_error_percent: float | None = report_field("%", "half width of the error bar of `moves_percent`")
     moduli: tuple[RelaxingModulusReport, ...] = report_field("", "forces over time on a fruit of each modulus")
     moments: tuple[Moment, ...] = report_field("", "the best time of a reading")
 
     @classmethod
     def from_stage(cls, over_time: "ReadingOverTime") -> Self:
-        """Return forces, P and the apparent modulus over time for each modulus, and the steadiest moment for a reading.
+        """Return forces, P and the apparent modulus over time for each modulus, and the best moment for a reading.
 
-        A change that is infinite, because a tip is out of contact, becomes None.
+        If a tip is out of contact, the change of the apparent modulus is infinite, and becomes None.
         """
         moduli = []
         for i, E in enumerate(over_time.E.tolist()):
@@ -475,5 +476,5 @@ class RelaxationReport:
 
 
 def _percent(sources: Mapping[str, float]) -> dict[str, float]:
-    """Return uncertainties [1] in per cent, under keys that end in `_percent`."""
+    """Return uncertainties [1] in per cent, with keys that end in `_percent`."""
     return {f"{name.removesuffix('_percent')}_percent": 100.0 * value for name, value in sources.items()}

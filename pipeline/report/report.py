@@ -1,7 +1,7 @@
-"""report.json as one typed tree: each field is a key with its unit and meaning. It is written and read here.
+"""Write and read report.json, as a tree of records in which each field is a key with its unit and meaning.
 
-pipeline/report/of_result.py fills the keys from the stages of a sensor, and pipeline/report/keys.py finds a key.
-docs/report-json.md is generated from this tree.
+pipeline/report/of_result.py computes the keys from the stages of a sensor, and pipeline/report/keys.py looks up a key.
+docs/report-json.md is generated from these records.
 """
 
 import json
@@ -50,34 +50,35 @@ SCHEMA = 1
 
 
 class LeftOut(Enum):
-    """The value of a key that may be null, in a report without the key."""
+    """The value of a key that a report does not have; needed because None means that the key is null."""
 
     LEFT_OUT = "left out"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ListedFile:
-    """A file of an output folder, and its digest when it was written."""
+    """A file of an output folder, and the digest that it had when it was written."""
 
     path: str = report_field("", "path of the file in the folder")
     sha256: str = report_field("", "sha256 digest of the file, which `pipeline check` compares")
 
     def is_unchanged_in(self, folder: Path) -> bool:
-        """Return whether the file is inside the folder and unchanged; False for an impossible path."""
+        """Return whether the file is inside the folder and unchanged; False if the path is invalid."""
         path = folder / self.path
         try:
-            inside = path.resolve().is_relative_to(folder.resolve())
-        except (OSError, ValueError, RuntimeError):  # the last one is a loop of links
+            is_inside = path.resolve().is_relative_to(folder.resolve())
+        except (OSError, ValueError, RuntimeError):  # RuntimeError: links form a loop
             return False
-        return inside and has_digest(path, self.sha256)
+        return is_inside and has_digest(path, self.sha256)
 
 
 @with_attributes
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Report(Record):
-    """All numbers of a run: `report.json` as a typed tree, which `read_report` returns.
+    """All numbers of a run: the content of `report.json`, as returned by `read_report`.
 
-    Tips have one order in all forces and in the compliance. `docs/report-json.md` lists the keys below each attribute.
+    The tips are in the same order in all forces and in the compliance. `docs/report-json.md` lists the keys below each
+    attribute.
 
     Examples
     --------
@@ -97,19 +98,19 @@ class Report(Record):
         "", "the springs as fitted to the housing; left out for a line of tips", default_factory=dict, left_out=True,
         level="flexures", each="SPRING",
     )  # fmt: skip
-    housing: Housing | None = report_field("", "the printed part; null where none can be made, and for a line of tips")
+    housing: Housing | None = report_field("", "the printed part; null if none can be made, and for a line of tips")
     deflections_mm: tuple[float, ...] = report_field(
         "mm", "deflection of the low and of the high spring at full travel on the firmest fruit", level="flexures"
     )
     material: MaterialReport = report_field("", "material of the print process")
     behaviour: SpringBehaviour | None = report_field(
-        "", "properties of the fitted springs; null where `housing` is null", level="files"
+        "", "properties of the fitted springs; null if `housing` is null", level="files"
     )
     contact: ContactReport = report_field("", "compliance of the fruit under the tips", level="contact")
     response: tuple[ResponseReport, ...] = report_field(
         "", "forces over the travel, one entry for each of `design.fruit.E_MPa`", level="contact"
     )
-    curve: CurveReport = report_field("", "P at full travel over the modulus, in fine steps")
+    curve: CurveReport = report_field("", "P at full travel as a function of the modulus, in fine steps")
     tips: tuple[TipReport, ...] = report_field("", "the tips, in the order of the forces in every table")
     read_out: ReadingConstants = report_field(
         "", "the constants with which [`pipeline read`](read-a-fruit.md) computes a modulus, for every design"
@@ -119,13 +120,13 @@ class Report(Record):
     )
     level: LevelTargets = report_field("", "the design as a level sensor, by the two-spring law", level="contact")
     verdicts: tuple[Verdict, ...] = report_field("", "all verdicts on the design")
-    remedy: str | None = report_field("", "the hint of the first verdict that did not pass; null where all pass")
+    remedy: str | None = report_field("", "the hint of the first verdict that did not pass; null if all pass")
     errors: dict[str, UncertaintyBudget | None] = report_field(
-        "", "the sources of the error of each number; null where the number has none", level="files", each="NUMBER"
+        "", "the error budget of each number; null if the number has none", level="files", each="NUMBER"
     )
     paper: PaperReport | None = report_field(
         "",
-        "the springs of the paper, judged by the same rules; null where fruit or tips are not the paper's",
+        "the springs of the paper, judged by the same rules; null if fruit or tips are not the paper's",
         level="files",
     )
     accuracy: AccuracyReport = report_field("", "the accuracy that was requested, and the accuracy that was reached")
@@ -149,7 +150,7 @@ class Report(Record):
     )
     tolerance: ScatterBands | LeftOut | None = report_field(
         "",
-        "scatter of prints before calibration; only in reports of `pipeline design`; null where no housing can be made",
+        "scatter of prints before calibration; only in reports of `pipeline design`; null if no housing can be made",
         default=LeftOut.LEFT_OUT,
         left_out=True,
     )
@@ -176,23 +177,23 @@ class Report(Record):
             raise validation_error("deflections_mm", list(self.deflections_mm), "mm", bound, "run the design again")
 
     def _repr_html_(self) -> str:
-        """Return answer, verdicts, springs and P over the modulus as HTML for notebooks."""
+        """Return the answer, the verdicts, the springs and P as a function of the modulus as HTML for notebooks."""
         E, P = (np.array(values, dtype=np.float64) for values in (self.curve.E_MPa, self.curve.P))
         return answer_html(self.design.name, self.verdicts, self.flexures, E, P, self.design.fruit.E_MPa)
 
     @property
     def creep(self) -> CreepLaw:
-        """Return the creep of the springs by their print process."""
+        """Return the creep law of the print material."""
         return self.design.process.creep
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:
-        """Return bias and uncertainty of readings at each modulus; empty if the design has no readings."""
+        """Return the bias and the uncertainty of readings at each modulus; empty if the design has no readings."""
         return () if self.reading is None else self.reading.moduli
 
     @property
     def compliance(self) -> FruitCompliance:
-        """Return the compliance of the fruit under the tips [1/mm] with its errors."""
+        """Return the compliance of the fruit under the tips [1/mm], with its errors."""
         return self.contact.compliance(tuple(tip.name for tip in self.tips))
 
 
@@ -203,12 +204,12 @@ _CONVERTER.register_structure_hook(ScatterBands | LeftOut, lambda data, _: _CONV
 
 
 def report_data(report: Report) -> Plain:
-    """Return the JSON data of a report with its digest; raises ValueError for nan or infinity."""
+    """Return the JSON data of a report with their digest; raises ValueError if a number is nan or infinite."""
     return with_digest(as_data(report))
 
 
 def read_report(folder: Path) -> Report:
-    """Return the report of an output folder.
+    """Read the report of an output folder.
 
     Parameters
     ----------
@@ -223,7 +224,7 @@ def read_report(folder: Path) -> Report:
     Raises
     ------
     InputError
-        If the folder has no `report.json`, or it is not as the run wrote it.
+        If the folder has no `report.json`, or if the file was changed after the run.
 
     Examples
     --------
@@ -235,7 +236,7 @@ def read_report(folder: Path) -> Report:
 
 
 def written_data(folder: Path) -> Plain:
-    """Return the JSON data of a folder's report; raises InputError if the file was changed since the run."""
+    """Return the JSON data of a folder's report; raises InputError if the file was changed after the run."""
     data = read_data(folder)
     if not is_as_written(data):
         raise _report_error(folder, "its report.json must be as the run wrote it, and its digest is another")
@@ -243,14 +244,14 @@ def written_data(folder: Path) -> Plain:
 
 
 def is_as_written(data: Plain) -> bool:
-    """Return whether a report's JSON data still have their digest."""
+    """Return whether a report's JSON data match their digest."""
     return bool(data.get(KEY) == content_digest(data))
 
 
 def read_data(folder: Path) -> Plain:
-    """Return the JSON data of a folder's report, unchecked except for its schema and finite numbers.
+    """Return the JSON data of a folder's report; only the schema and the numbers are checked.
 
-    Raises InputError if the file cannot be read, is no JSON, or is of another schema.
+    Raises InputError if the file cannot be read, is not JSON, has a different schema, or contains nan or infinity.
     """
     path = folder / "report.json"
     try:
@@ -266,9 +267,9 @@ def read_data(folder: Path) -> Plain:
 
 
 def structure_report(folder: Path, data: Plain) -> Report:
-    """Return the report that a folder's JSON data describe; raises InputError if they are invalid.
+    """Build a report from the JSON data of a folder's report.json; raises InputError if they are invalid.
 
-    A report of version 0.2 may have keys that were removed since; these are ignored.
+    A report of version 0.2 may have keys that no longer exist; these are ignored.
     """
     design = data.get("design")
     try:
@@ -287,14 +288,14 @@ def structure_report(folder: Path, data: Plain) -> Report:
 
 
 def _drop_removed_keys(data: Plain) -> Plain:
-    """Return the JSON data of a report without the keys that only older versions have."""
+    """Return the JSON data of a report without the keys that only older versions wrote."""
     for name in REPORT_KEYS:
         data = _drop_key(data, name.split("."))
     return data
 
 
 def _drop_key(data: Plain, path: Sequence[str]) -> Plain:
-    """Return JSON data without the key at a path of nested keys; unchanged if there is no such key."""
+    """Return JSON data without the key at a path of nested keys; the data are unchanged if there is no such key."""
     first, *rest = path
     if not rest:
         return {key: value for key, value in data.items() if key != first}
@@ -303,7 +304,7 @@ def _drop_key(data: Plain, path: Sequence[str]) -> Plain:
 
 
 def _finite_number(text: str) -> float:
-    """Return the number of a JSON text; raises ValueError for nan and infinity, which JSON does not have."""
+    """Parse a number in a JSON text; raises ValueError for nan and infinity, which JSON does not allow."""
     value = float(text)
     if not math.isfinite(value):
         msg = f"{text} is not a JSON number"
@@ -312,7 +313,7 @@ def _finite_number(text: str) -> float:
 
 
 def _report_error(folder: Path, bound: str) -> InputError:
-    """Return the error for a folder whose report cannot be used, on one line; `bound` says what it must be."""
+    """Return the error for a folder whose report cannot be used; `bound` states the requirement on the report."""
     reason = " ".join(bound.split())
     message = f"PATH = {str(folder)!r} {reason}. Name an output folder, or run the design again."
     return InputError(message, field="PATH", value=str(folder), bound=reason)

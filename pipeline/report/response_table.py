@@ -1,4 +1,4 @@
-"""Forces, P and bands of the modulus against modulus and travel, as the columns of response.csv and report.json."""
+"""The columns of response.csv: forces, P and confidence bands of the modulus, for each modulus and travel."""
 
 import csv
 import io
@@ -16,30 +16,30 @@ if TYPE_CHECKING:
     from solve.contact.linear_response import SensorResponse
 
 Columns = dict[str, Floats]
-"""Numbers of shape (moduli, travels) by name; nan if there is no number."""
-# Significant digits in response.csv. Further digits of an error differ between machines, and so would the file.
+"""Arrays of shape (moduli, travels) by the name of a column; nan if there is no number."""
+# Number of significant digits in response.csv. Further digits of an error differ between machines.
 _DIGITS = {"P_mesh_error_percent": 3}
 _FORCE_DIGITS, _BAND_DIGITS = 6, 4
 
 
 def force_columns(response: "SensorResponse", tips: Tips) -> Columns:
-    """Return modulus, travel, forces on the low and the high spring, and P; a force is the mean over its tips."""
+    """Return the modulus, the travel, the mean force on the tips of the low and of the high spring, and P."""
     E, x = np.meshgrid(response.E, response.x, indexing="ij")
     low, high = (response.F[:, :, list(kind)].mean(axis=2) for kind in tips.spring_groups)
     return {"E_MPa": E, "x_mm": x, "F_l_N": low, "F_h_N": high, "P": response.P}
 
 
 def band_columns(table: "ReadingTable") -> Columns:
-    """Return the ends of the band of moduli that may show each P, as printed and for a calibrated unit."""
+    """Return the ends of the confidence band of the modulus for each P, as printed and for a calibrated unit."""
     bands = {"as_printed": table.printed, "calibrated": table.calibrated}
     ends = {"lower": 0, "upper": 1}
     return {f"E_{end}_{name}_MPa": bands[name][..., ends[end]] for name in bands for end in ends}
 
 
 def response_csv(table: "ReadingTable", tips: Tips) -> str:
-    """Return the text of response.csv: forces, P and bands with a row for each modulus and travel.
+    """Return the text of response.csv: forces, P and confidence bands, with a row for each modulus and travel.
 
-    Cells without a number are empty. Layouts other than a pair have the force of each tip in further columns.
+    Cells without a number are empty. For layouts other than a pair, further columns hold the force on each tip.
     """
     response = table.response
     bands = band_columns(table)
@@ -50,7 +50,7 @@ def response_csv(table: "ReadingTable", tips: Tips) -> str:
         **{f"F_{tip + 1}_N": response.F[:, :, tip] for tip in tips.own_columns},
     }
     digits = {**dict.fromkeys(columns, _FORCE_DIGITS), **dict.fromkeys(bands, _BAND_DIGITS), **_DIGITS}
-    # Row 0 of each grid is a limit, the softest possible fruit, and is not written.
+    # Row 0 of each grid is for the softest possible fruit, which is only a limit. It is not written.
     cells = [[shown(value, digits=digits[name]) for value in grid[1:].flat] for name, grid in columns.items()]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -60,5 +60,5 @@ def response_csv(table: "ReadingTable", tips: Tips) -> str:
 
 
 def numbers(values: Floats) -> tuple[float | None, ...]:
-    """Return an array (n,) as in report.json, where None replaces numbers that are not finite."""
+    """Return an array (n,) as a tuple for report.json, with None for numbers that are not finite."""
     return tuple(value if math.isfinite(value) else None for value in values.tolist())

@@ -1,4 +1,4 @@
-"""Verdicts as a table for the terminal, and a line with the reason for each that did not pass."""
+"""Show verdicts in the terminal: a table, and a line with the reason for each verdict that did not pass."""
 
 import os
 import sys
@@ -27,9 +27,9 @@ OUTCOME = {passed: f"[{_COLOURS[passed]}]{word}[/]" for passed, word in OUTCOMES
 
 
 def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> None:
-    """Print tables and sentences in the width of the terminal.
+    """Print tables and sentences, wrapped to the width of the terminal.
 
-    Output that goes to a file or a pipe has the given `width`, or `WIDTH`, unless COLUMNS is set [characters].
+    Output to a file or a pipe is `width` or else `WIDTH` characters wide, unless COLUMNS is set.
     """
     console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else width or WIDTH)
     for part in parts:
@@ -37,7 +37,7 @@ def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> No
 
 
 def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableType]:
-    """Return the verdicts on a file or folder as a table, with reasons for those that did not pass."""
+    """Return a table of the verdicts on a file or folder, and the reasons for verdicts that did not pass."""
     explained = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
     return [verdict_table(escape(title), verdicts), *reasons(explained)]
 
@@ -45,10 +45,10 @@ def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableTyp
 def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = lambda _: True) -> tuple[str, ...]:
     """Return one line for each verdict, with its reason and its hint.
 
-    A verdict for which `in_table` is false has its value and limit in the line, because no table shows them. A hint
-    that an earlier line gave is replaced by the name of that line's verdict.
+    If `in_table` is false for a verdict, the line also has its value and limit, because no table shows them. A hint
+    that is already in an earlier line is replaced by a reference to the verdict of that line.
     """
-    first_with: dict[str, str] = {}  # for each hint, the first verdict that has it
+    first_with: dict[str, str] = {}  # name of the first verdict with each hint
     lines = []
     for verdict in verdicts:
         hint = ""
@@ -61,9 +61,10 @@ def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = l
 
 
 def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
-    """Return the verdicts as a table with value, limit, tolerance and outcome; `title` is in rich's markup."""
-    heads = ("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", "")
-    columns = [Column(head, overflow="fold") for head in heads]  # a narrow terminal wraps a word and truncates none
+    """Return a table of the verdicts with value, limit, tolerance and outcome; `title` is in rich's markup."""
+    headings = ("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", "")
+    # on a narrow terminal, words are wrapped instead of truncated
+    columns = [Column(heading, overflow="fold") for heading in headings]
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]

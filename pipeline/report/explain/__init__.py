@@ -1,1 +1,1 @@
-"""The meaning of every verdict and symbol: formula, source, and the number of a design."""
+"""The meaning of every verdict and symbol: its formula, its source, and its value for a design."""

@@ -1,4 +1,4 @@
-"""The meaning of each verdict and symbol: the table for `explain`, the page and docs/words.md."""
+"""The table of the meanings of verdicts and symbols, for `pipeline explain`, the page and docs/words.md."""
 
 import difflib
 import tomllib
@@ -17,18 +17,19 @@ from sensor.quantity import InputError
 from sensor.verdict import VerdictRow, verdict_rows
 
 _CONSTANTS = {"touch_fraction": LARGEST_TOUCH_FRACTION, "shortest_leaf": SHORTEST_LEAF, "tilt_deg": TILT_DEG}
-"""Constants that the texts may name in braces."""
+"""Constants that the texts may contain, by the name in braces."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """The meaning of a verdict, a symbol or a key: a paragraph, its formula and its source.
+    """The meaning of a verdict, a symbol or a key: a paragraph, a formula and a source.
 
-    The number of a symbol is at the dotted `key` of report.json, and its error in per cent at the key `error_percent`.
-    `part` says to which part of the sensor that number belongs. The number of a verdict is found by its name, or at
-    `key` if the report has no such verdict. A name that ends in `*` represents the names in `each`. `level` is the
-    stage that a study solves for a verdict, None if a study cannot request it. `value_level` is the stage for its
-    value, if the outcome needs less. `in_main_job` marks the ten nouns that are enough to read `pipeline/main_job.py`.
+    The value of a symbol is at the dotted `key` of report.json, and its error in per cent is at the key
+    `error_percent`. `part` is the part of the sensor that the value describes. The value of a verdict is found by the
+    name of the verdict, or at `key` if the report has no such verdict. A name that ends in `*` represents the names in
+    `each`. `level` is the stage that a study must solve to obtain a verdict; it is None if a study cannot request it.
+    `value_level` is the stage for the value of the verdict, if the outcome needs less. `in_main_job` is True for the
+    ten nouns that are enough to read `pipeline/main_job.py`.
     """
 
     name: str
@@ -49,10 +50,10 @@ class Entry:
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return every entry: verdicts from `sensor/verdicts.toml`, then symbols from `symbols.toml`.
+    """Return all entries: verdicts from `sensor/verdicts.toml`, then symbols from `symbols.toml`.
 
     A symbol with a key of report.json has the unit of the key. It also has the meaning of the key, unless the file
-    gives another.
+    gives a different one.
     """
     loaded = [_verdict_entry(row) for row in verdict_rows()]
     text = (Path(__file__).parent / "symbols.toml").read_text(encoding="utf-8")
@@ -67,7 +68,7 @@ def entries() -> tuple[Entry, ...]:
 
 
 def _verdict_entry(row: VerdictRow) -> Entry:
-    """Return the entry of a verdict; its texts may name its limit and its tolerances in braces."""
+    """Return the entry of a verdict, whose limit and tolerances are filled into its texts."""
     numbers = {
         "limit": row.limit,
         "tolerance": row.tolerance,
@@ -81,21 +82,21 @@ def _verdict_entry(row: VerdictRow) -> Entry:
 
 
 def _fill_in(text: str, numbers: Mapping[str, float | str | None]) -> str:
-    """Return a text in which the numbers that it names in braces are filled in."""
+    """Return a text with the names in braces replaced by their numbers."""
     texts = {name: f"{number:g}" if isinstance(number, float) else number for name, number in numbers.items()}
     return text.format(**texts)
 
 
 def _meaning_of(key: ReportKey) -> str:
-    """Return the meaning of a key as a sentence."""
+    """Return the meaning of a key, with a capital letter and a full stop."""
     return f"{key.meaning[:1].upper()}{key.meaning[1:]}."
 
 
 def find_entry(name: str) -> Entry:
-    """Return the entry of a verdict, a symbol, a key of report.json or a fruit.
+    """Find the entry of a verdict, a symbol, a key of report.json or a fruit.
 
-    They are tried in this order. Raises InputError for an unknown name, with the closest known name, and for a name
-    that was removed.
+    The name is looked up in this order. Raises InputError for an unknown name, with the closest known name as a hint,
+    and for a name that was removed.
     """
     refuse_gone(f"verdicts.{name}")
     refuse_gone_key(name)
@@ -120,15 +121,15 @@ def find_entry(name: str) -> Entry:
     if name in FRUITS:
         return _fruit_entry(FRUITS[name])
     names_by_lower_case |= {fruit: fruit for fruit in FRUITS}
-    near = difflib.get_close_matches(name.lower(), names_by_lower_case, n=1)
-    hint = f"Did you mean {names_by_lower_case[near[0]]}? " if near else ""
+    close_matches = difflib.get_close_matches(name.lower(), names_by_lower_case, n=1)
+    hint = f"Did you mean {names_by_lower_case[close_matches[0]]}? " if close_matches else ""
     bound = "a verdict, a symbol, a fruit or a key of report.json"
     msg = f"NAME = {name!r} must be {bound}. {hint}`pipeline explain` lists them all."
     raise InputError(msg, field="NAME", value=name, bound=bound)
 
 
 def _fruit_entry(fruit: NamedFruit) -> Entry:
-    """Return the entry of a fruit: its ranges as a paragraph, with the source of each."""
+    """Return the entry of a fruit: a paragraph with its ranges, and the source of each range."""
     lowest, highest = fruit.bruise_limit_MPa
     meaning = (
         f"A fruit of {fruit.in_words} [mm, MPa]. It bruises at a mean pressure of {lowest:g} to {highest:g} MPa, and "

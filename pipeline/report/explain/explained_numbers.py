@@ -1,4 +1,4 @@
-"""The value that a verdict or a symbol has in a report, as text."""
+"""Show the value that a verdict or a symbol has in a report."""
 
 from pathlib import Path
 
@@ -11,10 +11,10 @@ from sensor.words import OUTCOMES, shown, value_with_bar
 
 
 def explained_value(folder: Path, entry: Entry, name: str) -> str:
-    """Return the value that a verdict or a symbol has in a folder's report, as text with error bar and unit.
+    """Return the value of a verdict or a symbol in a folder's report as text, with error bar and unit.
 
-    `name` is the name that the user typed, which may be one of several in the `entry`. If the report has no value, the
-    text says so. Raises InputError if the folder has no valid report.
+    `name` is the name that the user typed, which may be one of several names of the `entry`. If the report has no such
+    value, the text states this. Raises InputError if the folder has no valid report.
     """
     report = read_report(folder)
     if not entry.is_verdict:
@@ -25,7 +25,7 @@ def explained_value(folder: Path, entry: Entry, name: str) -> str:
 
 
 def _verdict_text(verdict: Verdict) -> str:
-    """Return value, limit, outcome and hint of a verdict as text."""
+    """Return the value, the limit, the outcome and the hint of a verdict as text."""
     in_units = as_read(verdict)
     limit = "" if in_units.limit is None else f", limit {shown(in_units.limit, in_units.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
@@ -33,7 +33,7 @@ def _verdict_text(verdict: Verdict) -> str:
 
 
 def _symbol_text(report: object, entry: Entry) -> str | None:
-    """Return the number of a symbol as text with its error bar and its part; None if the report has no such number."""
+    """Return the value of a symbol as text, with its error bar and its part; None if the report has no such value."""
     value = None if entry.key is None else _value_or_none(report, entry.key)
     if not isinstance(value, int | float):
         return None
@@ -44,7 +44,7 @@ def _symbol_text(report: object, entry: Entry) -> str | None:
 
 
 def _value_or_none(report: object, key: str) -> object:
-    """Return the value at a dotted key of a report; None if the report has no such key."""
+    """Return the value at a dotted key of a report, or None if the report has no such key."""
     try:
         return value_at(report, key)
     except KeyError:

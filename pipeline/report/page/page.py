@@ -1,4 +1,4 @@
-"""report.html: one self-contained page of a report, which needs no other file, network or font."""
+"""Make report.html, a self-contained page of a report, which needs no other file, no network and no font."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,18 +20,18 @@ from sensor.verdict import all_passed
 from solve.linear import SolveError
 
 TEMPLATE = "page.html.j2"
-TAKEN_FROM = ("base.html.j2", "words.html.j2")  # included by the template of the page
+TAKEN_FROM = ("base.html.j2", "words.html.j2")  # templates that the template of the page includes
 
-_SPEED = 50.0  # of a filament printer [mm/s], until the reader enters another rate
-_LIMITING_NOTES = 2  # notes beside the answer of a design that passes
-_USUAL_SLIDERS = ("E", "travel")  # sliders for tilt and noise are folded
+_SPEED = 50.0  # default speed of a filament printer [mm/s]; the reader can enter a different one
+_LIMITING_NOTES = 2  # number of notes beside the answer of a design that passes
+_USUAL_SLIDERS = ("E", "travel")  # the sliders for tilt and noise are hidden at first
 _FIRST_NUMBERS = 3  # number of values at the top of the page, failed ones first
 
 
 def prepare_page(result: SensorResult) -> None:
-    """Do the slowest work for a page before its files exist: compile the templates, and solve the springs under load.
+    """Do the slow work for the page before its files exist: compile the templates, and solve the springs under load.
 
-    The results are cached. An error is ignored here, because the page reports it when it needs the solution.
+    The results are cached. Errors are ignored here, because the page reports them when it needs the solution.
     """
     load_templates(TEMPLATE, *TAKEN_FROM)
     with suppress(ValueError, SolveError):
@@ -39,10 +39,10 @@ def prepare_page(result: SensorResult) -> None:
 
 
 def make_page(report: Report, result: SensorResult, folder: Path) -> str:
-    """Return report.html: answer, verdicts, notes, plots, three-dimensional bodies and files of a run.
+    """Return report.html with the answer, the verdicts, the notes, plots, 3-D bodies and the files of a run.
 
-    Bodies come from `result` and from the files of the output `folder`. The page gives the reason for each body that
-    cannot be drawn.
+    The bodies come from `result` and from the files of the output `folder`. For a body that cannot be drawn, the page
+    states the reason.
     """
     file_names = {file.path for file in report.files}
     bodies, missing = _draw_bodies(report, result, folder)
@@ -51,11 +51,11 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     bill = answer.bill(folder) if answer.BILL in file_names else []
     verdicts = [as_read(verdict) for verdict in report.verdicts]
     problems = not_passed(verdicts)
-    # Each verdict has its index, by which the page's script finds it in the data.
+    # The script of the page finds a verdict in the data by its index.
     on_the_part = [(i, verdict) for i, verdict in enumerate(verdicts) if is_on_the_part(verdict)]
     targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
     paper = () if report.paper is None else report.paper.verdicts
-    # The first notes stand beside the answer only if nothing failed; otherwise the failures stand there.
+    # If all verdicts passed, the first notes are shown beside the answer; otherwise the problems are shown there.
     limiting = [] if problems else report.notes[:_LIMITING_NOTES]
     page_data = {
         "report": report_data(report),
@@ -96,7 +96,7 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
 
 
 def _draw_bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
-    """Return the bodies as page data, and for each body that cannot be drawn its name with the reason."""
+    """Return the bodies as page data, and the reasons by name for bodies that cannot be drawn."""
     draws: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
         draws["springs under load"] = partial(flexure_body, report, result)

@@ -1,4 +1,4 @@
-"""The answer of a run as text for its page."""
+"""The answer of a run as text for the page."""
 
 import csv
 from collections.abc import Iterable
@@ -13,14 +13,14 @@ from pipeline.storage.record_data import fields_by_key, value_at_key
 from pipeline.verdicts.in_words import measured
 from sensor.verdict import Verdict
 
-BILL = "bom.csv"  # file of the bill of materials
+BILL = "bom.csv"  # file name of the bill of materials
 _ERRORS = ("reading.bias", "reading.uncertainty")
-_MOST_DIGITS = 6  # beyond, an error of the reading is shown with all its digits
-_MASS = f" g{EACH}"  # ending of the size of a printed part in the bill
+_MOST_DIGITS = 6  # with more digits, an error of a reading is shown in full
+_MASS = f" g{EACH}"  # end of the entry `size` of a printed part in the bill of materials
 
 
 class Dimension(NamedTuple):
-    """A dimension of the part: its name, its size [mm] as text, and its meaning."""
+    """A dimension of the part: its name, its value [mm] as text, and its meaning."""
 
     name: str
     size: str
@@ -28,10 +28,10 @@ class Dimension(NamedTuple):
 
 
 def brief(verdict: Verdict) -> str:
-    """Return the value of a verdict with its unit, as short as the outcome allows; empty without a value.
+    """Return the value of a verdict with its unit, with as few digits as the outcome allows; empty without a value.
 
-    Bias and uncertainty of a reading have two digits, or more if the rounded value would lie on the other side of the
-    limit. All other values, and undecided ones, have their error bar.
+    The bias and the uncertainty of readings have two digits, or more if the rounded value would be on the other side of
+    the limit. All other values, and the values of undecided verdicts, have an error bar.
     """
     value, limit = verdict.value, verdict.limit
     is_error = verdict.name in _ERRORS and verdict.passed is not None
@@ -43,16 +43,16 @@ def brief(verdict: Verdict) -> str:
 
 
 class Closest(NamedTuple):
-    """A verdict that passed, and the fraction of its limit that it uses [1]."""
+    """A verdict that passed, and the fraction of its limit that its value uses [1]."""
 
     verdict: Verdict
     fraction: float
 
 
 def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
-    """Return the passed verdict whose value is closest to a one-sided limit, as a fraction; None without such a limit.
+    """Return the passed verdict whose value is relatively closest to a one-sided limit; None without such a limit.
 
-    The fraction is value over limit for an upper limit, and limit over value for a lower one.
+    The fraction is value / limit for an upper limit, and limit / value for a lower limit.
     """
     candidates = []
     for verdict in verdicts:
@@ -67,10 +67,10 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
 
 
 def dimensions(report: Report) -> list[Dimension]:
-    """Return the dimensions of the leaves, then those of the housing that are not 0.
+    """Return the dimensions of the leaves, and then the dimensions of the housing that are not 0.
 
-    A dimension of 0 belongs to a feature that the housing does not have. Names and meanings come from the fields of the
-    records.
+    A dimension of 0 belongs to a feature that the housing does not have. The names and meanings come from the fields of
+    the records.
     """
     rows = []
     for name, spring in report.flexures.items():
@@ -88,11 +88,11 @@ def dimensions(report: Report) -> list[Dimension]:
 
 
 def bill(folder: Path) -> list[list[str]]:
-    """Return the rows of the bill of materials of an output folder, its header first; raises OSError."""
+    """Read the bill of materials of an output folder, and return its rows, the header first; raises OSError."""
     with (folder / BILL).open(encoding="utf-8", newline="") as file:
         return list(csv.reader(file))
 
 
 def printed_g(rows: list[list[str]]) -> float:
-    """Return the mass of all printed parts of a bill of materials [g]."""
+    """Return the total mass [g] of the printed parts in a bill of materials."""
     return sum(int(count) * float(size.removesuffix(_MASS)) for count, _, size, *_ in rows[1:] if size.endswith(_MASS))

@@ -1,4 +1,4 @@
-"""The bodies on the page as GLB: the assembly, and the deformed flexures coloured by stress."""
+"""The bodies on the page, in GLB format: the assembly, and the deformed flexures coloured by stress."""
 
 import math
 from collections.abc import Sequence
@@ -24,11 +24,12 @@ from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
 ASSEMBLY = "assembly.glb"
 _SYMMETRY = "symmetry"
-# Relative error of the largest stress on the coarse mesh, against the mesh that solves the springs. Observed for four
-# designs and four processes: -0.02 to 0.19, also on the mesh of a rough answer.
+# Relative error of the largest stress on the coarse mesh, in comparison with the mesh on which the springs are solved.
+# For four designs and four processes, it was -0.02 to 0.19, also on the mesh of a rough answer.
 STRESS_OFF = 0.2
 _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
-# outward shift of a label, as a fraction of the length of the part; names of tips are wider than their gap
+# outward shift of a label, as a fraction of the length of the part; the names of the tips are wider than the gap
+# between them
 _LABEL_ASIDE = 0.08
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
 """From the least to the largest value: viridis by S.
@@ -39,7 +40,7 @@ Van der Walt and N. Smith, legible to colour-blind readers; CC0.
 
 @dataclass(frozen=True, kw_only=True)
 class ColourScale:
-    """The colours of a field: its name with its unit, the ends of its values, and the limit of the field."""
+    """The colours of a field: its name and unit, its smallest and largest value, and its limit."""
 
     label: str
     low: float
@@ -48,7 +49,7 @@ class ColourScale:
     palette: tuple[str, ...] = _PALETTE
 
     def colours(self, values: Floats) -> Floats:
-        """Return the colours of values (n,) as red, green and blue between 0 and 1, (n, 3)."""
+        """Return the colours of `values` (n,) as red, green and blue components from 0 to 1, (n, 3)."""
         shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in self.palette])
         span = self.high - self.low if self.high > self.low else 1.0
         positions = np.clip((values - self.low) / span, 0.0, 1.0) * (len(shades) - 1)
@@ -56,7 +57,7 @@ class ColourScale:
 
 
 def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labels: Sequence[Plain] = ()) -> Plain:
-    """Return a body that is coloured by a field, as page data; a slider deforms it, and `labels` name points of it."""
+    """Return a body coloured by a field as page data. A slider deforms the body, and `labels` name points on it."""
     return {
         "name": title,
         "glb": pack_bytes(glb_of([body])),
@@ -68,7 +69,7 @@ def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labe
 
 
 def assembly_body(folder: Path) -> Plain:
-    """Return the assembly of an output folder as page data; raises ValueError if it has none."""
+    """Return the assembly of an output folder as page data; raises ValueError if the folder has no assembly."""
     path = folder / ASSEMBLY
     if not path.is_file():
         msg = "no part is made"
@@ -77,7 +78,7 @@ def assembly_body(folder: Path) -> Plain:
 
 
 def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
-    """Return the model of half the housing that the page shows under load, on a coarse mesh; the result is cached.
+    """Return the finite-element model of half the housing, on the coarse mesh that the page shows; it is cached.
 
     Raises ValueError if no housing was made, and SolveError if the solution is unreliable.
     """
@@ -89,7 +90,7 @@ def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
 
 
 def flexure_body(report: Report, result: SensorResult) -> Plain:
-    """Return the housing, or one plate of a square, deformed at full travel and coloured by stress, as page data.
+    """Return the housing deformed at full travel and coloured by stress as page data; of a square, only one plate.
 
     The stress is the von Mises stress [MPa] at the surface. Raises ValueError if no housing was made, and SolveError if
     the solution is unreliable.
@@ -97,7 +98,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     half = loaded_half(result.springs, result.options)
     mesh = half.basis.mesh
     fields = fields_at_full_travel(result.springs, half)
-    # The half is y >= 0; its plane of symmetry is inside the housing.
+    # The model is the half with y >= 0. Its plane of symmetry is inside the housing and is not drawn.
     surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
     quads = mesh.facets[:, surface].T
     corners = np.unique(quads)
@@ -119,7 +120,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         f"Safety against the strain limit: {', '.join(factors)}. The mesh is coarse: the largest stress may be up to "
         f"{100.0 * STRESS_OFF:g} % off, mostly too high."
     )
-    # The mirrored quadrilaterals are reversed, so that they face outwards too.
+    # The corners of mirrored quadrilaterals are in reverse order, so that these face outwards too.
     half_quads = np.searchsorted(corners, quads)
     mirror = np.array([1.0, -1.0, 1.0])
     body = GlbBody(
@@ -133,9 +134,9 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
 
 
 def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
-    """Return the labels of tips and springs as page data.
+    """Return the labels of the tips and springs as page data.
 
-    Labels of tips are shifted outwards by `aside` [mm], because their texts are wider than the gap between the tips.
+    The labels of the tips are shifted outwards by `aside` [mm], because they are wider than the gap between the tips.
     """
     mesh = half.basis.mesh
     points = mesh.p.T
@@ -157,14 +158,14 @@ def _label(text: str, position: Floats) -> Plain:
 
 
 def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
-    """Return the mean position [mm] of the corners of facets, (3,), from the `points` of the mesh (n, 3)."""
+    """Return the mean position (3,) [mm] of the corners of facets; `points` (n, 3) are the nodes of the mesh."""
     return np.asarray(points[np.unique(facets)].mean(axis=0))
 
 
 def deformation_factor(largest_mm: float, length_mm: float) -> float:
-    """Return the factor by which displacements are exaggerated in a drawing [1]: 1, 2 or 5 times a power of ten.
+    """Return the factor by which displacements are exaggerated in a picture [1]: 1, 2 or 5 times a power of ten.
 
-    It is at least 1. `largest_mm` is the largest displacement, and `length_mm` the length of the part.
+    The factor is at least 1. `largest_mm` is the largest displacement, and `length_mm` is the length of the part.
     """
     if largest_mm <= 0.0:
         return 1.0
@@ -172,5 +173,5 @@ def deformation_factor(largest_mm: float, length_mm: float) -> float:
 
 
 def _triangles(quads: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return quadrilaterals (n, 4) as triangles (2 n, 3)."""
+    """Divide quadrilaterals (n, 4) into triangles (2 n, 3)."""
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])

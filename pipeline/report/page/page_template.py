@@ -1,4 +1,4 @@
-"""Self-contained pages: a template of this folder with style, scripts and data inside."""
+"""Render the templates in this folder as self-contained pages that include their style, scripts and data."""
 
 import base64
 import math
@@ -11,7 +11,7 @@ from sensor import words
 
 FIGURES = ("libraries/d3.min.js", "libraries/plot.min.js", "figures.js")
 BODIES = ("libraries/model-viewer.min.js", "still.js", "bodies.js")
-"""D3 and Observable Plot draw plots, and model-viewer shows bodies; NOTICE has versions, licences and digests."""
+"""D3 and Observable Plot draw plots, and model-viewer shows bodies; NOTICE lists versions, licences and digests."""
 
 _HERE = Path(__file__).parent
 _ENVIRONMENT = template_environment(_HERE, autoescape=True)
@@ -21,11 +21,11 @@ _ENVIRONMENT.globals |= {"words": words, "rule": in_words}
 def render_page(
     template: str, scripts: tuple[str, ...], data: object, *, latest: bool = False, **values: object
 ) -> str:
-    """Return the HTML page that a template of this folder describes, complete in one file.
+    """Render a template in this folder as an HTML page, which is complete in one file.
 
-    `scripts` are files of this folder in the order in which they run, and `data` is what they read. `values` are the
-    variables of the template, whose text is escaped. With `latest`, the page reloads itself when the file `latest.js`
-    beside it names another run.
+    `scripts` are files in this folder, in the order in which they run, and `data` is the data that they read. `values`
+    are the variables of the template, whose text is escaped. With `latest`, the page reloads itself when the file
+    `latest.js` beside it names a different run.
     """
     if latest:
         scripts = (*scripts, "latest.js")
@@ -39,18 +39,18 @@ def render_page(
 
 
 def load_templates(*names: str) -> None:
-    """Compile the templates in this folder before they are needed."""
+    """Precompile templates in this folder."""
     for name in names:
         _ENVIRONMENT.get_template(name)
 
 
 def pack_bytes(content: bytes) -> str:
-    """Return bytes compressed by zlib and coded in base64, which `unpacked` of figures.js reverses."""
+    """Return bytes compressed by zlib and encoded in base64; `unpacked` in figures.js decodes them."""
     return base64.b64encode(zlib.compress(content)).decode()
 
 
 def finite(data: object) -> object:
-    """Return JSON data of any depth with None for every number that is not finite."""
+    """Return nested JSON data with None in place of every number that is not finite."""
     if isinstance(data, dict):
         return {key: finite(value) for key, value in data.items()}
     if isinstance(data, list | tuple):

@@ -1,6 +1,6 @@
-"""Tables for the sliders of the page: solved presses against modulus and travel or tilt.
+"""Tables for the sliders of the page: presses solved for several moduli, and several travels or tilts.
 
-Nothing is solved for the page; tables.js interpolates in these tables.
+No press is solved only for the page; tables.js interpolates in these tables.
 """
 
 import math
@@ -28,16 +28,17 @@ _LABELS = {
     "travel": ("Travel, x", "mm"),
     "tilt": ("Tilt along the tips", "degrees"),
 }
-_NOISE_PERCENT = 0.5  # noise of a design without readings
+_NOISE_PERCENT = 0.5  # initial noise for a design without `[reading]`
 
 Reader = Callable[[Floats], tuple[float, Floats]]
-"""A function from forces [N] to the modulus [MPa] and its relative change by noise in each force [1/N]."""
+"""A function that returns for forces [N] the modulus [MPa] and its relative change per noise in each force [1/N]."""
 
 
 class Axis(NamedTuple):
-    """An axis of a table: its key and the values at which presses were solved.
+    """An axis of a table: its key, and the values (nodes) at which presses were solved.
 
-    With `log`, the page interpolates the logarithms of the numbers, which are smooth in the logarithm of the nodes.
+    With `log`, the page interpolates the logarithms of the numbers, which are smooth functions of the logarithm of the
+    nodes.
     """
 
     key: str
@@ -46,17 +47,17 @@ class Axis(NamedTuple):
 
 
 def page_tables(report: Report, result: SensorResult) -> Plain:
-    """Return the data of the section "Try it" on the page: tables, sliders, their initial values, and bruise limits.
+    """Return the data of the section "Try it" of the page: tables, sliders, their initial values, and bruise limits.
 
-    A table holds the numbers of presses over its two axes; the other variables have the fixed values in `held`. Moduli
-    are in MPa, travel in mm, tilt in degrees, and noise in % of full scale.
+    A table has two axes, and holds the numbers of the presses at their nodes. The other variables have the fixed values
+    in `held`. Moduli are in MPa, travels in mm, tilts in degrees, and noise in % of full scale.
     """
     design = report.design
     tables = [_travel_table(design, report.read_out, result.press)]
     tilt_table = _tilt_table(result, report.read_out)
     if tilt_table is not None:
         tables.append(tilt_table)
-    # The slider of the modulus covers the range that all tables share.
+    # The slider of the modulus covers the range that all tables have in common.
     moduli = [table["axes"][0]["nodes"] for table in tables]
     softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
     firmest = min(nodes[-1] for nodes in moduli)
@@ -81,10 +82,10 @@ def _slider(key: str, label: str, unit: str, smallest: float, largest: float) ->
 
 
 def noise_percent(report: Report) -> float:
-    """Return the noise of the forces at which the slider starts [% of full scale].
+    """Return the initial value of the slider for the force noise [% of full scale].
 
-    A design without `[reading]` has a default. Otherwise it is the largest error of a channel of the read-out, or the
-    noise in `[reading]` if the design has no read-out.
+    For a design without `[reading]` it is a default. Otherwise it is the largest error of a channel of the read-out, or
+    the noise in `[reading]` if the design has no read-out.
     """
     reading = report.design.reading
     if reading is None:
@@ -96,11 +97,11 @@ def noise_percent(report: Report) -> float:
 
 
 def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
-    """Return the table of forces, pressures and readings against modulus and travel.
+    """Return the table of forces, pressures and readings as functions of modulus and travel.
 
-    The first modulus of the curve is a limit, and is left out. Forces of flat faces are nearly linear in the travel,
-    and forces of other tips nearly a power of it. A level pair is read by the force ratio at one moment. Other sensors
-    need whole presses, so this table has no readings of them.
+    The first modulus of the curve is only a limit, and is omitted. Forces on flat faces are nearly linear in the
+    travel, and forces on other tips are nearly a power of the travel. A level pair is read by the force ratio at one
+    moment. Other sensors are read by whole presses, so this table has no readings for them.
     """
     curve = press.curve
     F = curve.F[1:]
@@ -116,9 +117,10 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
 
 
 def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
-    """Return the table of forces, pressures and readings against modulus and tilt, at full travel.
+    """Return the table of forces, pressures and readings as functions of modulus and tilt, at full travel.
 
-    None if the design has no readings, allows no tilt, has a roll, or has too few moduli for an interpolation.
+    The result is None if the design has no readings, allows no tilt, has a roll, or has too few moduli for an
+    interpolation.
     """
     design, presses = result.design, result.tilted
     if result.readings is None or presses is None or design.press.roll_deg != 0.0:
@@ -141,11 +143,11 @@ def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | Non
 def _grid_table(
     moduli: list[float], second: Axis, *, forces: Floats, pressure: Floats, held: dict[str, float], read: Floats
 ) -> Plain:
-    """Return a table over the moduli [MPa] and a second axis as page data.
+    """Return a table with the moduli [MPa] and a second axis as page data.
 
-    `forces` [N] and `pressure` [MPa], the mean pressure of each contact, have the shape (moduli, nodes of the axis,
-    tips). `read` comes from `read_presses`, and `held` are the fixed values of other variables. In the table, forces
-    and pressures have one grid for each tip.
+    `forces` [N] and `pressure` [MPa], the mean pressure in each contact, have the shape (moduli, nodes of the axis,
+    tips). `read` is the result of `read_presses`, and `held` holds the fixed values of other variables. In the table,
+    forces and pressures have one grid for each tip.
     """
     return {
         "axes": [axis._asdict() for axis in (Axis("E", moduli, log=True), second)],
@@ -160,23 +162,23 @@ def _grid_table(
 
 
 def read_presses(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
-    """Read the modulus of each press [MPa], and its ratio to its standard deviation for noise of 1 % of full scale.
+    """Read the modulus [MPa] from each press, and its ratio to its standard deviation under 1 % noise of full scale.
 
-    `presses` are forces [N] of the shape (moduli, nodes, ...), of which `reader` takes one press. The result has the
-    shape (moduli, nodes, 2), with nan for a press without a reading.
+    `presses` holds forces [N] of the shape (moduli, nodes, ...); `reader` is called with the forces of one press. The
+    result has the shape (moduli, nodes, 2), with nan for a press without a reading.
     """
     one_percent = 0.01 * np.array(read_out.full_scale_N)
     readings = np.full((*presses.shape[:2], 2), np.nan)
     for index in np.ndindex(presses.shape[:2]):
         if np.isfinite(presses[index]).all():
             with suppress(ReadingError):
-                E, per_force = reader(presses[index])
-                readings[index] = E, 1.0 / np.linalg.norm(per_force * one_percent)
+                E, noise_slopes = reader(presses[index])
+                readings[index] = E, 1.0 / np.linalg.norm(noise_slopes * one_percent)
     return readings
 
 
 def ratio_reader(read_out: ReadingConstants) -> Reader:
-    """Return a function that reads a pair from its forces at one moment, (tips,) [N]."""
+    """Return a function that reads the modulus of a pair from its forces (tips,) [N] at one moment."""
     law = read_out.contrast
 
     def read(forces: Floats) -> tuple[float, Floats]:
@@ -188,9 +190,9 @@ def ratio_reader(read_out: ReadingConstants) -> Reader:
 
 
 def press_reader(model: RiseModel) -> Reader:
-    """Return a function that reads a whole press from its forces, (samples, tips) [N].
+    """Return a function that reads the modulus from the forces (samples, tips) [N] of a whole press.
 
-    A real press has `PRESS_SAMPLES`, more than are solved here, so the effect of its noise is scaled down.
+    A real press has `PRESS_SAMPLES` samples, more than are solved here, so the effect of noise is reduced.
     """
 
     def read(press: Floats) -> tuple[float, Floats]:
