@@ -72,8 +72,8 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        # A worker process draws and checks the solids while this process solves. It starts with each housing that may
-        # be the final one.
+        # A worker process draws and checks the solids while this process solves. It starts on each housing that may be
+        # the final one.
         maker = SolidMaker(design, executor)
         sensor = replace(sensor, begin_solid=maker.size)
         sensor.solve("contact", "sizing", "upright_springs")

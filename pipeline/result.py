@@ -75,7 +75,7 @@ class SensorResult(Record):
     passed : bool or None
         Whether all verdicts pass; None if one is undecided and none failed.
     errors : SensorErrors
-        The error budget of each number, the data of `response.csv` with confidence bands, and with `fabrication` the
+        The error budget of each number, the data of `response.csv` with error bands, and with `fabrication` the
         scatter of prints.
     left_out : tuple of str
         Results that could not be solved or written after the verdicts, each with the reason.

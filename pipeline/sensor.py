@@ -202,7 +202,7 @@ class Sensor:
 
     @stage("errors")
     def errors(self) -> SensorErrors:
-        """Return the error budget of each number, and the response table with the confidence bands of the modulus."""
+        """Return the error budget of each number, and the response table with the error bands of the modulus."""
         return sensor_errors(self.pressed, self.reached, self.press, self.options, self.readings)
 
     @stage("verdicts")

@@ -45,7 +45,7 @@ def value_of(design: Design, name: str) -> object:
 
 
 def size(design: Design, changes: Changes) -> tuple[int, int, float]:
-    """Return the size of changes as a tuple for comparisons; fewer changed keys are smaller than more.
+    """Return the size of changes as a tuple that can be compared; changes of fewer keys are smaller.
 
     The tuple holds the number of keys, the number of requirements among them, and the sum of |log ratio| [1] over all
     numbers.

@@ -46,12 +46,12 @@ def nearest_demand(
 
 
 def _round_progress(number: int, fruit: FruitRange, progress: Progress) -> Progress:
-    """Return a progress function that puts the number of the round and its range of fruits before each text."""
+    """Return a progress function that prefixes each text with the number of the round and its range of fruits."""
     return lambda work: progress(f"narrowed range {number} of at most {MOST_ROUNDS}, {fruit.in_words}: {work}")
 
 
 def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
-    """Return a fruit with narrower ranges, by a step in proportion to the logarithm of the `requested` ranges.
+    """Narrow the ranges of a fruit by a fixed fraction of the `requested` ranges, on a logarithmic scale.
 
     The failed verdicts determine which ranges become narrower: the radii and the flesh thickness, or the moduli at
     their softest or firmest end. The preset may have one limit of the uncertainty for each end of the moduli. A failed
@@ -82,7 +82,7 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
 
 
 def _narrow_range(ends: Ends, requested: Ends) -> Ends:
-    """Move both ends of a range towards their geometric mean, by a step in proportion to the `requested` range."""
+    """Move both ends of a range towards their geometric mean, by a fixed fraction of the `requested` range."""
     step = (requested[1] / requested[0]) ** EASED
     middle = math.sqrt(ends[0] * ends[1])
     return rounded(min(ends[0] * step, middle)), rounded(max(ends[1] / step, middle))

@@ -171,8 +171,8 @@ def _largest_piece_of_range(fruit: FruitRange, depth: float) -> float:
 def _same_position_in_range(ends: Ends, preset_length: float, preset_ends: Ends) -> float:
     """Return the length [mm] that has the same position in the range `ends` as a preset's length in the preset's range.
 
-    The position is a fraction on a logarithmic scale. If the preset's length exceeds an end of its range by some
-    factor, the result exceeds the same end of `ends` by this factor. The result is rounded to three digits.
+    The position is a fraction on a logarithmic scale. If the preset's length lies outside its range by some factor, the
+    result lies outside `ends` by the same factor. The result is rounded to three digits.
     """
     low, high = preset_ends
     if preset_length <= low:
@@ -297,7 +297,7 @@ def _fails(candidate: Candidate) -> bool:
 
 
 def _failed_verdicts(result: Sensor | SensorResult | None) -> set[str]:
-    """Return the names of the verdicts that did not pass; if all passed, of those that passed without the margin."""
+    """Return the names of verdicts that did not pass, or if all passed, of those that lack the required margin."""
     candidate = _candidate({}, result)
     not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
     return not_passed or {verdict.name for verdict in candidate.failed}

@@ -1,4 +1,4 @@
-"""Search for the passing design that minimises a number of its report, by differential evolution.
+"""Search for the passing design that minimises a number in its report, by differential evolution.
 
 Source: R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi:10.1023/A:1008202821328, implemented in SciPy.
 """
@@ -154,8 +154,8 @@ def _costs(
 
     `fractions` (keys, members) are the members. `fixed` holds the fraction of the front's key; it is empty without a
     front. `spent` holds the settings of all candidates that were requested so far for this value of the front. Members
-    that are already stored are not solved again. Members beyond the last evaluation are not solved, and their cost is
-    the cost of a refused design.
+    that are already stored are not solved again. Members beyond the last evaluation are not solved, and get the cost of
+    a refused design.
     """
     members = [study.settings_at([*member, *fixed]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))

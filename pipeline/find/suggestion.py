@@ -215,7 +215,7 @@ def _cost(design: Design) -> float:
 def suggestion(
     design: Design, options: RunOptions, fixed: frozenset[str] = frozenset(), progress: Progress = silent
 ) -> Suggestion:
-    """Search for the design nearest to a given design that passes its run; the keys in `fixed` do not change.
+    """Search for the passing design nearest to a given design; the keys in `fixed` do not change.
 
     If no changes are found, the suggestion states the reason. Raises the same errors as `run` if the given design
     cannot be run.
@@ -251,7 +251,7 @@ def suggestion(
 
 
 def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
-    """Return the candidate with the shorter travel that failed verdicts on strains and clearances require, in a list.
+    """Return the candidate with the shorter travel that failed verdicts on strains and clearances require, if any.
 
     The list is empty if no failed verdict requires a shorter travel, or if the travel is already changed or fixed.
     """

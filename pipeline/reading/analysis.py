@@ -1,4 +1,4 @@
-"""The error analysis of readings over all poses that occur: bias, uncertainty, first touch and pressure on the skin."""
+"""The error analysis of readings over all poses: bias, uncertainty, touch of the last tip, and pressure on the skin."""
 
 import math
 from collections.abc import Sequence
@@ -261,11 +261,11 @@ def _read_presses(
 ) -> tuple[FoundReadings, str | None]:
     """Read a modulus from each press. Also return a text with the number of presses without a reading and one reason.
 
-    The text is None if every press has a reading. A press has no reading if its contact is wider than `side_mm`, the
-    face of a dome.
+    The text is None if every press has a reading. A press has no reading if its contact is wider than the face of a
+    dome, `side_mm` [mm].
     """
-    # A press is solved at few samples. Their noise is reduced as if it had been averaged over the samples of a real
-    # press.
+    # A press is solved at fewer samples than a real press has. Their noise is reduced so that its effect on E is the
+    # same.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     least_forces = channels.least_forces
     reasons = []

@@ -74,7 +74,7 @@ def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, spa
 
     `scatter` [1] is the relative error of the slope of each channel's line. On the plate, a tip moves by the deflection
     of its spring and by its own flattening. Over a `span` [mm] of the travel, the flattening is `flattened` [mm]. It is
-    proportional to E^(-2/3), where the modulus E of the print has a scatter.
+    proportional to E^(-2/3), and the modulus E of the print varies between prints.
     """
     modulus_scatter = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
     return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)

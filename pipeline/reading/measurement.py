@@ -46,8 +46,8 @@ class RiseModel:
         """Return the reading of a press with forces (samples, tips) [N], corrected by the level readings.
 
         The samples are at equal steps of the travel. Their times are those of a press by hand that lasts `PRESS_S`.
-        `noises` (tips,) [N] and `least_forces` [N] are passed to `read_rise` and `rise_of`. Raises RiseError if the
-        press determines no modulus.
+        `noises` (tips,) [N] and `least_forces` [N] are passed to `read_rise` and `rise_of`. Raises RiseError if no
+        modulus can be determined from the press.
         """
         uncorrected = read_rise(self.law, self._rise(press, least_forces), noises)
         return replace(uncorrected, E=correct_reading(uncorrected.E, self.level))

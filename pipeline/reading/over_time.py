@@ -115,17 +115,17 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
 
 
 def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
-    """Return the relative decrease of the modulus read [1] if a press takes twice the time, the largest of all moduli.
+    """Return the largest relative decrease of the modulus read [1], over all moduli, if a press takes twice as long.
 
-    A reading corrects the relaxation that the design states, so that only the spread between fruits counts. For a
-    design that states none, a typical relaxation is assumed. None if the presses cannot be solved or read.
+    A reading is corrected for the relaxation that the design states, so only the spread between fruits remains. If the
+    design states none, a typical relaxation is assumed. The result is None if the presses cannot be solved or read.
     """
     design = sensor.design
     if not _is_solvable(design):
         return None
     stated = design.fruit.relaxation
-    # `share` is the part of the effect that no reading corrects: the spread between fruits if a relaxation is stated.
-    flesh, share = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
+    # Readings are corrected for a stated relaxation. `uncorrected` is the fraction of the decrease that remains.
+    flesh, uncorrected = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
     law = _contrast_law(sensor)
     first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
@@ -138,7 +138,7 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
             E_once, E_twice = (_read_by_rise(sensor.law, each) for each in forces)
         except ReadingError:
             continue
-        decreases.append(share * (1.0 - E_twice / E_once))
+        decreases.append(uncorrected * (1.0 - E_twice / E_once))
     return max(decreases, default=None)
 
 
@@ -151,7 +151,8 @@ def _read_by_rise(law: RiseLaw, F: Floats) -> float:
 def _contrast_law(sensor: PressedSensor) -> ContrastLaw:
     """Return the contrast law of the tips in a level press.
 
-    The contrast is a weighted sum over the tips in which the travel cancels. For a pair it is the difference of both.
+    The contrast is a weighted sum over the tips in which the travel cancels. For a pair, it is the high tip minus the
+    low tip.
     """
     if not sensor.design.tips.tip_layout.is_pair:
         return sensor.contrast
@@ -160,16 +161,16 @@ def _contrast_law(sensor: PressedSensor) -> ContrastLaw:
 
 
 def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
-    """Return times from the first touch [s] and travels [mm], (times,), and the index of the reading in the hold.
+    """Return times since first touch [s] and travels [mm], (times,), and the index of the reading in the hold.
 
-    The travel is linear in time. Forces change fastest at the first touch and at the beginning of the hold, so the
-    steps are shortest there.
+    The travel increases linearly with time until the hold. The forces change fastest at first touch and at the
+    beginning of the hold, so the time steps are shortest there.
     """
     ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
     hold = design.press.hold_s or 0.0
-    wait = design.read_s - design.stop_s  # from the beginning of the hold to the reading
+    wait = design.read_s - design.stop_s  # time from the beginning of the hold to the reading [s]
     waits = hold * (np.arange(1 + HOLD_STEPS) / HOLD_STEPS) ** 3
-    # The nearest step is moved to the time of the reading; both ends of the hold keep their times.
+    # The nearest time step is moved to the time of the reading. Both ends of the hold keep their times.
     read_at = int(np.abs(waits - wait).argmin())
     if wait not in (0.0, hold):
         read_at = min(max(read_at, 1), HOLD_STEPS - 1)
@@ -179,7 +180,7 @@ def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
 
 
 def _apparent_moduli(law: ContrastLaw, F: Floats) -> Floats:
-    """Return the moduli [MPa] read from forces (..., tips) [N] as if the flesh were elastic; nan if none fits."""
+    """Read moduli [MPa] from forces (..., tips) [N] as if the flesh were elastic; nan if no modulus fits."""
     moduli = np.full(F.shape[:-1], np.nan)
     for index in np.ndindex(moduli.shape):
         try:
@@ -190,19 +191,20 @@ def _apparent_moduli(law: ContrastLaw, F: Floats) -> Floats:
 
 
 def _largest_changes(held: Floats) -> Floats:
-    """Return the largest relative change of the apparent modulus between each moment and any other [1], (moments,).
+    """Return for each moment the largest relative change [1] of the apparent modulus to any other moment, (moments,).
 
-    `held` (moduli, moments) [MPa] are the apparent moduli during the hold. The change is infinite if a tip is out of
-    contact.
+    `held` (moduli, moments) [MPa] holds the apparent moduli during the hold. If a tip is out of contact, the change is
+    infinite.
     """
     change = np.abs(held[:, None, :] / held[:, :, None] - 1.0).max(axis=(0, 2))
     return np.where(np.isfinite(change), change, np.inf)
 
 
 def _elastic_error(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
-    """Return the relative error of elastic forces by the contrast law at full travel, compared with solved ones [1].
+    """Return the relative error [1] of elastic forces by the contrast law at full travel, against solved forces.
 
-    It is 0 for flat tips, for which the law is exact. `first_touch` [mm] is the depth at which the first tip touches.
+    The error is 0 for flat tips, for which the law is exact. `first_touch` [mm] is the depth at which the first tip
+    touches.
     """
     design = sensor.design
     if law.hertz == 0.0:

@@ -121,10 +121,10 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
 def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterator[Placement]:
     """Yield the placements at which readings are evaluated: level, at the ends of all ranges, and at random.
 
-    The first placement is level on the design's fruit, and the next ones are tilted in eight directions. Then follow
-    level placements at the apex of fruits at the ends of the ranges of flesh thickness and radii, at several azimuths.
-    On fruits of other radii, the sensor is also tilted towards each of four diagonals, as far from the apex as the
-    design allows. There are no such placements at azimuth 0.
+    The first placement is level on the design's fruit, and the next ones are tilted in eight directions. They are
+    followed by level placements at the apex of fruits at the ends of the ranges of flesh thickness and radii, at
+    several azimuths. On fruits of other radii, the sensor is also tilted towards each of four diagonals, as far from
+    the apex as the design allows. There are no such placements at azimuth 0.
     """
     fruits = fruits_of(design.fruit, reading)
     # The level press is placement 0; the error analysis relies on it.

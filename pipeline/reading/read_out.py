@@ -120,7 +120,7 @@ class ReadingConstants(Record):
 
     @property
     def is_pair(self) -> bool:
-        """Return whether the constants are of a pair."""
+        """Return whether the constants are for a pair of tips."""
         return self.weights is None
 
     @property
@@ -147,7 +147,7 @@ class ReadingConstants(Record):
         return self.contrast_on(self.springs_mm_per_N)
 
     def contrast_on(self, springs: Sequence[Sequence[float]]) -> ContrastLaw:
-        """Return the contrast law on springs of another compliance matrix [mm/N], (tips, tips)."""
+        """Return the contrast law on springs with a different compliance matrix [mm/N], (tips, tips)."""
         if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
             return pair_law(springs, self.own_less_other_per_mm or 0.0)
         return ContrastLaw(

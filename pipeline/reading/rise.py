@@ -22,7 +22,7 @@ def design_curvatures(design: Design) -> Curvatures:
 
 
 def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
-    """Return the gaps [mm] between level domes and the fruit, (tips,), when a tip at the apex would touch.
+    """Return the gaps [mm], (tips,), between level domes and the fruit, when a tip at the apex just touches.
 
     The domes are spheres of radius r, and the fruit is a paraboloid with the principal radii R1 and R2. For a dome
     whose axis is at the principal coordinates (u, v), the gap is u^2 / (2 (R1 + r)) + v^2 / (2 (R2 + r)). For tips
@@ -39,7 +39,7 @@ def rolling_domes(
     """Return the model of domes that roll on a skin with these principal curvatures [1/mm]; None for other tips.
 
     The contact of a dome on a curved skin lies nearer to the apex than the axis of the dome. `weights` (tips,) [1] are
-    the weights of the contrast. The default curvatures are those of the design's fruit.
+    the weights of the contrast. By default, the curvatures of the design's fruit are used.
     """
     radius = design.tips.dome_radius_mm
     if radius is None:

@@ -188,9 +188,9 @@ def designed_channels(
     """Return the errors of the channels that a design expects, from its read-out or from `[reading]`.
 
     `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. `signal` is
-    the signal path of the read-out, None without one. Springs and gains for which `[reading]` has no value have no
-    error until `calibrated` replaces it. Creep is counted from `WEIGHED_AFTER_S`, the time after which a weight hung on
-    a spring is read.
+    the signal path of the read-out, None without one. If `[reading]` has no value for springs or gains, their errors
+    are 0 until `calibrated` replaces them. Creep is counted from `WEIGHED_AFTER_S`, the time after which a weight hung
+    on a spring is read.
     """
     tips = np.ones(len(full_scale))
     channels = Channels(

@@ -1,4 +1,4 @@
-"""The answer of a run on the terminal, from its report.json: a summary of one screen, or every table."""
+"""The answer of a run on the terminal, from its report.json: a summary that fits on one screen, or all tables."""
 
 from collections.abc import Iterator
 from pathlib import Path

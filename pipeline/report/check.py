@@ -27,9 +27,9 @@ def check_path(
     """Check one file, or an output folder if `process` is None, and return the verdicts.
 
     A file is checked by the rules of the print process. If `designed` gives a design and its housing, the file is also
-    compared with the part of this design. A file that crashes the CAD kernel, or that takes longer than `SECONDS`, gets
-    the failed verdict geometry.readable. Raises InputError if a folder has no valid report, and BrokenExecutor if the
-    operating system ends the worker.
+    compared with the part of this design. The verdict geometry.readable fails for a file that crashes the CAD kernel or
+    takes longer than `SECONDS`. Raises InputError if a folder has no valid report, and BrokenExecutor if the operating
+    system ends the worker.
     """
     unchanged = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)

@@ -26,7 +26,7 @@ _ALWAYS_FIRST = math.inf
 
 
 class Note(NamedTuple):
-    """A sentence, and the largest change in a reading or another number that its subject causes [%].
+    """A sentence, and the largest relative change [%] that its subject causes in a reading or another number.
 
     Notes are sorted by this change, the largest first. It is infinite for a note that must come first.
     """
@@ -36,7 +36,7 @@ class Note(NamedTuple):
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes on a result as text, sorted by the change that they concern, the largest first.
+    """Return the notes on a result as text, the notes on the largest changes first.
 
     Sentences on unusual moduli and on files that were not written come before all others. The last sentence states the
     method of the response.

@@ -81,7 +81,7 @@ class SensorParts(Mapping[str, object]):
 
     def __init__(self, sensor: Sensor) -> None:
         """Store the sensor, whose stages are solved when a key needs them."""
-        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several dotted keys lie in the same part
+        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several dotted keys are in the same part
         self._verdicts = _VerdictsByName(sensor)
 
     def __contains__(self, name: object) -> bool:

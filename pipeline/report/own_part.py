@@ -25,7 +25,7 @@ def part_verdicts(part: PartStiffness, targets: Mapping[str, float]) -> tuple[Ve
 
 
 def part_data(part: PartStiffness) -> dict[str, object]:
-    """Return the numbers of a solved part as JSON data; each key names the unit."""
+    """Return the numbers of a solved part as JSON data; the keys name the units."""
     return {
         "method": part.method,
         "held_by": part.held_by,

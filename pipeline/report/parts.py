@@ -154,7 +154,10 @@ class ContactReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseReport:
-    """The response at one modulus; lists are functions of the travel. `F_N` has a row for each tip; a pair has none."""
+    """The response at one modulus, as a function of the travel.
+
+    `F_N` has a row for each tip; it is empty for a pair.
+    """
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
     x_mm: tuple[float, ...] = report_field(
@@ -205,7 +208,7 @@ class ResponseReport:
 
 @dataclass(frozen=True, kw_only=True)
 class CurveReport:
-    """P at full travel as a function of the modulus, and the confidence band of the modulus for each P."""
+    """P at full travel as a function of the modulus, and the error band of the modulus for each P."""
 
     x_mm: float = report_field("mm", "full travel, at which P is computed; it is counted like `response[].x_mm`")
     P_softest: float | None = report_field("1", "limit of the force ratio for E towards 0")
@@ -226,7 +229,7 @@ class CurveReport:
 
     @classmethod
     def from_stage(cls, table: "ReadingTable", tips: "Tips") -> Self:
-        """Return P at full travel as a function of the modulus, and the confidence band of the modulus for each P.
+        """Return P at full travel as a function of the modulus, and the error band of the modulus for each P.
 
         The first modulus of the table represents the softest possible fruit. Its P becomes `P_softest`.
         """

@@ -1,4 +1,4 @@
-"""The columns of response.csv: forces, P and confidence bands of the modulus, for each modulus and travel."""
+"""The columns of response.csv: forces, P and error bands of the modulus, for each modulus and travel."""
 
 import csv
 import io
@@ -30,14 +30,14 @@ def force_columns(response: "SensorResponse", tips: Tips) -> Columns:
 
 
 def band_columns(table: "ReadingTable") -> Columns:
-    """Return the ends of the confidence band of the modulus for each P, as printed and for a calibrated unit."""
+    """Return the ends of the error band of the modulus for each P, as printed and for a calibrated unit."""
     bands = {"as_printed": table.printed, "calibrated": table.calibrated}
     ends = {"lower": 0, "upper": 1}
     return {f"E_{end}_{name}_MPa": bands[name][..., ends[end]] for name in bands for end in ends}
 
 
 def response_csv(table: "ReadingTable", tips: Tips) -> str:
-    """Return the text of response.csv: forces, P and confidence bands, with a row for each modulus and travel.
+    """Return the text of response.csv: forces, P and error bands, with a row for each modulus and travel.
 
     Cells without a number are empty. For layouts other than a pair, further columns hold the force on each tip.
     """

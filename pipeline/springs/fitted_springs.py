@@ -152,7 +152,7 @@ def springs_for(
     tolerance: float = TOLERANCE,
     begin_solid: BeginSolid | None = None,
 ) -> FittedSprings:
-    """Return the springs of a design at one of three levels of accuracy, which cost more from the first to the last.
+    """Return the springs of a design at one of three levels of accuracy, from the cheapest to the most expensive.
 
     "sized" springs have only the stiffness that the targets or the design require. "leaning" springs of sensors with
     domes also have the lateral compliance of their housing. It is computed on one rough mesh, with the leaf lengths of
@@ -198,7 +198,7 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
     """Return the springs with the lateral compliance of their plate; unchanged if no force on the tips is inclined.
 
     If the compliance cannot be solved, the verdicts on the springs are undecided. The compliance is cached. The housing
-    does not depend on it, so making the solids may start earlier.
+    does not depend on it, so the solids can be started before this function is called.
     """
     fitted = springs.fitted
     is_inclined = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
@@ -229,7 +229,7 @@ def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolv
 
 
 def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
-    """Return the springs with stiffness and root strain by FE, and with printability checked at their final lengths.
+    """Return the springs with stiffness and root strain by FE, and with printability checked for the fitted lengths.
 
     The root strain is the strain at full travel on the firmest fruit.
     """
@@ -265,9 +265,9 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     """Return the displacement of each tip towards the fruit due to the weight of its parts [mm], with its error.
 
     The displacement is positive if the sensor presses down, and negative if it presses up. If the sensor is held
-    sideways, its weight acts across the press, in an unknown direction. A weight along the plate then moves a tip by at
-    most the error, in either direction. By symmetry, a weight across the plate does not move the tip. The result is
-    empty without a housing.
+    sideways, its weight acts across the press, in an unknown direction. Weight along the plate then moves a tip by at
+    most the error, in either direction. By symmetry, weight across the plate does not move it. The result is empty
+    without a housing.
     """
     fitted = springs.fitted
     if fitted is None:

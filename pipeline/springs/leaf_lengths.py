@@ -39,8 +39,7 @@ from solve.linear import SolveError
 
 # default relative tolerance, both for the error bars of the stiffnesses and for their distance from the targets
 TOLERANCE = 1e-3
-# largest relative deviation from the targets that is accepted on coarse and rough meshes, and upper bound on a fine
-# mesh
+# largest relative deviation from the targets that is accepted; on a fine mesh the limit may be smaller
 LOOSEST_MISS = 5e-3
 MOST_SOLVES = 10  # maximum number of solutions on a coarse or rough mesh
 MOST_FINE_SOLVES = 4
@@ -99,8 +98,8 @@ def odd_shape_factor(flexure: Flexure) -> float:
 
     For such leaves, the difference between two meshes underestimates the error, for two reasons. All meshes have the
     same fans of elements at the roots, whose error matters if a leaf is hardly deeper than it is thick. The meshes also
-    have few layers through the depth, too few if a leaf is deeper than it is long. The factor is 2.5 for a leaf as
-    thick as it is deep, where the observed factor was 2.
+    have few layers through the depth, which are not enough if a leaf is deeper than it is long. The factor is 2.5 for a
+    leaf as thick as it is deep, where the observed factor was 2.
     """
     shallow = min(1.0, flexure.thickness / flexure.depth)
     short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
@@ -270,9 +269,9 @@ def fit_lengths(
 ) -> FittedHousing:
     """Fit the leaf lengths of a housing so that each spring has its target stiffness [N/mm].
 
-    `housing` is the initial guess. The meshes are refined until the relative error bars of the stiffnesses are within
-    `tolerance` [1], or to the finest mesh. The stiffnesses meet the targets within 0.1 %. A larger tolerance also
-    applies to the targets, up to 0.5 %. Pins glued into the feet are in series with the springs.
+    `housing` is the initial guess. Finer meshes are used until the relative error bars of the stiffnesses are within
+    `tolerance` [1], or until no finer mesh is left. The stiffnesses meet the targets within 0.1 %. A larger tolerance
+    also applies to the targets, up to 0.5 %. Pins glued into the feet are in series with the springs.
 
     Raises InputError if a leaf would be shorter than its two fillets, SolveError if the targets are not met, and
     MeshError if a mesh differs from its solid.
@@ -302,7 +301,7 @@ def _percents(errors: Sequence[float]) -> str:
 def _fit_on_pairs(
     housing: Housing, targets: Floats, solver: HousingSolver, tolerance: float
 ) -> tuple[Housing, HousingStiffness]:
-    """Fit a housing to targets [N/mm] on the cheapest pair of meshes that meets the tolerance, with its stiffness.
+    """Fit a housing to targets [N/mm] on the cheapest mesh pair that meets the tolerance; return it with its stiffness.
 
     The lengths are fitted on the coarse mesh first, so that one solution on the fine mesh is usually enough. If no pair
     meets the tolerance, the result on the finest pair is returned.
@@ -346,7 +345,7 @@ def _beam_slopes(housing: Housing, E: float) -> list[float]:
 
 
 def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver) -> tuple[Housing, HousingStiffness]:
-    """Fit a housing to targets [N/mm] on the rough mesh, and also return its stiffness.
+    """Fit a housing to targets [N/mm] on the rough mesh; return it with its stiffness.
 
     A rough answer makes no solid, so the mesh is not compared with one.
     """

@@ -250,8 +250,8 @@ def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) ->
 def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
     """Raise InputError if a STEP file is not one solid, or if a point of a flag [mm] lies on none of its faces.
 
-    `points` maps each flag to its points. This check takes only a second. `file_stiffness` makes it again, but only
-    after the springs of the design have been computed.
+    `points` maps each flag to its points. This check takes only a second. `file_stiffness` repeats it, but only after
+    the springs of the design have been computed.
     """
     from cad.checks.own_part import faces_at, read_own_solid
 
@@ -470,7 +470,7 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
 def _coarse_mesh_with_fine_corners(
     extrusion: Extrusion, presses: Mapping[str, tuple[float, ...]], numbers: tuple[int, ...]
 ) -> SweptPart:
-    """Return the coarse mesh with smaller elements at the sharp corners with these `numbers`; raises MeshError.
+    """Return the coarse mesh with smaller elements at the sharp corners that have these `numbers`; raises MeshError.
 
     Coarse quadrilaterals may fold where the element size grows quickly away from a corner. If they do, the mesh is made
     at a scale between the coarse and the fine one.
@@ -493,7 +493,7 @@ def _pressed_faces(
 
     `meshes` are the solutions on the coarse and the fine mesh. `neglected` (faces,) [1] is the relative error of K due
     to sharp corners and to features that both meshes leave out. `held` is a second solution on the fine mesh, with the
-    walls of the screw holes held. It is None if no mount holds the part in the first.
+    walls of the screw holes held. It is None if no mount holds the part.
     """
     coarse, fine = meshes
     faces = {}
@@ -515,7 +515,7 @@ def _pressed_faces(
 
 
 def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
-    """Return whether a layer of the mount lies on an end of the sweep, which consists of the facets named `SIDES`."""
+    """Return whether a layer of the mount lies on an end of the extrusion, whose facets are named `SIDES`."""
     if not layers:
         return False
     middles = mesh.p[:, mesh.facets[:, mesh.boundaries[SIDES]]].mean(axis=1)  # type: ignore[attr-defined]

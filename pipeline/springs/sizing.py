@@ -55,11 +55,11 @@ class SpringSizing:
 def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions) -> SpringSizing:
     """Size the springs so that they meet the targets, or use the stiffnesses that the design gives [N/mm].
 
-    The stiffnesses depend on K_m, the stiffness of the fruit under one tip. On the basis "contact", K_m = E / (s11 -
-    s12). Here s11 and s12 [1/mm] are elements of the compliance matrix `contact`, times E. They describe the effect of
-    the force on one tip on the same tip and on the other tip. On the basis "hayes", K_m follows from the paper's
-    formula for a circular tip, whose radius is half the side of a tip. A layout of more than two tips is represented by
-    a pair. Raises InputError if no springs meet the targets.
+    The stiffnesses depend on K_m, the stiffness of the fruit under one tip. With the basis "contact", K_m = E / (s11 -
+    s12), where s11 and s12 [1/mm] are elements of the compliance matrix `contact`. A force F on one tip makes this tip
+    sink by s11 F / E, and the other tip by s12 F / E. With the basis "hayes", K_m follows from the paper's formula for
+    a circular tip, whose radius is half the side of a tip. A layout of more than two tips is represented by a pair.
+    Raises InputError if no springs meet the targets.
     """
     fruit = design.fruit
     pair = contact.as_pair(*design.tips.spring_groups)

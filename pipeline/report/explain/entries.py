@@ -88,7 +88,7 @@ def _fill_in(text: str, numbers: Mapping[str, float | str | None]) -> str:
 
 
 def _meaning_of(key: ReportKey) -> str:
-    """Return the meaning of a key, with a capital letter and a full stop."""
+    """Return the meaning of a key as a sentence, with a capital letter and a full stop."""
     return f"{key.meaning[:1].upper()}{key.meaning[1:]}."
 
 

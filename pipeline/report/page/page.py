@@ -1,4 +1,4 @@
-"""Make report.html, a self-contained page of a report, which needs no other file, no network and no font."""
+"""Make report.html, a self-contained page of a report that needs no other file, no network and no font."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -96,7 +96,7 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
 
 
 def _draw_bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
-    """Return the bodies as page data, and the reasons by name for bodies that cannot be drawn."""
+    """Return the bodies as page data, and for each body that cannot be drawn the reason by its name."""
     draws: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
         draws["springs under load"] = partial(flexure_body, report, result)

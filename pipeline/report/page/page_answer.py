@@ -15,8 +15,8 @@ from sensor.verdict import Verdict
 
 BILL = "bom.csv"  # file name of the bill of materials
 _ERRORS = ("reading.bias", "reading.uncertainty")
-_MOST_DIGITS = 6  # with more digits, an error of a reading is shown in full
-_MASS = f" g{EACH}"  # end of the entry `size` of a printed part in the bill of materials
+_MOST_DIGITS = 6  # an error of a reading that needs more digits is shown in full
+_MASS = f" g{EACH}"  # suffix of the entry `size` of a printed part in the bill of materials
 
 
 class Dimension(NamedTuple):
@@ -50,7 +50,7 @@ class Closest(NamedTuple):
 
 
 def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
-    """Return the passed verdict whose value is relatively closest to a one-sided limit; None without such a limit.
+    """Return the passed verdict that uses the largest fraction of a one-sided limit; None without such a limit.
 
     The fraction is value / limit for an upper limit, and limit / value for a lower limit.
     """

@@ -162,7 +162,7 @@ def _grid_table(
 
 
 def read_presses(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
-    """Read the modulus [MPa] from each press, and its ratio to its standard deviation under 1 % noise of full scale.
+    """Read the modulus of each press [MPa], and its ratio to its standard deviation for noise of 1 % of full scale.
 
     `presses` holds forces [N] of the shape (moduli, nodes, ...); `reader` is called with the forces of one press. The
     result has the shape (moduli, nodes, 2), with nan for a press without a reading.
