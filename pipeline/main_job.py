@@ -75,7 +75,7 @@ def run(
         # A worker process draws and checks the solids while this process solves. It starts on each housing that may be
         # the final one.
         maker = SolidMaker(design, executor)
-        sensor = replace(sensor, begin_solid=maker.size)
+        sensor = replace(sensor, begin_solid=maker.size)  # starts the solid, and returns a future of its size
         sensor.solve("contact", "sizing", "upright_springs")
         springs = sensor.upright_springs
         # The worker starts on the files of the parts here, and on the files for fabrication below. The results are
@@ -160,6 +160,7 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
 
 def evaluate_sensor(sensor: Sensor) -> SensorResult:
     """Solve all stages of a sensor, and attach hints to verdicts that did not pass."""
+    # These stages depend on each other in this order, so progress is reported for one stage after another.
     sensor.solve("contact", "sizing", "upright_springs", "springs")
     rough_note = (
         "A rough answer has no solid and no files for fabrication. Run with --tol 0.001 if you need these files."

@@ -105,6 +105,7 @@ def fruit_range(text: str) -> FruitRange:
         return _named_range(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     match = ball or any_shape
+    # `words` are the numbers as text; a description gives them in the order of the groups of its pattern.
     name, *words = (None,) if match is None else (match[1], *(word for word in match.groups()[1:] if word is not None))
     numbers = [parse_number(word) for word in words]
     if not numbers or None in numbers:

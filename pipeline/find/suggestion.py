@@ -23,6 +23,7 @@ from solve.contact.linear_response import travels
 from solve.contact.response import scene_response
 
 BUDGET = 6000.0  # budget for trials, in units of about 0.01 s of CPU time
+_RESERVE = 0.05  # fraction of the budget that is reserved for moving candidates nearer to the base design
 MOST_RUNS = 4  # maximum number of runs of candidates, each of which takes about ten seconds
 MAX_KEYS = 3  # maximum number of keys that are changed together
 _BEAM_WIDTH = 4  # number of candidates that each round of the beam search keeps
@@ -86,8 +87,7 @@ class Search:
                 candidates += self._add_one_change(start)
             passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
             if passing:
-                # Some budget is reserved for moving the candidates nearer to the base design.
-                self._budget_left = max(self._budget_left, 0.05 * BUDGET)
+                self._budget_left = max(self._budget_left, _RESERVE * BUDGET)
                 return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size)
             beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM_WIDTH]
             misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
@@ -158,7 +158,7 @@ class Search:
             spread = displacement_verdict(scene_response(scene, sensor.contact, sensor.springs.C, moduli, x))
             if spread.passed is not True:
                 return (*sensor.verdicts_on("print"), spread)
-            self._budget_left -= 2.0 * _cost(design)
+            self._budget_left -= 2.0 * _cost(design)  # a trial with all presses costs three times as much
         return sensor.verdicts
 
     def _sized_sensor(self, design: Design) -> Sensor:

@@ -193,15 +193,7 @@ def _accuracy_by_modulus(
     bias_errors = _bias_errors(model, presses, biases)
     pose_uncertainty = uncertainty_by_pose(biases, placements).tolist()
     thickness_uncertainty = uncertainty_by_thickness(biases, placements).tolist()
-    # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
-    drawn_indices = [0, *(index for index, each in enumerate(placements) if each.is_drawn)]
-    drawn_presses = [
-        [forces[index] for index in drawn_indices if row[index] is not None]
-        for forces, row in zip(presses.F, press_readings, strict=True)
-    ]
-    drawn_readings = [
-        [each for each in (row[index] for index in drawn_indices) if each is not None] for row in press_readings
-    ]
+    drawn_presses, drawn_readings = _random_presses(presses, press_readings)
     form_changes = [np.array([changes_by_form(design, model, press) for press in each]) for each in drawn_presses]
     # Calibration on a reference ball removes the change of E that fruit and ball have in common.
     form_changes_on_ball: Floats | float = 0.0
@@ -234,6 +226,25 @@ def _accuracy_by_modulus(
         )
         rows.append(row)
     return tuple(rows)
+
+
+def _random_presses(
+    presses: SampledPresses, press_readings: FoundReadings
+) -> tuple[list[list[Floats]], list[list[RiseReading]]]:
+    """Return for each modulus the forces (samples, tips) [N] and the readings of the presses in random placements.
+
+    Presses without a reading are omitted.
+    """
+    # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
+    drawn_indices = [0, *(index for index, each in enumerate(presses.placements) if each.is_drawn)]
+    drawn_presses = [
+        [forces[index] for index in drawn_indices if row[index] is not None]
+        for forces, row in zip(presses.F, press_readings, strict=True)
+    ]
+    drawn_readings = [
+        [each for each in (row[index] for index in drawn_indices) if each is not None] for row in press_readings
+    ]
+    return drawn_presses, drawn_readings
 
 
 def _form_uncertainty(changes: Floats) -> dict[str, float]:

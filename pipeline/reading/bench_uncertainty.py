@@ -118,7 +118,7 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
     worst = int(errors.springs.argmax())
     computed = {"stiffness_percent": errors.springs, "gain_percent": errors.gains}
     given = {key: percent for key in computed if (percent := getattr(reading, key)) is not None}
-    tips = len(pressed)
+    tip_count = len(pressed)
     return CalibrationErrors(
         balance_g=bench.balance_g,
         balance_max_g=bench.balance_max_g,
@@ -126,7 +126,10 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
         typed=tuple(given),
         worst_tip=design.tips.names[worst],
         by=max(errors.causes, key=lambda cause: float(errors.causes[cause][worst])),
-        **{key: tips * (given[key],) if key in given else tuple((100.0 * computed[key]).tolist()) for key in computed},
+        **{
+            key: tip_count * (given[key],) if key in given else tuple((100.0 * computed[key]).tolist())
+            for key in computed
+        },
     )
 
 
@@ -160,6 +163,7 @@ def _errors_after_plate(
     largest_forces = deepest * stiffnesses
     flattened = flattening(design, largest_forces) - flattening(design, PLATE_AT[0] * largest_forces)
     scatter = _relative_error(per_digit / ROUNDED * noises, largest_forces)
+    # The error of a gain after the weights is due to the balance and to noise; this is the part due to noise.
     noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, deepest * (PLATE_AT[-1] - PLATE_AT[0]))
     travel_error = float(_relative_error(per_digit * bench.dial_mm, deepest))
@@ -175,6 +179,7 @@ def _errors_after_plate(
         alike=math.hypot(travel_error, mean_error),
         apart=deviations_from_mean,
     )
+    # The rest of the variance is attributed to the dial, on which the travel is read.
     dial_error = np.sqrt(np.maximum(springs**2 - weighed.gains**2 - deflections**2, 0.0))
     causes = {"balance": weighed.causes["balance"], "dial": dial_error, "noise": np.hypot(noise_error, deflections)}
     return _CalibrationErrors(springs, deflections, causes)

@@ -192,13 +192,13 @@ def designed_channels(
     are 0 until `calibrated` replaces them. Creep is counted from `WEIGHED_AFTER_S`, the time after which a weight hung
     on a spring is read.
     """
-    tips = np.ones(len(full_scale))
+    ones = np.ones(len(full_scale))
     channels = Channels(
         full_scale=full_scale,
-        noise={"noise_percent": 0.01 * reading.noise_percent * full_scale, "noise_N": reading.noise_N * tips},
-        zero_drift=0.0 * tips,
-        gains={"gain": 0.01 * (reading.gain_percent or 0.0) * tips},
-        springs=0.01 * (reading.stiffness_percent or 0.0) * tips,
+        noise={"noise_percent": 0.01 * reading.noise_percent * full_scale, "noise_N": reading.noise_N * ones},
+        zero_drift=0.0 * ones,
+        gains={"gain": 0.01 * (reading.gain_percent or 0.0) * ones},
+        springs=0.01 * (reading.stiffness_percent or 0.0) * ones,
         time_s=0.0,
         on_plate=reading.on_plate,
         # # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on

@@ -23,6 +23,9 @@ from sensor.theory.relaxation import MAY_RELAX
 from sensor.words import rounded
 
 _ALWAYS_FIRST = math.inf
+_ALWAYS_LAST = 0.0
+_NOISE_RANK = 10.0  # the note on noise is sorted like a change in E of 10 %
+_FLESH_RANK = 5.0  # change in E [%] if the flesh is 30 % firmer at the stone
 
 
 class Note(NamedTuple):
@@ -109,7 +112,7 @@ def _ratio_notes(result: SensorResult) -> Iterator[Note]:
             f"Set fruit.bruise_limit_MPa to have bruises judged: the mean pressure reaches {pressure:.2g} MPa.",
         )
     yield Note(
-        0.0,
+        _ALWAYS_LAST,
         f"Size the springs again for another fruit or other tips: these targets hold for K_m/E = "
         f"{result.contact.K_m_over_E():.5g} mm.",
     )
@@ -122,9 +125,9 @@ def _noise_note(readings: ReadingAccuracy) -> Note:
     noise = worst.sources.noise_to_reach(worst.uncertainty_limit)
     if noise is None:
         text = f"even without noise the uncertainty of E is above its limit, {percent:.3g} % (95 %)."
-        return Note(10.0, f"Calibrate better or narrow [reading]: {text}")
+        return Note(_NOISE_RANK, f"Calibrate better or narrow [reading]: {text}")
     return Note(
-        10.0,
+        _NOISE_RANK,
         f"Keep the noise of each force below {noise:.2g} % of full scale: there the uncertainty of E reaches its "
         f"limit, {percent:.3g} % (95 %).",
     )
@@ -148,7 +151,7 @@ def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator
         )
     if design.tips.dome_radius_mm is not None:
         yield Note(
-            5.0,
+            _FLESH_RANK,
             "Scale the unit on fruit of known firmness: flesh 30 % firmer at the stone moves E by some 5 %, a skin "
             "that sticks by 3 %.",
         )
@@ -200,7 +203,7 @@ def _relaxation_note(result: SensorResult) -> Note:
         )
     apparent_shares = over_time.apparent[:, over_time.at] / over_time.E
     return Note(
-        0.0,
+        _ALWAYS_LAST,
         f"Read by `pipeline read`, which corrects for relaxation: {over_time.t[over_time.at]:.3g} s after touch E "
         f"has fallen to {apparent_shares.min():.3g} to {apparent_shares.max():.3g} times its first value.",
     )
@@ -214,12 +217,12 @@ def _skin_note(result: SensorResult) -> Iterator[Note]:
     if result.contact.skin is None:
         return
     without_skin = result.contact.K_m_over_E()
-    gains = []
+    increases = []
     for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
-        gains.append((100.0 * (result.contact.at(E).K_m_over_E() / without_skin - 1.0), E))
-    texts = [f"{gain:+.3g} % at {E:g} MPa" for gain, E in gains]
+        increases.append((100.0 * (result.contact.at(E).K_m_over_E() / without_skin - 1.0), E))
+    texts = [f"{percent:+.3g} % at {E:g} MPa" for percent, E in increases]
     yield Note(
-        max(gain for gain, _ in gains),
+        max(percent for percent, _ in increases),
         f"Measure skin_mm and skin_E_MPa well: the skin moves the fruit stiffness by {' and '.join(texts)}.",
     )
 
@@ -230,7 +233,7 @@ def _weight_note(result: SensorResult) -> Iterator[Note]:
     if sags and result.readings is not None:
         difference = max(sags) - min(sags)
         yield Note(
-            0.0,
+            _ALWAYS_LAST,
             f"Tare in any attitude: pointing down, the tips differ by {difference:.2g} mm in height, which cancels in "
             "a press that is read whole.",
         )

@@ -198,16 +198,17 @@ def stiffness(
     """
     from cad.checks.own_part import combine_shapes, own_part, press_direction, require_one_solid
 
-    numbers: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
-    for name, value in numbers.items():
+    # The annotations are not enforced at run time, so the types of the arguments are checked here.
+    material: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
+    for name, value in material.items():
         if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
             raise validation_error(name, str(value), "", "a finite number", "as in E_MPa=2000, poisson=0.38")
     if not E_MPa > 0.0:
         raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
     if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - Poisson's ratio of an incompressible material
         raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
-    names: object = pressed
-    if not isinstance(names, Mapping) or not pressed or HELD in pressed:
+    pressed_faces: object = pressed
+    if not isinstance(pressed_faces, Mapping) or not pressed or HELD in pressed:
         hint = "as in {'tip': (20.5, -3, -3)}"
         raise validation_error("pressed", str(pressed), "", "a mapping of names to one face or more", hint)
     body = require_one_solid(combine_shapes(solid), "solid")
@@ -232,7 +233,7 @@ def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> t
         points = np.array(where, dtype=float)
     except (TypeError, ValueError):
         points = np.empty(0)
-    points = points[None] if points.ndim == 1 else points
+    points = points[None] if points.ndim == 1 else points  # a single point becomes an array (1, 3)
     if not points.size or points.shape[1:] != (3,) or not np.isfinite(points).all():
         raise validation_error(argument, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
     return faces_at(body, argument, [(x, y, z) for x, y, z in points.tolist()])
@@ -365,9 +366,32 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
 def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     """Compute the stiffness of a solid of any shape, extrapolated from successively finer tetrahedral meshes.
 
+    Raises InputError if the limits of time and memory allow fewer than three meshes.
+    """
+    solutions, layers = _refine_tetrahedra(part, scene)
+    no_strain = "tetrahedra are too coarse at the roots of the leaves to resolve the strain"
+    faces = {
+        name: PressedFace(K=K, K_error=error / K + ERROR_FLOOR, no_strain=no_strain)
+        for name, (K, error) in zip(scene.presses, _extrapolate(solutions), strict=True)
+    }
+    return PartStiffness(
+        faces=faces,
+        material=scene.material,
+        method=f"quadratic tetrahedra, {len(solutions)} meshes",
+        held_by="the design's covers" if layers else "the faces that are held",
+        dofs=solutions[-1].dofs,
+        left_out_mm3=0.0,
+        left_out_at=None,
+        curve=tuple((solution.dofs, solution.seconds, *(1e3 * solution.K).tolist()) for solution in solutions),
+    )
+
+
+def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance], tuple[ElasticLayer, ...]]:
+    """Solve a part on successively finer tetrahedral meshes, and return the solutions and the layers of its mount.
+
     K at element size 0 is extrapolated from K on all meshes. The refinement ends when the error of this value is small
-    enough, or when the next mesh would exceed the limit of time or memory. Raises InputError if the limits allow fewer
-    than three meshes.
+    enough, or when the next mesh would exceed the limit of time or memory. The layers are empty if no mount holds the
+    part. Raises InputError if the limits allow fewer than three meshes.
     """
     from cad.checks.own_part import name_side_faces, walls_of
 
@@ -397,21 +421,7 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
         hint = "remove fine details where nothing bends, or draw the part as an extrusion of one section"
         quantity = "unknowns of the tetrahedral mesh of the part"
         raise validation_error(quantity, unknowns, "", bound, hint)
-    no_strain = "tetrahedra are too coarse at the roots of the leaves to resolve the strain"
-    faces = {
-        name: PressedFace(K=K, K_error=error / K + ERROR_FLOOR, no_strain=no_strain)
-        for name, (K, error) in zip(scene.presses, _extrapolate(solutions), strict=True)
-    }
-    return PartStiffness(
-        faces=faces,
-        material=scene.material,
-        method=f"quadratic tetrahedra, {len(solutions)} meshes",
-        held_by="the design's covers" if layers else "the faces that are held",
-        dofs=solutions[-1].dofs,
-        left_out_mm3=0.0,
-        left_out_at=None,
-        curve=tuple((solution.dofs, solution.seconds, *(1e3 * solution.K).tolist()) for solution in solutions),
-    )
+    return solutions, layers
 
 
 def _extrapolate(solutions: Sequence[PartCompliance]) -> list[tuple[float, float]]:

@@ -106,19 +106,21 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     length = float(np.ptp(at_rest[:, 0]))
     displacement = fields.displacement[corners]
     stress = fields.von_mises[corners]
-    factor = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
+    exaggeration = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
     process = result.springs.process
     scale = ColourScale(
         label="von Mises stress [MPa]", low=0.0, high=float(stress.max()), limit=process.E_MPa * process.strain_limit
     )
-    factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
+    safety_factors = [
+        f"{name} spring {spring.safety_factor:.3g}" for name, spring in report.flexures.items() if spring.safety_factor
+    ]
     housing = result.springs.housing
     part = "One of the two equal plates of the square. " if housing and housing.back_to_back else ""
     caption = (
-        f"{part}At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress "
-        f"is {scale.high:.3g} MPa, its limit {scale.limit:.3g} MPa (E of {process.name} times its strain limit). "
-        f"Safety against the strain limit: {', '.join(factors)}. The mesh is coarse: the largest stress may be up to "
-        f"{100.0 * STRESS_OFF:g} % off, mostly too high."
+        f"{part}At full travel on the firmest fruit, deflection drawn {exaggeration:g} times. "
+        f"The largest von Mises stress is {scale.high:.3g} MPa, its limit {scale.limit:.3g} MPa (E of {process.name} "
+        f"times its strain limit). Safety against the strain limit: {', '.join(safety_factors)}. "
+        f"The mesh is coarse: the largest stress may be up to {100.0 * STRESS_OFF:g} % off, mostly too high."
     )
     # The corners of mirrored quadrilaterals are in reverse order, so that these face outwards too.
     half_quads = np.searchsorted(corners, quads)
@@ -128,7 +130,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         vertices=np.concatenate([at_rest, at_rest * mirror]),
         triangles=_triangles(np.concatenate([half_quads, len(corners) + half_quads[:, ::-1]])),
         colour=scale.colours(np.concatenate([stress, stress])),
-        moved=factor * np.concatenate([displacement, displacement * mirror]),
+        moved=exaggeration * np.concatenate([displacement, displacement * mirror]),
     )
     return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
 
