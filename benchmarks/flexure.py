@@ -87,7 +87,7 @@ def product_rows() -> Iterator[Measurement]:
 
 def stiffness_on(pair: MeshPair, housing: Housing, solver: HousingSolver) -> HousingStiffness:
     """Return the stiffness of a housing [N/mm] on a pair of meshes, with its error bars."""
-    return pair.judged(housing, solver.solve(housing, pair.fine), solver.solve(housing, pair.coarse))
+    return pair.stiffness_with_errors(housing, solver.solve(housing, pair.fine), solver.solve(housing, pair.coarse))
 
 
 def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:

@@ -20,7 +20,7 @@ from pipeline.response.scaled_scene import scene_compliance, unit_scene
 from pipeline.response.scene_press import ScenePress, press_scene
 from pipeline.springs.behaviour import spring_behaviour
 from pipeline.springs.behaviour_record import SpringBehaviour
-from pipeline.springs.fitted_springs import BeginSolid, FittedSprings, springs_for, with_sideways_give
+from pipeline.springs.fitted_springs import BeginSolid, FittedSprings, springs_for, with_lateral_compliance
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.sensor_rules import RULES, paper_verdicts
@@ -121,7 +121,7 @@ class Sensor:
         if self.springs_as == "sized":
             leaning = springs_for(self.design, self.sizing, "leaning")
             return replace(leaning, ideal_offsets_mm=self.known_offsets_mm)
-        return with_sideways_give(self.upright_springs, self.design, self.options)
+        return with_lateral_compliance(self.upright_springs, self.design, self.options)
 
     @cached_property
     def pressed(self) -> PressedSensor:

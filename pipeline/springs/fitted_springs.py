@@ -14,7 +14,7 @@ from cad.parts.pin import pin_mass
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.springs.leaf_lengths import TOLERANCE, FittedHousing, HousingSolver, fit_lengths
-from pipeline.springs.mounts import sideways_give
+from pipeline.springs.mounts import solve_lateral_compliance
 from pipeline.springs.sizing import SpringSizing
 from pipeline.springs.spring import MadeSpring
 from pipeline.storage.cache import load_or_compute
@@ -157,8 +157,8 @@ def springs_for(
     "sized" springs have only the stiffness that the targets or the design require. "leaning" springs of sensors with
     domes also have the lateral compliance of their housing. It is computed on one rough mesh, with the leaf lengths of
     the beam law. "fitted" springs have leaves whose stiffness by FE meets the target within a relative `tolerance` [1].
-    `with_sideways_give` adds their lateral compliance. `begin_solid` is called with each housing that may be the final
-    one.
+    `with_lateral_compliance` adds their lateral compliance. `begin_solid` is called with each housing that may be the
+    final one.
 
     A line of tips has no housing, so its springs are ideal. If the beam law shows that a spring cannot be printed,
     nothing is solved. If meshing or fitting fails, the verdicts on all springs are undecided. Each of the two springs
@@ -184,8 +184,8 @@ def springs_for(
     try:
         housing = housing_for(design, process, lengths, springs.deflections)
         if as_ == "leaning":
-            lateral_compliance = sideways_give(housing, process.E_MPa, process.poisson, targets, rough=True)
-            return replace(springs, of_plate=lateral_compliance)
+            of_plate = solve_lateral_compliance(housing, process.E_MPa, process.poisson, targets, rough=True)
+            return replace(springs, of_plate=of_plate)
         begin = None if begin_solid is None else (lambda housing: begin_solid(housing, springs.deflections))
         solver = HousingSolver(process.E_MPa, process.poisson, begin)
         fitted = _fit_housing(housing, targets, solver, tolerance)
@@ -194,7 +194,7 @@ def springs_for(
     return _add_solution(springs, design, sizing, fitted)
 
 
-def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
+def with_lateral_compliance(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
     """Return the springs with the lateral compliance of their plate; unchanged if no force on the tips is inclined.
 
     If the compliance cannot be solved, the verdicts on the springs are undecided. The compliance is cached. The housing
@@ -209,7 +209,7 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
     K = fitted.stiffness.K
     rough = options.rough
     inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
-    solve = partial(sideways_give, fitted.housing, E, poisson, K, rough=rough)
+    solve = partial(solve_lateral_compliance, fitted.housing, E, poisson, K, rough=rough)
     try:
         return replace(springs, of_plate=load_or_compute("sideways give", inputs, solve, LateralCompliance))
     except (MeshError, SolveError) as error:

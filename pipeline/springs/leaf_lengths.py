@@ -40,9 +40,9 @@ from solve.linear import SolveError
 # default relative tolerance, both for the error bars of the stiffnesses and for their distance from the targets
 TOLERANCE = 1e-3
 # largest relative deviation from the targets that is accepted; on a fine mesh the limit may be smaller
-LOOSEST_MISS = 5e-3
-MOST_SOLVES = 10  # maximum number of solutions on a coarse or rough mesh
-MOST_FINE_SOLVES = 4
+MAX_DEVIATION = 5e-3
+MAX_SOLVES = 10  # maximum number of solutions on a coarse or rough mesh
+MAX_FINE_SOLVES = 4
 COARSE = 2.0  # scale of the mesh on which the lengths are fitted first
 _DIGITS = 3  # decimal places of a drawn length [mm]
 _LONGEST_STEP = 1.6  # largest factor by which one step lengthens or shortens a leaf
@@ -70,7 +70,7 @@ class MeshPair:
     floor: float
     least_tolerance: float
 
-    def judged(self, housing: Housing, fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
+    def stiffness_with_errors(self, housing: Housing, fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
         """Return the stiffness of a housing [N/mm], with error bars from its solutions on both meshes."""
         stiffness = housing_stiffness(fine, coarse)
         errors = []
@@ -189,14 +189,14 @@ class Secant:
         return round(min(max(extrapolated, self.length / _LONGEST_STEP), self.length * _LONGEST_STEP), _DIGITS)
 
 
-class Solved(NamedTuple):
+class MeshFit(NamedTuple):
     """A housing solved on one mesh, and for each spring the secant through its last two solutions on this mesh."""
 
     housing: Housing
     compliance: TipCompliance
     secants: tuple[Secant, ...]
 
-    def aim_at(self, targets: Floats) -> Housing:
+    def housing_for_targets(self, targets: Floats) -> Housing:
         """Return the housing whose leaves have the target stiffnesses [N/mm] on this mesh, as predicted by the secants.
 
         Raises InputError if a leaf would be shorter than its two fillets.
@@ -212,7 +212,7 @@ class Solved(NamedTuple):
             flexures[arm.name] = dataclasses.replace(arm.flexure, length=length)
         return self.housing.with_flexures(flexures)
 
-    def scale_to(self, housing: Housing) -> TipCompliance:
+    def scaled_compliance(self, housing: Housing) -> TipCompliance:
         """Return the compliance of a housing with nearly the same leaf lengths on this mesh, without solving it.
 
         The solved compliance is scaled to the stiffnesses predicted by the secants. The lengths are so close that a
@@ -231,35 +231,35 @@ def fit_on_mesh(
     slopes: Sequence[float],
     targets: Floats,
     solve: Callable[[Housing], TipCompliance],
-    miss: float = LOOSEST_MISS,
-    most_solves: int = MOST_SOLVES,
-) -> Solved:
+    max_deviation: float = MAX_DEVIATION,
+    max_solves: int = MAX_SOLVES,
+) -> MeshFit:
     """Fit the leaf lengths of a housing by the secant method, until its springs meet their targets on one mesh.
 
-    `targets` are the target stiffnesses [N/mm], and `miss` [1] is the largest accepted relative deviation from them.
-    `solve` computes the compliance of a housing on the mesh. It is called at most `most_solves` times. `slopes` holds
-    the initial slope of the secant of each spring. Raises InputError if a leaf would be shorter than its two fillets,
-    and SolveError if the targets are not met after `most_solves` solutions.
+    `targets` are the target stiffnesses [N/mm], and `max_deviation` [1] is the largest accepted relative deviation from
+    them. `solve` computes the compliance of a housing on the mesh. It is called at most `max_solves` times. `slopes`
+    holds the initial slope of the secant of each spring. Raises InputError if a leaf would be shorter than its two
+    fillets, and SolveError if the targets are not met after `max_solves` solutions.
     """
     secants = tuple(Secant(slope=slope) for slope in slopes)
-    for _ in range(most_solves):
+    for _ in range(max_solves):
         compliance = solve(housing)
         springs = zip(secants, housing.arms, compliance.K, strict=True)
         secants = tuple(secant.through(arm.flexure.length, K) for secant, arm, K in springs)
-        fit = Solved(housing, compliance, secants)
-        if largest_miss(compliance.K, targets) <= miss:
+        fit = MeshFit(housing, compliance, secants)
+        if largest_deviation(compliance.K, targets) <= max_deviation:
             return fit
-        housing = fit.aim_at(targets)
+        housing = fit.housing_for_targets(targets)
     K_text = ", ".join(f"{stiffness:.6g}" for stiffness in compliance.K)
     targets_text = ", ".join(f"{target:.6g}" for target in targets)
     msg = (
-        f"flexures: K = {K_text} N/mm after {most_solves} solves: must be {targets_text} N/mm within {miss:g}; "
+        f"flexures: K = {K_text} N/mm after {max_solves} solves: must be {targets_text} N/mm within {max_deviation:g}; "
         f"choose other targets or another --tol"
     )
     raise SolveError(msg)
 
 
-def largest_miss(stiffnesses: Sequence[float], targets: Floats) -> float:
+def largest_deviation(stiffnesses: Sequence[float], targets: Floats) -> float:
     """Return the largest relative deviation of the stiffnesses from their targets [1]."""
     return float(np.abs(stiffnesses / targets - 1.0).max())
 
@@ -307,12 +307,12 @@ def _fit_on_pairs(
     meets the tolerance, the result on the finest pair is returned.
     """
     slopes = _beam_slopes(housing, solver.E)
-    miss = min(max(tolerance, TOLERANCE), LOOSEST_MISS)
+    max_deviation = min(max(tolerance, TOLERANCE), MAX_DEVIATION)
     coarse = None
     for pair in (pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance):
         solve = functools.partial(solver.solve, scale=pair.fine)
         if pair.fine == COARSE:
-            coarse = fine = fit_on_mesh(housing, slopes, targets, solve, miss)
+            coarse = fine = fit_on_mesh(housing, slopes, targets, solve, max_deviation)
             coarser_solution = solver.solve(fine.housing, pair.coarse)
         else:
             # On the coarse mesh the springs are too stiff by a known factor, so the targets are multiplied by this
@@ -321,10 +321,17 @@ def _fit_on_pairs(
             if coarse is None:
                 coarse = fit_on_mesh(housing, slopes, coarse_targets, functools.partial(solver.solve, scale=COARSE))
             coarse_slopes = [secant.slope for secant in coarse.secants]
-            fine = fit_on_mesh(coarse.aim_at(coarse_targets), coarse_slopes, targets, solve, miss, MOST_FINE_SOLVES)
-            coarser_solution = coarse.scale_to(fine.housing)
+            fine = fit_on_mesh(
+                coarse.housing_for_targets(coarse_targets),
+                coarse_slopes,
+                targets,
+                solve,
+                max_deviation,
+                MAX_FINE_SOLVES,
+            )
+            coarser_solution = coarse.scaled_compliance(fine.housing)
         housing = fine.housing
-        stiffness = pair.judged(housing, fine.compliance, coarser_solution)
+        stiffness = pair.stiffness_with_errors(housing, fine.compliance, coarser_solution)
         if max(stiffness.error) <= tolerance:
             break
     solver.check(pair.fine)

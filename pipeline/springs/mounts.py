@@ -65,7 +65,9 @@ def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> C
     return clamped_half(mesh, E, poisson, mount_layers(housing))
 
 
-def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool) -> LateralCompliance:
+def solve_lateral_compliance(
+    housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool
+) -> LateralCompliance:
     """Compute the lateral compliance of the tips of a plate under inclined forces, on a coarse mesh; E is in MPa.
 
     The forces act at the centre of the sphere of a dome, or at a flat face. The error is the relative difference

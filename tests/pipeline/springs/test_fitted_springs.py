@@ -14,9 +14,9 @@ from cad.kernel import solid_size
 from cad.parts.layout import housing_for
 from mesh.session import MeshError
 from pipeline.options import RunOptions, load_design
-from pipeline.springs.fitted_springs import springs_for, tip_height_offsets, with_sideways_give
+from pipeline.springs.fitted_springs import springs_for, tip_height_offsets, with_lateral_compliance
 from pipeline.springs.leaf_lengths import FittedHousing
-from pipeline.springs.mounts import sideways_give
+from pipeline.springs.mounts import solve_lateral_compliance
 from pipeline.springs.spring import MadeSpring
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print
@@ -52,7 +52,7 @@ def fit(tmp_path, monkeypatch):
 def springs_of(design, options=None):
     options = options or RunOptions()
     springs = springs_for(design, sizing_of(design), "fitted", options.tolerance)
-    return with_sideways_give(springs, design, options)
+    return with_lateral_compliance(springs, design, options)
 
 
 @pytest.mark.parametrize(("design", "monolithic"), [(Design(), True), (Design(tips=Tips(socket="pin")), False)])
@@ -110,7 +110,7 @@ def test_springs_whose_sideways_give_is_not_found_are_undecided(as_, error, monk
     def failing(*_, **__):
         raise error
 
-    monkeypatch.setattr(pipeline.springs.fitted_springs, "sideways_give", failing)
+    monkeypatch.setattr(pipeline.springs.fitted_springs, "solve_lateral_compliance", failing)
     springs = springs_of(gentle()) if as_ == "fitted" else springs_for(gentle(), sizing_of(gentle()), as_)
     assert_undecided(springs, error)
     assert springs.sideways is None
@@ -129,7 +129,7 @@ def test_sideways_compliance_of_sized_springs_is_that_of_a_finer_mesh(name):
     process = design.process
     lengths = [leaves.length_mm for leaves in springs.printable.values()]
     housing = housing_for(design, process, tuple(lengths), springs.deflections)
-    finer = sideways_give(housing, process.E_MPa, process.poisson, sizing.springs.stiffnesses, rough=False)
+    finer = solve_lateral_compliance(housing, process.E_MPa, process.poisson, sizing.springs.stiffnesses, rough=False)
     for tip, leaf in enumerate((housing.low, housing.high)):
         across = springs.sideways.compliance[tip, tip, 1, 1]
         assert across == pytest.approx(finer.compliance[tip, tip, 1, 1], rel=0.01)

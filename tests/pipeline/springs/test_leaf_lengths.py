@@ -85,7 +85,7 @@ def test_both_stiffnesses_meet_their_targets_by_lengths_that_are_drawn_to_a_thou
 def test_solving_the_fitted_housing_finds_the_same_numbers(fitted):
     solver = HousingSolver(*MATERIAL)
     fine, coarse = (solver.solve(fitted.housing, scale) for scale in (DEFAULT.fine, DEFAULT.coarse))
-    again = DEFAULT.judged(fitted.housing, fine, coarse)
+    again = DEFAULT.stiffness_with_errors(fitted.housing, fine, coarse)
     assert again.K == fitted.stiffness.K
     # The fit solves the coarse mesh one step before the last, 0.3 % of a length away, and carries it on.
     assert again.error == pytest.approx(fitted.stiffness.error, rel=0.02)
@@ -248,7 +248,7 @@ def test_rough_stiffness_is_of_one_mesh_corrected_for_its_lift_with_bars_by_rand
     ids=["usual", "as thick as deep", "deeper than long"],
 )
 def test_error_bar_is_a_share_of_the_step_between_meshes_and_a_floor_and_wider_for_odd_leaves(pair, sizes, factors):
-    found = pair.judged(shaped(**sizes), tips([1.0, 10.0]), tips([1.01, 10.2]))
+    found = pair.stiffness_with_errors(shaped(**sizes), tips([1.0, 10.0]), tips([1.01, 10.2]))
     shares = [factor * pair.fraction * apart for factor, apart in zip(factors, (0.01, 0.02), strict=True)]
     assert found.error == pytest.approx([share + pair.floor for share in shares], rel=1e-9)
     assert pytest.approx((1.0, 10.0)) == found.K
@@ -277,7 +277,7 @@ def test_secants_of_a_beam_lead_to_its_length(slope, aim, scatter, lengths):
 
     aims = np.full(2, (25.0 / aim) ** 3)
     with suppress(SolveError):
-        fit_on_mesh(with_leaves([30.0, 30.0]), (slope, slope), aims, solve, miss=1e-6, most_solves=len(lengths))
+        fit_on_mesh(with_leaves([30.0, 30.0]), (slope, slope), aims, solve, max_deviation=1e-6, max_solves=len(lengths))
     assert tried == pytest.approx(lengths, rel=1e-12)
 
 
