@@ -80,8 +80,8 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
     return chosen
 
 
-def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return changes towards the assumptions of the two-spring law: a level press, flat faces, springs from targets."""
+def _two_spring_law_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return sweeps towards the assumptions of the two-spring law: a level press, flat faces, springs from targets."""
     flat = design.tips.tip_shape.has_flat_face
     changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
     if flat:
@@ -96,8 +96,8 @@ def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:
     return _single_sweeps(design, changes)
 
 
-def _processes(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return a change to each of the other print processes."""
+def _process_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return a sweep for each of the other print processes."""
     return _single_sweeps(design, [{"print.process": process} for process in PROCESSES])
 
 
@@ -106,37 +106,37 @@ def _single_sweeps(design: Design, changes: list[Changes]) -> list[Sweep]:
     return [[change] for change in changes if any(value_of(design, key) != value for key, value in change.items())]
 
 
-def _targets(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return smaller and larger targets, if the springs are sized from targets."""
+def _target_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return sweeps of smaller and larger targets, if the springs are sized from targets."""
     if design.springs.given:
         return []
-    return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaled(design, key, SMALLER, LARGER)]
+    return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaling_sweeps(design, key, SMALLER, LARGER)]
 
 
-def _numbers(keys: Sequence[str], design: Design, on_cells: bool) -> list[Sweep]:
+def _number_sweeps(keys: Sequence[str], design: Design, on_cells: bool) -> list[Sweep]:
     """Return two sweeps for each of the `keys`: its number times factors below 1, and times factors above 1."""
     factors = _factors(design, on_cells=on_cells)
-    return [sweep for key in keys for sweep in _scaled(design, key, *factors)]
+    return [sweep for key in keys for sweep in _scaling_sweeps(design, key, *factors)]
 
 
-def _less_tilt(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return smaller tilts of the readings; none for tips with flat faces, because their readings take too long."""
-    return _scaled(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
+def _tilt_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return a sweep of smaller tilts; none for tips with flat faces, because their readings take too long."""
+    return _scaling_sweeps(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
 
 
-def _wider_limit(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return larger limits of the readings; none for tips with flat faces, because their readings take too long."""
-    return _scaled(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
+def _limit_sweeps(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return a sweep of larger limits; none for tips with flat faces, because their readings take too long."""
+    return _scaling_sweeps(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 
-def _calibrations(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return more accurate calibrations: on a plate, and on a reference ball if the design allows one."""
+def _calibration_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return sweeps to more accurate calibrations: on a plate, and on a reference ball if the design allows one."""
     methods = ("plate", *(["ball"] if design.takes_ball else []))
     return [[{"reading.calibrated_by": method}] for method in methods]
 
 
-def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
-    """Return tips so close together that a round fruit is nearly flat under them, if contact is solved on cells."""
+def _spacing_sweeps(design: Design, on_cells: bool) -> list[Sweep]:
+    """Return sweeps to tips so close that a round fruit is nearly flat under them, if contact is solved on cells."""
     if not on_cells:
         return []
     side = design.tips.side_mm
@@ -146,17 +146,17 @@ def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
 
 
 MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
-    "two-spring law": _two_spring_law,
-    "print.process": _processes,
-    "targets": _targets,
-    _TRAVEL: partial(_numbers, [_TRAVEL]),
-    "springs": partial(_numbers, _SPRINGS),
-    "tips": partial(_numbers, _TIPS),
-    "reading.tilt_deg": _less_tilt,
-    "reading.bias_limit": partial(_wider_limit, "reading.bias_limit"),
-    "reading.uncertainty_limit": partial(_wider_limit, "reading.uncertainty_limit"),
-    "reading.calibrated_by": _calibrations,
-    "tips.spacing_mm": _close_tips,
+    "two-spring law": _two_spring_law_sweeps,
+    "print.process": _process_sweeps,
+    "targets": _target_sweeps,
+    _TRAVEL: partial(_number_sweeps, [_TRAVEL]),
+    "springs": partial(_number_sweeps, _SPRINGS),
+    "tips": partial(_number_sweeps, _TIPS),
+    "reading.tilt_deg": _tilt_sweeps,
+    "reading.bias_limit": partial(_limit_sweeps, "reading.bias_limit"),
+    "reading.uncertainty_limit": partial(_limit_sweeps, "reading.uncertainty_limit"),
+    "reading.calibrated_by": _calibration_sweeps,
+    "tips.spacing_mm": _spacing_sweeps,
 }
 """The functions that make the sweeps, by the name of a move; verdicts list these names in `mended_by`.
 
@@ -173,7 +173,7 @@ def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tupl
     return SMALLER, LARGER[:5]
 
 
-def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
+def _scaling_sweeps(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
     """Return a sweep for each direction: a number, or every number of a list, times the factors [1] of the direction.
 
     The result is empty if the key is not set or is not a number.

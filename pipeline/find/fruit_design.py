@@ -136,7 +136,7 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         "tips.dome_radius_mm": _round_to((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
         "press.travel_mm": max(least_travel(preset), _round_to(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
         # a stiffness scales as length times modulus
-        **_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
+        **_scale_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
     }
 
 
@@ -207,14 +207,14 @@ def fruit_suggestion(
     while len(seen) < MAX_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
         result = _solve_sized(design)
-        candidate = _candidate(changes, result)
+        candidate = _make_candidate(changes, result)
         # The scaled preset is run even if some verdicts are undecided, because the preset passed its own run. Springs
         # solved by finite elements may decide these verdicts.
-        if candidate.passes or (not tried and not _fails(candidate)):
+        if candidate.passes or (not tried and not _has_failed(candidate)):
             progress("running the design that passes with ideal springs")
             runs += 1
-            result = _run(preset, candidate)
-            candidate = _candidate(changes, result)
+            result = _run_candidate(preset, candidate)
+            candidate = _make_candidate(changes, result)
             if result is not None and result.passed:
                 return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=len(seen), runs=runs)
         tried.append(candidate)
@@ -255,25 +255,25 @@ class _Centring:
 
 
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
-    """Return the next change of a solved design: the change from `_step`, and possibly a shorter travel.
+    """Return the next change of a solved design: the change from `_step_for_failed`, and possibly a shorter travel.
 
     If the largest bias changed its sign, the travel becomes shorter, because that reduces biases of both signs.
     """
     failed = _failed_verdicts(result)
     sign_changed = centring.record_bias(_failing_bias(result, failed))
-    step = _step(design, result, failed, centring.factor)
+    step = _step_for_failed(design, result, failed, centring.factor)
     if not sign_changed:
         return step
     shorter = round(design.press.travel_mm - _TRAVEL_REDUCTION_MM, 2)
     return {**step, "press.travel_mm": max(least_travel(design), shorter)}
 
 
-def _candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candidate:
+def _make_candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candidate:
     """Return the candidate with the given changes and the verdicts of its result; no verdicts without a result."""
     return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
 
 
-def _run(preset: Design, candidate: Candidate) -> SensorResult | None:
+def _run_candidate(preset: Design, candidate: Candidate) -> SensorResult | None:
     """Run a candidate and return its result, or None if its design is invalid or cannot be solved."""
     proof = prove_first([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
     return None if proof is None else proof.result
@@ -291,14 +291,14 @@ def _solve_sized(design: Design) -> Sensor | None:
     return sensor
 
 
-def _fails(candidate: Candidate) -> bool:
+def _has_failed(candidate: Candidate) -> bool:
     """Return whether a verdict on the candidate fails; undecided verdicts do not count, but missing verdicts do."""
     return candidate.verdicts is None or any(verdict.passed is False for verdict in candidate.verdicts)
 
 
 def _failed_verdicts(result: Sensor | SensorResult | None) -> set[str]:
     """Return the names of verdicts that did not pass, or if all passed, of those that lack the required margin."""
-    candidate = _candidate({}, result)
+    candidate = _make_candidate({}, result)
     not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
     return not_passed or {verdict.name for verdict in candidate.failed}
 
@@ -311,7 +311,9 @@ def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> flo
     return readings.worst_bias.bias.value
 
 
-def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str], centring: float) -> Changes:
+def _step_for_failed(
+    design: Design, result: Sensor | SensorResult | None, failed: set[str], centring: float
+) -> Changes:
     """Return the change that brings a design nearer to passing, from the first rule that applies; empty if none does.
 
     `failed` holds the names of failed verdicts. `centring` [1] is a factor on the radii of the design's fruit, which
@@ -322,7 +324,7 @@ def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str]
     if result is None or leaves_face or "geometry.tip_face" in failed:
         return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM, 1)}
     if "bruise" in failed:
-        return _springs(design, _BRUISE_FACTOR, _BRUISE_FACTOR)
+        return _scale_springs(design, _BRUISE_FACTOR, _BRUISE_FACTOR)
     if "reading.touch" in failed or (readings is not None and readings.refused is not None):
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
     if "reading.calibration" in failed and readings is not None and readings.calibration is not None:
@@ -331,7 +333,7 @@ def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str]
     if bias:
         return _scale_radii(design, centring if bias > 0.0 else 1.0 / centring)
     if "reading.uncertainty" in failed:
-        return {"springs.K_h_N_per_m": _springs(design, 1.0, _UNCERTAINTY_FACTOR)["springs.K_h_N_per_m"]}
+        return {"springs.K_h_N_per_m": _scale_springs(design, 1.0, _UNCERTAINTY_FACTOR)["springs.K_h_N_per_m"]}
     return {}
 
 
@@ -348,7 +350,7 @@ def _improve_calibration(design: Design, error: CalibrationErrors) -> Changes:
         return {"press.travel_mm": round(factor * design.press.travel_mm, 2)}
     spring = design.tips.springs[design.tips.names.index(error.worst_tip)]
     key = "springs.K_l_N_per_m" if spring == "low" else "springs.K_h_N_per_m"
-    return {key: _springs(design, factor, factor)[key]}
+    return {key: _scale_springs(design, factor, factor)[key]}
 
 
 def _scale_radii(design: Design, factor: float) -> Changes:
@@ -360,7 +362,7 @@ def _scale_radii(design: Design, factor: float) -> Changes:
     return {key: rounded(factor * radius) for key, radius in radii.items() if radius is not None}
 
 
-def _springs(design: Design, low: float, high: float) -> Changes:
+def _scale_springs(design: Design, low: float, high: float) -> Changes:
     """Return the change that multiplies the stiffnesses of the springs by `low` and `high` [1], rounded to 3 digits."""
     return {
         "springs.K_l_N_per_m": rounded((design.springs.K_l_N_per_m or 0.0) * low),

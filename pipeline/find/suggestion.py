@@ -85,11 +85,15 @@ class Search:
             candidates = []
             for start in beam:
                 candidates += self._add_one_change(start)
-            passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
+            passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._change_size)
             if passing:
                 self._budget_left = max(self._budget_left, _RESERVE * BUDGET)
-                return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size)
-            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM_WIDTH]
+                return sorted(
+                    [self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._change_size
+                )
+            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._change_size(candidate)))[
+                :_BEAM_WIDTH
+            ]
             misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
             self.nearest_miss = min(misses, key=lambda candidate: candidate.rank, default=None)
         return []
@@ -106,10 +110,10 @@ class Search:
             design = change_design(self._base.design, changes)
             if _TRAVEL in changes and design.press.travel_mm < least_travel(design):
                 return None
-            self._budget_left -= _cost(design)
+            self._budget_left -= _trial_cost(design)
             self.tried += 1
             self._progress(f"trying changes with ideal springs, design {self.tried}: {in_words(changes)}")
-            verdicts = self._verdicts(design)
+            verdicts = self._trial_verdicts(design)
         except UNSOLVED:
             return None
         return Candidate(changes=changes, verdicts=verdicts)
@@ -117,7 +121,7 @@ class Search:
     def _design_of(self, candidate: Candidate) -> Design:
         return change_design(self._base.design, candidate.changes)
 
-    def _size(self, candidate: Candidate) -> tuple[int, int, float]:
+    def _change_size(self, candidate: Candidate) -> tuple[int, int, float]:
         return size(self._base.design, candidate.changes)
 
     def _add_one_change(self, start: Candidate) -> list[Candidate]:
@@ -144,7 +148,7 @@ class Search:
                 best.append(min(trials, key=lambda candidate: candidate.rank))
         return best
 
-    def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
+    def _trial_verdicts(self, design: Design) -> tuple[Verdict, ...]:
         """Return the verdicts of a design with ideal springs, or only some of them if these show that it fails."""
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
             # Readings of flat tips take too long to be tried.
@@ -158,7 +162,7 @@ class Search:
             spread = displacement_verdict(scene_response(scene, sensor.contact, sensor.springs.C, moduli, x))
             if spread.passed is not True:
                 return (*sensor.verdicts_on("print"), spread)
-            self._budget_left -= 2.0 * _cost(design)  # a trial with all presses costs three times as much
+            self._budget_left -= 2.0 * _trial_cost(design)  # a trial with all presses costs three times as much
         return sensor.verdicts
 
     def _sized_sensor(self, design: Design) -> Sensor:
@@ -205,7 +209,7 @@ class Search:
         return candidate
 
 
-def _cost(design: Design) -> float:
+def _trial_cost(design: Design) -> float:
     """Return the cost of a trial, in units of about 0.01 s of CPU time."""
     if scene_of(design).on_cells:
         return 80.0

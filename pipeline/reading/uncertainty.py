@@ -26,7 +26,7 @@ from sensor.theory.contrast_law import ReadingSlopes
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes
 from sensor.theory.creep import EFFECTIVE, NO_CREEP, CreepLaw
 
-OF_NOISE = ("noise_percent", "noise_N", "readout_noise", "quantisation")
+NOISE_SOURCES = ("noise_percent", "noise_N", "readout_noise", "quantisation")
 """Sources whose errors are independent from sample to sample."""
 OF_DRIFT = "gain_drift"
 """The source that stands for the drift of the gains with temperature."""
@@ -71,7 +71,7 @@ class UncertaintySources:
 
         The result is None if the other sources reach the limit without any noise.
         """
-        without_noise = math.hypot(*(each for name, each in self.contributions.items() if name not in OF_NOISE))
+        without_noise = math.hypot(*(each for name, each in self.contributions.items() if name not in NOISE_SOURCES))
         return None if without_noise >= limit else math.sqrt(limit**2 - without_noise**2) / self.noise_slope
 
 

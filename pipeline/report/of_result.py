@@ -54,7 +54,7 @@ OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
     "read_out": lambda result: result.read_out,
     "verdicts": lambda result: result.verdicts,
     "remedy": lambda result: next((one.remedy for one in result.verdicts if one.remedy is not None), None),
-    "errors": lambda result: _errors(result),
+    "errors": lambda result: _error_budgets(result),
     "paper": lambda result: None if result.paper is None else PaperReport.from_stage(result.paper),
     "accuracy": lambda result: AccuracyReport.from_stage(
         result.options.tolerance, result.springs.fitted, result.contact
@@ -131,7 +131,7 @@ def _beam_law_leaves(sensor: Sensor | SensorResult) -> tuple[float, ...] | None:
     return tuple(spring.length_mm for spring in printable_leaves(sensor.design, sensor.sizing).values())
 
 
-def _errors(result: SensorResult) -> dict[str, UncertaintyBudget | None]:
+def _error_budgets(result: SensorResult) -> dict[str, UncertaintyBudget | None]:
     """Return the error budget of each number; without a housing, the springs are given and have no budget."""
     has_housing = result.design.tips.tip_layout.has_housing
     budgets = vars(result.errors.budgets)

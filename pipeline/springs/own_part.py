@@ -57,14 +57,14 @@ _CORNER_SIZES = (0.2, 0.1)
 # error that remains in the fine mesh is therefore this fraction of the change in K from element size 1 to the element
 # size of the coarse mesh.
 _CORNER_ERROR = _CORNER_SIZES[1] / (1.0 - _CORNER_SIZES[0])
-_MOST_STIFF = 0.02  # largest K / (E * distance from pressed to held faces) of a part that bends
+_MAX_BLOCK_RATIO = 0.02  # largest K / (E * distance from pressed to held faces) of a part that bends
 # Scales of the tetrahedral meshes, which are refined until the error bar is small enough. A mesh with 186,000 unknowns
 # took 38 s of CPU time and 1.4 GiB.
 _SCALES = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
-_FEWEST = 3  # minimum number of meshes for an extrapolation to element size 0
-_FINE_ENOUGH = 0.01  # relative error of K below which the refinement ends
+_MIN_MESHES = 3  # minimum number of meshes for an extrapolation to element size 0
+_MAX_TETRAHEDRA_ERROR = 0.01  # relative error of K below which the refinement ends
 # largest accepted relative error of K from a swept mesh; above it, too much of the part is not swept
-_SWEPT_ENOUGH = 0.1
+_MAX_SWEPT_ERROR = 0.1
 MOST_SECONDS = 120.0  # limit of the CPU time for all tetrahedral meshes [s]
 MOST_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh
 _SECONDS_PER_UNKNOWN = 2e-4
@@ -351,7 +351,7 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
             reason = str(error)
     if swept_solution is not None:
         largest_error = max(face.K_error for face in swept_solution.faces.values())
-        if largest_error <= _SWEPT_ENOUGH:
+        if largest_error <= _MAX_SWEPT_ERROR:
             return swept_solution
         reason = f"features that a swept mesh leaves out may change K by {100.0 * largest_error:.2g} %"
     try:
@@ -413,9 +413,12 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
         solutions.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
         if len(solutions) == 1:
             _refuse_block(solutions[0], part, scene)
-        if len(solutions) >= _FEWEST and max(error / abs(K) for K, error in _extrapolate(solutions)) < _FINE_ENOUGH:
+        if (
+            len(solutions) >= _MIN_MESHES
+            and max(error / abs(K) for K, error in _extrapolate(solutions)) < _MAX_TETRAHEDRA_ERROR
+        ):
             break
-    if len(solutions) < _FEWEST:
+    if len(solutions) < _MIN_MESHES:
         most_unknowns = MOST_SECONDS / _SECONDS_PER_UNKNOWN
         bound = f"at most about {most_unknowns:.3g} for all meshes, {MOST_SECONDS:g} s of CPU time"
         hint = "remove fine details where nothing bends, or draw the part as an extrusion of one section"
@@ -535,12 +538,12 @@ def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
 def _refuse_block(solution: PartCompliance, part: Part, scene: _Scene) -> None:
     """Raise InputError for a part without leaves, in which nothing bends between the pressed and the held faces.
 
-    Such a part is as stiff as a solid block: K exceeds the fraction `_MOST_STIFF` of E times the distance between the
-    pressed and the held faces.
+    Such a part is as stiff as a solid block, so that K / (E * distance between the pressed and the held faces) exceeds
+    `_MAX_BLOCK_RATIO`.
     """
     for name, K in zip(scene.presses, solution.K.tolist(), strict=True):
         distance = part.face_distance(name, HELD)
-        limit = _MOST_STIFF * scene.material[0] * distance
+        limit = _MAX_BLOCK_RATIO * scene.material[0] * distance
         if not limit >= K:
             bound = (
                 f"at most {1e3 * limit:.3g} N/m: no leaf bends over the {distance:.3g} mm between this face and the "
