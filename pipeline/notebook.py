@@ -122,7 +122,7 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     yield (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
         'font-family="sans-serif" font-size="11" fill="currentColor" role="img">'
-        "<title>force ratio P over the modulus of the fruit</title>"
+        "<title>force ratio P against the modulus of the fruit</title>"
     )
     for tick, x in zip(x_ticks, x_of(x_ticks), strict=True):
         yield _line((x, top), (x, height - bottom))

@@ -61,7 +61,8 @@ class FruitRange:
             ends = getattr(self, key)
             if isinstance(ends, tuple) and ends[0] > ends[1]:
                 name = f"--fruit.{key}"
-                raise validation_error(name, list(ends), "mm", "two numbers that rise", "give the smaller number first")
+                bound = "two numbers in ascending order"
+                raise validation_error(name, list(ends), "mm", bound, "give the smaller number first")
 
     @property
     def radii_mm(self) -> tuple[Ends, Ends]:

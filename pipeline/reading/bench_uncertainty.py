@@ -155,8 +155,9 @@ def _errors_after_plate(
 ) -> _CalibrationErrors:
     """Return the errors after a calibration by weights and then on a plate, which calibrates deflections.
 
-    `weighed` are the errors after the calibration by weights. All tips have the same travel on the plate. It ends when
-    the first tip reaches its force `pressed` [N]. The gains returned are the relative errors of the deflections.
+    `weighed` are the errors after the calibration by weights. All tips have the same travel on the plate. The press
+    ends when the first tip reaches its force `pressed` [N]. The gains returned are the relative errors of the
+    deflections.
     """
     per_digit = slope_error_of_resolution(1.0, 1.0, PLATE_AT)
     deepest = float((pressed / stiffnesses).min())  # [mm]

@@ -61,8 +61,8 @@ def refuse_unsolvable_time(design: Design) -> None:
         hint = "omit one of them, because flesh that relaxes under a skin cannot be solved"
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
     if not _is_solvable(design):
-        bound = "left out except for a level press of flat tips on a block, or of a line or square of domes"
-        hint = "drop it: other tips and tilt are not solved over time"
+        bound = "omitted unless flat tips on a block, or a line or square of domes, press level"
+        hint = "omit it, because presses of other tips and tilted presses cannot be solved over time"
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
 
 

@@ -99,9 +99,9 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return (judge("geometry.made", 0.0, "no housing: see printable.*", limit=1.0),)
     missing_files = ", ".join(name for name in RUN_FILES if not is_regular(folder / name))
     if missing_files:
-        reason = f"{missing_files} cannot be measured, there is no such file; run the design again"
+        reason = f"{missing_files} cannot be measured, because the folder does not have them; run the design again"
         if any(file.path == LATEST for file in report.files):
-            reason = "a look makes no solid to measure: run the design without --look, and check that folder"
+            reason = "a run with --look makes no solid to measure: run the design without --look, and check that folder"
         return (judge(READABLE, None, reason),)
     process = report.design.process
     sensor = sensor_of(report.design, report.housing)

@@ -69,7 +69,7 @@ def refuse_folder_of_a_run(folder: Path) -> None:
     """Raise OutputError if a folder holds the files of a whole run, which a run with --look must not replace."""
     files = managed_files(folder)
     if files and LATEST not in files:
-        bound = "a new or empty folder, or one of an earlier look, and it holds a whole run"
+        bound = "a new or empty folder, or a folder of an earlier run with --look, but it holds a whole run"
         error = validation_error("--out", str(folder), "", bound, "name another folder")
         raise OutputError(str(error), field="--out", value=str(folder), bound=bound)
 

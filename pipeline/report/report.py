@@ -67,7 +67,7 @@ class ListedFile:
         path = folder / self.path
         try:
             is_inside = path.resolve().is_relative_to(folder.resolve())
-        except (OSError, ValueError, RuntimeError):  # RuntimeError: links form a loop
+        except (OSError, ValueError, RuntimeError):  # RuntimeError is raised if links form a loop
             return False
         return is_inside and has_digest(path, self.sha256)
 
@@ -239,7 +239,7 @@ def written_data(folder: Path) -> Plain:
     """Return the JSON data of a folder's report; raises InputError if the file was changed after the run."""
     data = read_data(folder)
     if not is_as_written(data):
-        raise _report_error(folder, "its report.json must be as the run wrote it, and its digest is another")
+        raise _report_error(folder, "its report.json must be unchanged since the run, but its digest differs")
     return data
 
 
@@ -262,7 +262,7 @@ def read_data(folder: Path) -> Plain:
     except (OSError, ValueError, RecursionError) as error:
         raise _report_error(folder, f"must hold a report.json that can be read ({type(error).__name__})") from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise _report_error(folder, f"its report.json must be one of pipeline run, schema {SCHEMA}")
+        raise _report_error(folder, f"its report.json must be written by pipeline run, with schema {SCHEMA}")
     return data
 
 
@@ -275,7 +275,7 @@ def structure_report(folder: Path, data: Plain) -> Report:
     try:
         design_from_mapping(design if isinstance(design, dict) else {})
     except InputError as error:
-        raise _report_error(folder, f"its design must be one of today: {error}") from error
+        raise _report_error(folder, f"its design must be valid in this version: {error}") from error
     try:
         # cattrs would turn a string into a tuple of characters, so each list is checked first.
         for key, kind in get_type_hints(Report).items():
@@ -284,7 +284,7 @@ def structure_report(folder: Path, data: Plain) -> Report:
                 raise ValueError(msg)
         return from_plain(Report, _drop_removed_keys(data), "report", _CONVERTER)
     except ValueError as error:
-        raise _report_error(folder, f"its report.json must be as it was written ({error})") from error
+        raise _report_error(folder, f"its report.json must be valid ({error})") from error
 
 
 def _drop_removed_keys(data: Plain) -> Plain:

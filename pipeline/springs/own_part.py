@@ -244,8 +244,8 @@ def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) ->
     for name, indices in faces.items():
         if name != HELD and set(indices) & set(faces[HELD]):
             quantity = f"{flag} {name}"
-            hint = "press another face, or hold another"
-            raise validation_error(quantity, "a face", "", "free: it is held too", hint)
+            hint = "press or hold a different face"
+            raise validation_error(quantity, "a held face", "", "a face that is not held", hint)
 
 
 def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:

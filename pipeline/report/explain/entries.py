@@ -134,7 +134,7 @@ def _fruit_entry(fruit: NamedFruit) -> Entry:
     meaning = (
         f"A fruit of {fruit.in_words} [mm, MPa]. It bruises at a mean pressure of {lowest:g} to {highest:g} MPa, and "
         f"ripe flesh relaxes to {100.0 * fruit.relaxes_to:g} % of a force. "
-        f"`pipeline suggest --fruit {fruit.name}` searches a sensor for it."
+        f"`pipeline suggest --fruit {fruit.name}` searches for a sensor for it."
     )
     source = "; ".join(f"{key}: {text}" for key, text in fruit.sources)
     return Entry(name=fruit.name, meaning=meaning, formula="", source=source, is_verdict=False)
