@@ -114,37 +114,37 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
     is searched for one value after another. Each search after the first starts from the last generation of the previous
     search.
     """
-    values = len(study.front)
-    keys = len(study.vary) - bool(values)
+    front_values = len(study.front)
+    searched_keys = len(study.vary) - bool(front_values)
     start = _base_fractions(study)
-    members: Literal["latinhypercube"] | Floats = "latinhypercube"
-    max_evaluations = study.goal.evaluations * max(1, values)
+    initial_members: Literal["latinhypercube"] | Floats = "latinhypercube"
+    max_evaluations = study.goal.evaluations * max(1, front_values)
     report_progress = None if progress is None else lambda kept, _: progress(kept, max(max_evaluations, kept))
     # The front's key is the last varied key. Its range is divided into one interval for each value, and its fraction is
     # fixed at the middle of the interval.
-    for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
+    for front_fraction in [[(i + 0.5) / front_values] for i in range(front_values)] or [[]]:
         evolution = differential_evolution(
             _costs,  # type: ignore[arg-type]  # `_costs` takes a whole generation, which the type stubs do not allow
-            Bounds(np.zeros(keys), np.ones(keys)),
-            args=(fixed, set(), study, store, engine, report_progress),
-            maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
+            Bounds(np.zeros(searched_keys), np.ones(searched_keys)),
+            args=(front_fraction, set(), study, store, engine, report_progress),
+            maxiter=max(1, study.goal.evaluations // (_MEMBERS * searched_keys) - 1),
             popsize=_MEMBERS,
-            tol=0.0,
+            tol=0.0,  # only the number of evaluations ends the search
             rng=np.random.default_rng(study.seed),
             polish=False,
-            init=members,
+            init=initial_members,
             x0=start,
             updating="deferred",
-            vectorized=True,
+            vectorized=True,  # a generation is solved in parallel by the worker processes
         )
         start = evolution.x
-        members = evolution.population
+        initial_members = evolution.population
 
 
 def _costs(
     fractions: Floats,
-    fixed: Sequence[float],
-    spent: set[str],
+    front_fraction: Sequence[float],
+    requested: set[str],
     study: Study,
     store: StudyStore,
     engine: Engine,
@@ -152,18 +152,18 @@ def _costs(
 ) -> list[float]:
     """Return the cost of each member of a generation, which differential evolution minimises.
 
-    `fractions` (keys, members) are the members. `fixed` holds the fraction of the front's key; it is empty without a
-    front. `spent` holds the settings of all candidates that were requested so far for this value of the front. Members
-    that are already stored are not solved again. Members beyond the last evaluation are not solved, and get the cost of
-    a refused design.
+    `fractions` (keys, members) are the members. `front_fraction` holds the fraction of the front's key; it is empty
+    without a front. `requested` holds the settings of all candidates that were requested so far for this value of the
+    front. Members that are already stored are not solved again. Members beyond the last evaluation are not solved, and
+    get the cost of a refused design.
     """
-    members = [study.settings_at([*member, *fixed]) for member in fractions.T.tolist()]
+    members = [study.settings_at([*member, *front_fraction]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))
     allowed = {}  # the keys are texts, because members of a generation may be equal if all keys vary over lists
     for text, settings in zip(texts, members, strict=True):
-        if len(spent) < study.goal.evaluations:
-            spent.add(text)
-        if text in spent:
+        if len(requested) < study.goal.evaluations:
+            requested.add(text)
+        if text in requested:
             allowed[text] = settings
     missing = store.missing_points(allowed.values())
     solve_missing(study, store, missing, len(missing), engine, progress)

@@ -85,15 +85,11 @@ class Search:
             candidates = []
             for start in beam:
                 candidates += self._add_one_change(start)
-            passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._change_size)
+            passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size_of)
             if passing:
                 self._budget_left = max(self._budget_left, _RESERVE * BUDGET)
-                return sorted(
-                    [self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._change_size
-                )
-            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._change_size(candidate)))[
-                :_BEAM_WIDTH
-            ]
+                return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size_of)
+            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size_of(candidate)))[:_BEAM_WIDTH]
             misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
             self.nearest_miss = min(misses, key=lambda candidate: candidate.rank, default=None)
         return []
@@ -121,7 +117,7 @@ class Search:
     def _design_of(self, candidate: Candidate) -> Design:
         return change_design(self._base.design, candidate.changes)
 
-    def _change_size(self, candidate: Candidate) -> tuple[int, int, float]:
+    def _size_of(self, candidate: Candidate) -> tuple[int, int, float]:
         return size(self._base.design, candidate.changes)
 
     def _add_one_change(self, start: Candidate) -> list[Candidate]:

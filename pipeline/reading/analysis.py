@@ -161,7 +161,7 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         face_mm=float(presses.face_mm.max()),
         pressures=_skin_pressures(sensor, presses),
     )
-    # # The first placement is the level press, which corrects all others. Without its readings, no accuracy can be
+    # The first placement is the level press, which corrects all others. Without its readings, no accuracy can be
     # given.
     if any(level is None for level, *_ in press_readings):
         return analysis
@@ -450,7 +450,7 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
     rows = []
     by_modulus = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 if a tip is out of contact
     for E, limit, pressure, error in zip(fruit.E_MPa, limits, *by_modulus, strict=True):
-        # # `pressure` has the shape (placements, tips), so the first index is the placement.
+        # `pressure` has the shape (placements, tips), so the first index is the placement.
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
         row = SkinPressure(
             E_MPa=E,

@@ -135,7 +135,7 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
 
 def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, noises: Floats) -> _CalibrationErrors:
     """Return the errors after a calibration by weights, up to forces `pressed` [N] or the balance's largest load."""
-    # # Relative error of a slope if resolution and largest value are both 1. It is proportional to resolution / largest
+    # Relative error of a slope if resolution and largest value are both 1. It is proportional to resolution / largest
     # value.
     per_digit = slope_error_of_resolution(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY

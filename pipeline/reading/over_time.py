@@ -83,19 +83,17 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     if design.fruit.relaxation is None:
         return None
     law = _contrast_law(sensor)
-    # The travel is counted from the first touch of tips that are not displaced by their weight. It occurs at their
-    # smallest gap.
-    first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
+    first_touch = _first_touch_depth(sensor, law)
     t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
     times, depths = (np.broadcast_to(each, (len(E), len(t))) for each in (t, first_touch + travel))
-    timed = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
-    F = timed.F
+    solution = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
+    F = solution.F
     apparent = _apparent_moduli(law, F)
     changes = _largest_changes(apparent[:, RAMP_STEPS:])
     steadiest = int(changes.argmin())
     change = float(changes[read_at])
-    step_error = float((timed.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())
+    step_error = float((solution.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())  # relative error due to time steps
     return ReadingOverTime(
         E=E,
         t=t,
@@ -127,7 +125,7 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     # Readings are corrected for a stated relaxation. `uncorrected` is the fraction of the decrease that remains.
     flesh, uncorrected = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
     law = _contrast_law(sensor)
-    first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
+    first_touch = _first_touch_depth(sensor, law)
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
     decreases = []
     for E in design.fruit.E_MPa:
@@ -140,6 +138,14 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
             continue
         decreases.append(uncorrected * (1.0 - E_twice / E_once))
     return max(decreases, default=None)
+
+
+def _first_touch_depth(sensor: PressedSensor, law: ContrastLaw) -> float:
+    """Return the depth of the tips [mm] at first touch, from which the travel is counted.
+
+    The first tip touches at the smallest gap, without the displacement of the tips by their weight.
+    """
+    return float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
 
 
 def _read_by_rise(law: RiseLaw, F: Floats) -> float:

@@ -201,7 +201,7 @@ def designed_channels(
         springs=0.01 * (reading.stiffness_percent or 0.0) * ones,
         time_s=0.0,
         on_plate=reading.on_plate,
-        # # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on
+        # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on
         # fruit.
         creep=creep.deviation(EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S, press_s),
     )

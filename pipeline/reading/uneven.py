@@ -33,7 +33,7 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     correlation = np.array([correlations(k, distances) for k in waves])  # (waves, tips, tips)
     relative_radius = 0.0 if rolling is None else rolling.relative_radius
     slopes = [model.uneven(press, waves, relative_radius) for press in presses]
-    # # variances of ln E in each press, for a variance of the heights of 1 mm^2 and a relative scatter of the flesh of
+    # variances of ln E in each press, for a variance of the heights of 1 mm^2 and a relative scatter of the flesh of
     # 1
     skin_variances = [
         variance_fractions @ np.einsum("wi,wij,wj->w", each.heights, correlation, each.heights) for each in slopes
