@@ -63,9 +63,9 @@ def run(
     True
     """
     options = options or RunOptions()
-    timed = Stopwatch(progress or silent)
+    stopwatch = Stopwatch(progress or silent)
     refuse_unmakeable(design, options)
-    sensor = Sensor(design=design, options=options, timed=timed)
+    sensor = Sensor(design=design, options=options, timed=stopwatch)
     if options.look:
         return look(sensor)
     with (
@@ -80,26 +80,28 @@ def run(
         springs = sensor.upright_springs
         # The worker starts on the files of the parts here, and on the files for fabrication below. The results are
         # collected when everything else is solved, so that neither process waits.
-        with timed.stage("solids"):
-            solids = maker.files(springs.housing, springs.deflections)
+        with stopwatch.stage("solids"):
+            future_solids = maker.files(springs.housing, springs.deflections)
         sensor.solve("springs")
         pressed = sensor.pressed
-        with timed.stage("fabrication"):
-            fabrication = begin_fabrication(pressed, options, executor)
+        with stopwatch.stage("fabrication"):
+            future_fabrication = begin_fabrication(pressed, options, executor)
 
         result = evaluate_sensor(sensor)
-        with timed.stage("fields"):
+        with stopwatch.stage("fields"):
             fields_left_out = write_fields(pressed, result.press, options, folder)
             if options.out is not None:
                 prepare_page(result)  # here, while the worker is still making the solids
-        with timed.stage("fabrication"):
-            sideways = sideways_verdicts(pressed.springs, options)
-        with timed.stage("solids"):
-            geometry = solids.result().write_to(folder)
-        with timed.stage("fabrication"):
-            making = (*fabrication.result().write_to(folder), *sideways)
-        verdicts = with_file_verdicts(result, geometry, making)
-        result = replace(result, verdicts=verdicts, left_out=result.left_out + fields_left_out, seconds=timed.seconds())
+        with stopwatch.stage("fabrication"):
+            sideways_stiffness = sideways_verdicts(pressed.springs, options)
+        with stopwatch.stage("solids"):
+            solid_verdicts = future_solids.result().write_to(folder)
+        with stopwatch.stage("fabrication"):
+            fabrication_verdicts = (*future_fabrication.result().write_to(folder), *sideways_stiffness)
+        verdicts = with_file_verdicts(result, solid_verdicts, fabrication_verdicts)
+        result = replace(
+            result, verdicts=verdicts, left_out=result.left_out + fields_left_out, seconds=stopwatch.seconds()
+        )
         report = write_outputs(result, folder, page=options.out is not None)
     return replace(result, report=report)
 
@@ -184,14 +186,13 @@ def evaluate_sensor(sensor: Sensor) -> SensorResult:
 
 
 def with_file_verdicts(
-    result: SensorResult, geometry: Sequence[Verdict], making: Sequence[Verdict]
+    result: SensorResult, solid_verdicts: Sequence[Verdict], fabrication_verdicts: Sequence[Verdict]
 ) -> tuple[Verdict, ...]:
     """Return the verdicts of a result together with the verdicts on its solids and on its fabrication.
 
-    `geometry` are the verdicts on the solids, and `making` the verdicts on fabrication. A layout without a housing has
-    neither. Hints are attached to verdicts that did not pass.
+    A layout without a housing has neither of them. Hints are attached to verdicts that did not pass.
     """
     verdicts = result.verdicts
     if result.design.tips.tip_layout.has_housing:
-        verdicts = (*with_solids(verdicts, geometry), *making)
+        verdicts = (*with_solids(verdicts, solid_verdicts), *fabrication_verdicts)
     return with_hints(verdicts, result.design, result.springs, result.options)

@@ -193,15 +193,15 @@ def _accuracy_by_modulus(
     bias_errors = _bias_errors(model, presses, biases)
     pose_uncertainty = uncertainty_by_pose(biases, placements).tolist()
     thickness_uncertainty = uncertainty_by_thickness(biases, placements).tolist()
-    drawn_presses, drawn_readings = _random_presses(presses, press_readings)
-    form_changes = [np.array([changes_by_form(design, model, press) for press in each]) for each in drawn_presses]
+    random_presses, random_readings = _random_presses(presses, press_readings)
+    form_changes = [np.array([changes_by_form(design, model, press) for press in each]) for each in random_presses]
     # Calibration on a reference ball removes the change of E that fruit and ball have in common.
     form_changes_on_ball: Floats | float = 0.0
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
         mean_changes = np.array([each.mean(axis=0) for each in form_changes])
         form_changes_on_ball = interpolate_to_middle(presses.moduli, mean_changes)
-        channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, drawn_readings))
+        channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, random_readings))
         ball_uncertainty = {"ball": 0.01 * reading.ball_percent}
     rows = []
     for i, (E, bias, error) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bias_errors, strict=True)):
@@ -219,9 +219,9 @@ def _accuracy_by_modulus(
             bias=Estimate(float(bias[worst]), float(error[worst])),
             worst=placements[worst],
             reach=Estimate(float(bias[farthest]), float(error[farthest])),
-            sources=uncertainty_sources(drawn_readings[i], channels, RISE_TRAVELS, other_sources),
+            sources=uncertainty_sources(random_readings[i], channels, RISE_TRAVELS, other_sources),
             uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
-            uneven=uneven_fruit(design, model, drawn_presses[i]),
+            uneven=uneven_fruit(design, model, random_presses[i]),
             form=tuple(form_changes[i].mean(axis=0).tolist()),
         )
         rows.append(row)
@@ -236,15 +236,15 @@ def _random_presses(
     Presses without a reading are omitted.
     """
     # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
-    drawn_indices = [0, *(index for index, each in enumerate(presses.placements) if each.is_drawn)]
-    drawn_presses = [
-        [forces[index] for index in drawn_indices if row[index] is not None]
+    random_indices = [0, *(index for index, each in enumerate(presses.placements) if each.is_drawn)]
+    random_presses = [
+        [forces[index] for index in random_indices if row[index] is not None]
         for forces, row in zip(presses.F, press_readings, strict=True)
     ]
-    drawn_readings = [
-        [each for each in (row[index] for index in drawn_indices) if each is not None] for row in press_readings
+    random_readings = [
+        [each for each in (row[index] for index in random_indices) if each is not None] for row in press_readings
     ]
-    return drawn_presses, drawn_readings
+    return random_presses, random_readings
 
 
 def _form_uncertainty(changes: Floats) -> dict[str, float]:

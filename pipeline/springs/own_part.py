@@ -451,31 +451,31 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     coarse = swept_compliance(mesh, scene.material, presses, layers)
     _refuse_block(coarse, extrusion.part, scene)
     corner_numbers = strained_corners(coarse)
-    neglected = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
+    neglected_errors = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
     if corner_numbers:
         # The coarse mesh is solved again with finer elements at the corners only. The change in K between the two
         # coarse solutions is therefore the effect of the corners.
         mesh = _coarse_mesh_with_fine_corners(extrusion, presses, corner_numbers)
         unrefined, coarse = coarse, swept_compliance(mesh, scene.material, presses, layers)
-        neglected = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
+        neglected_errors = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
     fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
     mesh = swept_part(extrusion, fine_scale, fine_elements, presses.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, presses, layers)
     # for comparison, the walls of the screw holes are held instead of the mount
     held = swept_compliance(mesh, scene.material, presses) if layers else fine
-    neglected += left_out(mesh, fine)
-    volume = mesh.excess * mesh.area  # volume that the sweep adds or leaves out at each place of the section [mm^3]
+    neglected_errors += left_out(mesh, fine)
+    volumes = mesh.excess * mesh.area  # volume that the sweep adds or leaves out at each place of the section [mm^3]
     largest_place = None
-    if volume.sum() > 1e-6 * mesh.area.sum():  # a smaller volume is round-off
-        x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volume))]
+    if volumes.sum() > 1e-6 * mesh.area.sum():  # a smaller volume is round-off
+        x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volumes))]
         largest_place = (float(x), float(y), float(z))
     return PartStiffness(
-        faces=_pressed_faces(scene.presses, (coarse, fine), neglected, held if layers else None),
+        faces=_pressed_faces(scene.presses, (coarse, fine), neglected_errors, held if layers else None),
         material=scene.material,
         method="section in quadratic hexahedra, swept",
         held_by="the design's covers" if layers else "the faces that are held",
         dofs=fine.dofs,
-        left_out_mm3=float(volume.sum()),
+        left_out_mm3=float(volumes.sum()),
         left_out_at=largest_place,
     )
 

@@ -67,13 +67,13 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     by_hayes = options.fruit_stiffness == "hayes"
     if by_hayes:
         K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * design.tips.side_mm)
-        ratio = 1.0
+        sizing_ratio = 1.0
     else:
         K_m_over_E = at_E_max.K_m_over_E()
-        ratio = at_E_max.stiffness_ratio()
+        sizing_ratio = at_E_max.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
     stiffening = fruit_stiffening(fruit.E_max_MPa, pair)
-    springs = _given_or_sized(design, K_m_max, ratio, () if by_hayes else stiffening)
+    springs = _given_or_sized(design, K_m_max, sizing_ratio, () if by_hayes else stiffening)
     return SpringSizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
@@ -82,7 +82,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         K_m_at_largest_E=design.fruit.largest_E_MPa * pair.at(design.fruit.largest_E_MPa).K_m_over_E(),
         stiffening=stiffening,
         stiffness_ratio=at_E_max.stiffness_ratio(),
-        sizing_stiffness_ratio=ratio,
+        sizing_stiffness_ratio=sizing_ratio,
         basis=options.fruit_stiffness,
     )
 
