@@ -17,10 +17,10 @@ REFUSED_COST = 4.0  # cost of a design that is invalid or cannot be solved; it e
 def shortfall(verdict: Verdict) -> float:
     """Return the relative distance of a verdict from passing [1]; 0 if it passes with the margin.
 
-    The shortfall of a verdict that does not pass is the sum of three terms. They are the margin, the relative distance
-    of the worse end of the error bar from the limit, and the fraction of poses without a reading. The shortfall of a
-    verdict that passes by less than the margin is the missing part of the margin. The shortfall of a verdict that fails
-    without a number is 1.
+    The shortfall of a verdict that does not pass is the sum of three terms. These are the margin, the relative distance
+    of the worse end of the error bar from the limit, and the fraction of unreadable poses. The shortfall of a verdict
+    that passes by less than the margin is the missing part of the margin. The shortfall of a verdict that fails without
+    a number is 1.
     """
     # ideal springs leave it undecided, but a run can decide it
     if verdict.passed is None and verdict.row.value_level is not None:

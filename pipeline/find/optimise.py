@@ -69,8 +69,8 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
     All candidates are stored as points of the study in `folder`. An interrupted search can be continued: it goes
     through the same candidates again, and stored candidates are not solved again. A search with more `evaluations` also
     starts with the same candidates, because no step depends on the number of steps that follow. Raises InputError if a
-    key has a normal distribution, if the base is invalid for a value of the front, or if no candidate can have a
-    verdict of the goal.
+    key has a normal distribution, or if the base is invalid for a value of the front. Also raises it if no candidate
+    can have a verdict of the goal.
     """
     _refuse_missing_verdicts(study)
     for key, varied in study.vary.items():
@@ -152,10 +152,10 @@ def _costs(
 ) -> list[float]:
     """Return the cost of each member of a generation, which differential evolution minimises.
 
-    `fractions` (keys, members) are the members. `front_fraction` holds the fraction of the front's key; it is empty
-    without a front. `requested` holds the settings of all candidates that were requested so far for this value of the
-    front. Members that are already stored are not solved again. Members beyond the last evaluation are not solved, and
-    get the cost of a refused design.
+    `fractions` (keys, members) holds the members of the generation. `front_fraction` holds the fraction of the front's
+    key; it is empty without a front. `requested` holds the settings of all candidates that were requested so far for
+    this value of the front. Members that are already stored are not solved again. Members beyond the last evaluation
+    are not solved, and get the cost of a refused design.
     """
     members = [study.settings_at([*member, *front_fraction]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))
@@ -259,10 +259,11 @@ def prove(
     """Run the best candidates of a search one after another until a run passes, and return the last run.
 
     At most twenty candidates that pass the search are run, the best first. For a Pareto front, only candidates with the
-    value of `place` are run. The base design is run last even if it failed the search, because the search neglects the
-    lateral compliance of printed plates. The outputs of the run, and the design file if the run passes, are written to
-    `place`. A candidate that is invalid or cannot be solved is treated as failed. Returns None if there is no candidate
-    to run. Raises the same errors as `write_files`, and OutputError if the output folder cannot be used.
+    front's value at `place` are run. The base design is run last even if it failed the search, because the search
+    neglects the lateral compliance of printed plates. The outputs of the run, and the design file if the run passes,
+    are written to `place`. A candidate that is invalid or cannot be solved is treated as failed. Returns None if there
+    is no candidate to run. Raises the same errors as `write_files`, and OutputError if the output folder cannot be
+    used.
     """
     if study.front:
         number = front_number(place.value)

@@ -50,7 +50,7 @@ class ModulusAccuracy:
     farthest from 0, which may be a different pose. `sources` are the uncertainties for a random fruit in a random pose.
     `uncertainty_limit` [1] is the limit of their total. `uneven` is the additional uncertainty on uneven fruit; it is
     None if it is unknown. `form` holds the relative change of E [1] due to one standard deviation of each form error of
-    the domes, before a correction by a reference ball.
+    the domes. It does not include a correction by a reference ball.
     """
 
     E: float
@@ -346,8 +346,8 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     """Return the standard uncertainty of a reading [1] due to Poisson's ratio nu, which differs between fruits.
 
     The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one standard deviation away. A press on a
-    half-space measures E / (1 - nu^2). Flesh with E and nu' therefore causes the same forces as flesh with r E and nu,
-    where r = (1 - nu^2) / (1 - nu'^2). Flat tips read r E.
+    half-space measures E / (1 - nu^2). Let r = (1 - nu^2) / (1 - nu'^2). Flesh with E and nu' then causes the same
+    forces as flesh with r E and nu. Flat tips read r E.
 
     Under domes, the compliance also depends on the rigid base of the flesh: S' = S + r base(nu') - base(nu). Domes read
     r E / b. Here b is the ratio of two moduli read from the `press` (samples, tips) [N], with S' and with S.

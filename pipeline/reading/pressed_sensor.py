@@ -169,8 +169,8 @@ class PressedSensor(Record):
         # limit is the smallest T in seconds.
         change_per_s = float(np.linalg.norm(reading.slopes.times))  # change in ln E per time error, for T = 1 s
         shortest_for_times = change_per_s * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
-        # The instrumental variable of a sample is the total force one sample earlier, or two samples earlier if the
-        # channels are interpolated to a common time. So the first one or two samples cannot be used.
+        # The instrumental variable of a sample is the total force one sample earlier. If the channels are interpolated
+        # to a common time, it is the force two samples earlier. So the first one or two samples cannot be used.
         samples = FEWEST + (2 if signal.delays else 1)
         # If the last tip touches as late as allowed, this fraction of the duration remains. It follows from x = X (1 -
         # (1 - t / T)^2).

@@ -39,7 +39,7 @@ it, (tips,) or (readings, tips)."""
 
 
 def standard_uncertainties(sources: Sources) -> dict[str, float]:
-    """Return the relative standard uncertainty of the modulus due to each source [1], over equally likely readings."""
+    """Return the relative standard uncertainty of E due to each source [1], averaged over equally likely readings."""
     return {name: _root_mean_square(deviation * slopes) for name, (deviation, slopes) in sources.items()}
 
 
@@ -230,7 +230,7 @@ def heat_uncertainty(signal: SignalPath | None) -> dict[str, float]:
 def uncertainty_sources(
     readings: Sequence[RiseReading], channels: Channels, samples: int, other_sources: Mapping[str, float]
 ) -> UncertaintySources:
-    """Return all sources of the uncertainty of a reading, from the slopes of `readings` that are equally likely.
+    """Return all sources of the uncertainty of a reading, computed from the slopes of equally likely `readings`.
 
     `samples` is the number of samples of the solved presses. A real press has `PRESS_SAMPLES`, which reduces the effect
     of noise. `other_sources` [1] are uncertainties by name that do not follow from these slopes.

@@ -15,7 +15,7 @@ from sensor.theory.uneven_skin import correlations, wave_numbers
 
 
 def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) -> UnevenFruit:
-    """Return the additional uncertainty of a modulus due to uneven skin and flesh, over equally likely presses.
+    """Return the additional uncertainty of E due to uneven skin and flesh, averaged over equally likely presses.
 
     The skin has waves of random directions and phases, so its heights under tips closer than a wavelength are
     correlated. The modulus of the flesh varies independently from tip to tip. `presses` holds the forces (samples,

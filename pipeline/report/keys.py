@@ -59,7 +59,7 @@ def report_key(name: str) -> ReportKey | None:
 
 
 def report_keys() -> Iterator[ReportKey]:
-    """Yield every key that a report may have, in the order of a report.
+    """Yield every key that a report may have, in the order of the report.
 
     In a name, `[]` represents the elements of a list, and SPRING represents low or high. Other words in capitals
     represent names that depend on the design or the run.

@@ -455,7 +455,7 @@ class RelaxationReport:
     def from_stage(cls, over_time: "ReadingOverTime") -> Self:
         """Return forces, P and the apparent modulus over time for each modulus, and the best moment for a reading.
 
-        If a tip is out of contact, the change of the apparent modulus is infinite, and becomes None.
+        If a tip is out of contact, the change of the apparent modulus is infinite, and is stored as None.
         """
         moduli = []
         for i, E in enumerate(over_time.E.tolist()):

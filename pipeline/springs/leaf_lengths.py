@@ -273,7 +273,7 @@ def fit_lengths(
     `tolerance` [1], or until no finer mesh is left. The stiffnesses meet the targets within 0.1 %. A larger tolerance
     also applies to the targets, up to 0.5 %. Pins glued into the feet are in series with the springs.
 
-    Raises InputError if a leaf would be shorter than its two fillets, SolveError if the targets are not met, and
+    Raises InputError if a leaf would be shorter than its two fillets, and SolveError if the targets are not met. Raises
     MeshError if a mesh differs from its solid.
     """
     start = time.perf_counter()

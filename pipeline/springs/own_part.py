@@ -53,9 +53,9 @@ _MESHES = ((4.0, 1), (3.0, 2))
 # refinement it is 1.
 _CORNER_SIZES = (0.2, 0.1)
 # Towards a corner, strain grows at most like r^-0.5, as at a slit (M. L. Williams, J. Appl. Mech. 19, 526). The strain
-# energy within a radius r is then at most proportional to r, and so is the error of K with an element of size r. The
-# error that remains in the fine mesh is therefore this fraction of the change in K from element size 1 to the element
-# size of the coarse mesh.
+# energy within a radius r is then at most proportional to r, and so is the error of K with elements of size r. Let dK
+# be the change in K from element size 1 to the element size of the coarse mesh. The error that remains in the fine mesh
+# is this fraction of dK.
 _CORNER_ERROR = _CORNER_SIZES[1] / (1.0 - _CORNER_SIZES[0])
 _MAX_BLOCK_RATIO = 0.02  # largest K / (E * distance from pressed to held faces) of a part that bends
 # Scales of the tetrahedral meshes, which are refined until the error bar is small enough. A mesh with 186,000 unknowns
@@ -538,7 +538,7 @@ def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
 def _refuse_block(solution: PartCompliance, part: Part, scene: _Scene) -> None:
     """Raise InputError for a part without leaves, in which nothing bends between the pressed and the held faces.
 
-    Such a part is as stiff as a solid block, so that K / (E * distance between the pressed and the held faces) exceeds
+    Such a part is as stiff as a solid block, so K / (E * distance between the pressed and the held faces) exceeds
     `_MAX_BLOCK_RATIO`.
     """
     for name, K in zip(scene.presses, solution.K.tolist(), strict=True):

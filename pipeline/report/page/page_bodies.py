@@ -28,8 +28,8 @@ _SYMMETRY = "symmetry"
 # For four designs and four processes, it was -0.02 to 0.19, also on the mesh of a rough answer.
 STRESS_OFF = 0.2
 _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
-# outward shift of a label, as a fraction of the length of the part; the names of the tips are wider than the gap
-# between them
+# outward shift of a tip's label, as a fraction of the length of the part; labels are wider than the gap between the
+# tips
 _LABEL_ASIDE = 0.08
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
 """From the least to the largest value: viridis by S.
