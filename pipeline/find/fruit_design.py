@@ -321,16 +321,17 @@ def _step_for_failed(
     """
     readings = None if result is None else result.readings
     leaves_face = readings is not None and readings.face_mm > design.tips.side_mm
-    if result is None or leaves_face or "geometry.tip_face" in failed:
+    if result is None or leaves_face or "geometry.tip_face" in failed:  # a smaller dome has a narrower contact
         return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM, 1)}
-    if "bruise" in failed:
+    if "bruise" in failed:  # softer springs press with smaller forces
         return _scale_springs(design, _BRUISE_FACTOR, _BRUISE_FACTOR)
     if "reading.touch" in failed or (readings is not None and readings.refused is not None):
+        # In a longer press, the last tip touches after a smaller fraction of the travel.
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
     if "reading.calibration" in failed and readings is not None and readings.calibration is not None:
         return _improve_calibration(design, readings.calibration)
     bias = _failing_bias(result, failed)
-    if bias:
+    if bias:  # fruit is read too firm if it is flatter than assumed, and too soft if it is rounder
         return _scale_radii(design, centring if bias > 0.0 else 1.0 / centring)
     if "reading.uncertainty" in failed:
         return {"springs.K_h_N_per_m": _scale_springs(design, 1.0, _UNCERTAINTY_FACTOR)["springs.K_h_N_per_m"]}

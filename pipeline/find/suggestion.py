@@ -228,6 +228,7 @@ def suggestion(
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
+        # If a finer tolerance may decide every failed verdict, it is suggested instead of changes.
         finer_tolerance_hints = [tolerance_hint(verdict, options.tolerance) for verdict in failed_verdicts]
         if all(finer_tolerance_hints):
             return replace(none_found, reason=str(finer_tolerance_hints[0]))
@@ -241,6 +242,7 @@ def suggestion(
     def with_shorter_travel(proof: Proof) -> list[Candidate]:
         return [] if proof.result is None else _shorten_travel(proof.result, proof.candidate.changes, fixed)
 
+    # A shorter travel for the strains and clearances of the unchanged design is tried first.
     candidates = [*_shorten_travel(result, {}, fixed), *passing]
     proof = prove_first(candidates, design_of, options, MOST_RUNS, with_shorter_travel)
     runs = 1 if proof is None else 1 + proof.runs

@@ -135,15 +135,14 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
 
 def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, noises: Floats) -> _CalibrationErrors:
     """Return the errors after a calibration by weights, up to forces `pressed` [N] or the balance's largest load."""
-    # Relative error of a slope if resolution and largest value are both 1. It is proportional to resolution / largest
-    # value.
-    per_digit = slope_error_of_resolution(1.0, 1.0, WEIGHED_AT)
+    # The relative error of a slope is `slope_error_factor` * resolution / largest value.
+    slope_error_factor = slope_error_of_resolution(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY
     loads = np.minimum(pressed, newtons_per_g * bench.balance_max_g)
-    balance_error = _relative_error(per_digit * newtons_per_g * bench.balance_g, loads)
-    dial_error = _relative_error(per_digit * bench.dial_mm, loads / stiffnesses)
-    # `per_digit` contains the factor ROUNDED, the standard deviation of rounding, which does not apply to noise.
-    noise_error = _relative_error(per_digit / ROUNDED * noises, loads)
+    balance_error = _relative_error(slope_error_factor * newtons_per_g * bench.balance_g, loads)
+    dial_error = _relative_error(slope_error_factor * bench.dial_mm, loads / stiffnesses)
+    # `slope_error_factor` contains ROUNDED, the standard deviation of rounding, which does not apply to noise.
+    noise_error = _relative_error(slope_error_factor / ROUNDED * noises, loads)
     springs = np.maximum(np.hypot(balance_error, dial_error), LEAST_ERROR)
     return _CalibrationErrors(
         springs, np.hypot(balance_error, noise_error), {"balance": balance_error, "dial": dial_error}
@@ -159,15 +158,15 @@ def _errors_after_plate(
     ends when the first tip reaches its force `pressed` [N]. The gains returned are the relative errors of the
     deflections.
     """
-    per_digit = slope_error_of_resolution(1.0, 1.0, PLATE_AT)
+    slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)
     deepest = float((pressed / stiffnesses).min())  # [mm]
     largest_forces = deepest * stiffnesses
     flattened = flattening(design, largest_forces) - flattening(design, PLATE_AT[0] * largest_forces)
-    scatter = _relative_error(per_digit / ROUNDED * noises, largest_forces)
+    scatter = _relative_error(slope_error_factor / ROUNDED * noises, largest_forces)
     # The error of a gain after the weights is due to the balance and to noise; this is the part due to noise.
     noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, deepest * (PLATE_AT[-1] - PLATE_AT[0]))
-    travel_error = float(_relative_error(per_digit * bench.dial_mm, deepest))
+    travel_error = float(_relative_error(slope_error_factor * bench.dial_mm, deepest))
     # Both stiffnesses, by plate and by weights, contain the same error of the balance, so it cancels in their ratio.
     ratio_errors = np.hypot(weighed.causes["dial"], noise_error)
     # standard deviation of the mean of n independent ratios, and of the difference of each ratio from this mean

@@ -129,7 +129,7 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
     decreases = []
     for E in design.fruit.E_MPa:
-        times = np.outer([1.0, 2.0], design.press_s * ramp)
+        times = np.outer([1.0, 2.0], design.press_s * ramp)  # a press of the usual duration, and of twice that
         travel = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
         forces = timed_forces(law, flesh, np.full(len(times), E), times, travel).F[:, 1:]
         try:

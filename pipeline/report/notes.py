@@ -249,8 +249,9 @@ def _support_note(result: SensorResult) -> Iterator[Note]:
         at_largest_E = result.press.at_largest_E
         force = float(at_largest_E.F[-1, -1].sum())
         travel = result.design.press.travel_mm
-        share = table_share(force, travel, float(at_largest_E.E[-1]), fruit.poisson, equivalent_radius(*fruit.radii_mm))
+        radius = equivalent_radius(*fruit.radii_mm)
+        percent = 100.0 * table_share(force, travel, float(at_largest_E.E[-1]), fruit.poisson, radius)
         yield Note(
-            100.0 * share,
-            f"Support the fruit at its base: a flat table gives {100.0 * share:.2g} % of the travel.",
+            percent,
+            f"Support the fruit at its base: a flat table gives {percent:.2g} % of the travel.",
         )

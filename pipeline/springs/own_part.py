@@ -512,6 +512,7 @@ def _pressed_faces(
     faces = {}
     for i, name in enumerate(names):
         change = abs(coarse.K[i] / fine.K[i] - 1.0)
+        # The strain is extrapolated to element edges. Its error is estimated from the strain inside the elements.
         strain, inside = fine.strain_per_N[i], fine.strain_inside_per_N[i]
         is_known = math.isfinite(strain) and strain > 0.0
         faces[name] = PressedFace(
@@ -544,7 +545,7 @@ def _refuse_block(solution: PartCompliance, part: Part, scene: _Scene) -> None:
     for name, K in zip(scene.presses, solution.K.tolist(), strict=True):
         distance = part.face_distance(name, HELD)
         limit = _MAX_BLOCK_RATIO * scene.material[0] * distance
-        if not limit >= K:
+        if not limit >= K:  # also if K is nan
             bound = (
                 f"at most {1e3 * limit:.3g} N/m: no leaf bends over the {distance:.3g} mm between this face and the "
                 "held faces"
