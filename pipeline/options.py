@@ -1,4 +1,4 @@
-"""The options of a run, and the design of a run from a preset or a file, with settings."""
+"""The options of a run, and functions that load its design from a preset or a file, with settings."""
 
 import hashlib
 import json

@@ -130,7 +130,7 @@ class ReadingAccuracy(Record):
 
     @property
     def noise_percent(self) -> float | None:
-        """Return the noise [% of full scale] at which the uncertainty is 10 %; None if it exceeds 10 % anyway."""
+        """Return the noise [% of full scale] for an uncertainty of 10 %; None if it exceeds 10 % without noise."""
         return self.worst_uncertainty.sources.noise_to_reach(NOISE_LIMIT) if self.moduli else None
 
 
@@ -371,7 +371,7 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
 
 
 def _index_of_largest(biases: Sequence[float] | Floats) -> int:
-    """Return the index of the largest bias [1], the first of several that differ only by round-off."""
+    """Return the index of the largest bias [1], or the first index if several are equal up to round-off."""
     return first_largest(np.abs(biases).tolist(), least=1.0)
 
 

@@ -254,7 +254,7 @@ def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, 
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[SpringToRead, ...]:
-    """Return the stiffness [N/mm] and the deflection at full travel [mm] of each spring, as input of a read-out."""
+    """Return the stiffness [N/mm] and the deflection at full travel [mm] of each spring, as input for a read-out."""
     pairs = zip(springs.springs.items(), springs.deflections, strict=True)
     return tuple(
         SpringToRead(name=name, K=spring.stiffness, deflection=deflection) for (name, spring), deflection in pairs

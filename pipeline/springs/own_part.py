@@ -249,7 +249,7 @@ def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) ->
 
 
 def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
-    """Raise InputError if a STEP file is not one solid, or if a point of a flag [mm] lies on none of its faces.
+    """Raise InputError if a STEP file is not one solid, or if a point of a flag [mm] does not lie on a face.
 
     `points` maps each flag to its points. This check takes only a second. `file_stiffness` repeats it, but only after
     the springs of the design have been computed.

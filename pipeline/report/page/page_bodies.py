@@ -90,7 +90,7 @@ def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
 
 
 def flexure_body(report: Report, result: SensorResult) -> Plain:
-    """Return the housing deformed at full travel and coloured by stress as page data; of a square, only one plate.
+    """Return the housing deformed at full travel and coloured by stress as page data; for a square, one plate.
 
     The stress is the von Mises stress [MPa] at the surface. Raises ValueError if no housing was made, and SolveError if
     the solution is unreliable.
