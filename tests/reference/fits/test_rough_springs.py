@@ -29,7 +29,9 @@ def compared(springs: FittedSprings) -> tuple[np.ndarray, np.ndarray]:
     rough = springs.fitted.stiffness
     E, poisson = springs.process.E_MPa, springs.process.poisson
     solver = HousingSolver(E, poisson)
-    feet = DEFAULT.stiffness_with_errors(housing, solver.solve(housing, DEFAULT.fine), solver.solve(housing, DEFAULT.coarse))
+    feet = DEFAULT.stiffness_with_errors(
+        housing, solver.solve(housing, DEFAULT.fine), solver.solve(housing, DEFAULT.coarse)
+    )
     fine = feet if housing.pin is None else add_pin_compliance(feet, pin_compliance(housing.pin, E, poisson))
     of_K = np.abs(np.array(rough.K) / fine.K - 1.0) / rough.error
     of_strain = np.abs(np.array(rough.strain_per_N) / fine.strain_per_N - 1.0) / rough.strain_error
