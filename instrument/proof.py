@@ -133,7 +133,8 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
 def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], redraws: int = 0) -> ProvedDesign:
     """Evaluate the readings of simulated presses, and decide whether the design passes.
 
-    `design` is the name of the design. `redraws` is the number of presses that were drawn again.
+    `design` is the name of the design. `redraws` is the number of draws that were replaced by another random press,
+    because they failed.
     """
     readings = tuple(readings)
     bars = [each.bars for each in readings if not each.is_flagged]  # errors divided by half widths

@@ -29,9 +29,9 @@ AT_ONCE = Timing()
 def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = AT_ONCE) -> FruitReading:
     """Return the reading of a press. If the modulus cannot be determined, the reading has a flag that states why.
 
-    `timing` is the accuracy of the sampling times. `others` of the reading holds a second modulus: the modulus from the
-    force ratio of a pair, or the apparent modulus in the hold of flesh that relaxes. The half width is increased if a
-    single sample changes the modulus by more than the half width, and if the pace of the press was uneven.
+    `timing` is the accuracy of the sampling times. The field `others` of the reading contains a second modulus: the
+    modulus from the force ratio of a pair, or the apparent modulus in the hold of flesh that relaxes. The half width of
+    E is increased if a single sample changes E by more than this half width, or if the pace of the press was uneven.
     """
     relaxes = press.channels.shape[1] > press.tips  # then the forces of elastic flesh are further channels
     law = sensor.rise_law.over_time if relaxes else sensor.rise_law

@@ -311,7 +311,7 @@ class MeasuringUnit:
     def fruit_deviations(self, E: float) -> dict[str, float]:
         """Return the relative standard deviation [1] of E [MPa] due to each property of the fruit and the pose.
 
-        They come from the error analysis of the design; its other sources of error depend on the individual unit.
+        The deviations come from the error analysis of the design. Its other sources of error depend on the unit.
         Without an error analysis, the sensor is assumed to be level at the centre of the fruit, so that only Poisson's
         ratio contributes. Raises InputError if the error analysis lacks one of the sources.
         """
@@ -322,7 +322,7 @@ class MeasuringUnit:
             return {"poisson": fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)}
         keys = {name: f"{name}_percent" for name in OF_FRUIT}
         if not all(row.sources.keys() >= set(keys.values()) for row in rows):
-            bound = f"with {', '.join(keys.values())}"
+            bound = f"a table with the keys {', '.join(keys.values())}"
             raise validation_error("reading.moduli.sources", None, "", bound, "run the design again")
         return {name: self.interpolate_percent(E, [row.sources[key] for row in rows]) for name, key in keys.items()}
 

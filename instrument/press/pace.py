@@ -46,8 +46,9 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
 def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: Floats, forces: Floats) -> float:
     """Return the larger relative change of E [1] when the displacement of a press is repeated at two constant speeds.
 
-    `forces` (samples, tips) [N] were measured at the times `t` [s]; the first sample is `before` [s] after the touch.
-    Raises RiseError if a press does not determine a modulus, and SolveError if it has no solution.
+    This change bounds the error due to the uneven pace, because the intended speed is unknown. `forces` (samples, tips)
+    [N] were measured at the times `t` [s]; the first sample is `before` [s] after the touch. Raises RiseError if a
+    press does not determine a modulus, and SolveError if it has no solution.
     """
     law = sensor.rise_law
     elastic = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - before))
@@ -56,16 +57,19 @@ def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: F
     travel = np.maximum.accumulate(displacements.mean(axis=1))
     if not travel[-1] > travel[0]:
         return 0.0
-    # At a constant speed, time is proportional to the travel. The two durations of the whole press follow from the
-    # quartiles of the durations of its parts.
+    # The travel is divided into equal parts. The quartiles of their durations correspond to a fast and a slow speed, at
+    # which the whole press lasts PARTS times as long as one part.
     progress = (travel - travel[0]) / (travel[-1] - travel[0])  # fraction of the travel, from 0 to 1
     part_ends = np.interp(np.linspace(0.0, 1.0, PARTS + 1), progress, t)
     durations = PARTS * np.sort(np.diff(part_ends))[[PARTS // 4, -1 - PARTS // 4]]
     times = np.insert(durations[:, None] * progress, 0, -before, axis=1)
     paths = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
-    even_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, paths)
-    measured = _modulus(sensor, law, forces)
-    return max(abs(_modulus(sensor, law, each[1:]) / measured - 1.0) for each in even_forces)
+    constant_speed_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, paths)
+    measured_modulus = _modulus(sensor, law, forces)
+    return max(
+        abs(_modulus(sensor, law, forces_at_speed[1:]) / measured_modulus - 1.0)
+        for forces_at_speed in constant_speed_forces
+    )
 
 
 def _modulus(sensor: MeasuringUnit, law: RiseLaw, channels: Floats) -> float:

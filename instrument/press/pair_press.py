@@ -59,7 +59,7 @@ def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[floa
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:
-    """Return the derivatives of ln E by each cause of error, if the modulus is read from the ratio of `forces` [N].
+    """Return the slopes of ln E against each cause of error, if the modulus is read from the ratio of `forces` [N].
 
     Raises ReadingError if no modulus yields this ratio.
     """

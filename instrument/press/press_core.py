@@ -22,6 +22,7 @@ NO_RISE = 64  # the force hardly rises after the last tip has touched
 TOO_FAST = 128  # a press so fast that the timing error of the channels changes E by 2 % or more
 PRESSES_DISAGREE = 256  # presses of one fruit that differ by more than their own errors allow
 
+BISECTIONS = 60  # halves an interval until only round-off remains
 MOST_PRESSES = 8  # maximum number of presses of one fruit that are stored
 # A press is used only if its standard deviation is at most this multiple of the smallest standard deviation.
 MUCH_LESS_CERTAIN = 2.0
@@ -213,21 +214,23 @@ def interpolate(positions: list[float], values: list[float], position: float) ->
 
 
 def smallest_root(rigid: float, dome: float, body: float) -> float | None:
-    """Return the smallest positive root z of rigid + dome z^2 + body z^3 = 0, or None if there is no such root.
+    """Return the root z of rigid + dome z^2 + body z^3 = 0 between 0 and the extremum at z > 0; None without a root.
 
-    The unknown is z = E^(-1/3). The coefficients come from the springs, the flattening of the domes and the flesh.
+    The unknown is z = E^(-1/3). The coefficients come from the springs, the flattening of the domes and the flesh. The
+    cubic is monotonic from z = 0 to its extremum, so the root there is unique. A root beyond the extremum is not used.
+    If there is no extremum at z > 0, the root may have any positive value.
     """
-    # From z = 0 the cubic is monotonic up to its extremum at z > 0, so at most one root lies there. If there is no
-    # such extremum, the interval ends at an upper bound of the root.
-    end = -2.0 * dome / (3.0 * body) if body else 0.0
+    end = -2.0 * dome / (3.0 * body) if body else 0.0  # extremum
     if not end > 0.0:
+        # Without an extremum, both terms have the same sign. So a root of the cubic with only one of them is an upper
+        # bound, and twice that root safely ends the interval.
         ends = [abs(rigid / dome) ** 0.5] if dome else []
         ends += [abs(rigid / body) ** (1.0 / 3.0)] if body else []
         end = 2.0 * min(ends) if ends else 0.0
     if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         return None
     start = 0.0
-    for _ in range(60):  # bisection to round-off
+    for _ in range(BISECTIONS):
         middle = 0.5 * (start + end)
         if rigid * (rigid + middle * middle * (dome + body * middle)) > 0.0:
             start = middle
@@ -387,8 +390,8 @@ class Rising:
         if unit.places and not change <= unit.settled * abs(mean_rigid):
             return None, 0.0, OUT_OF_RANGE
         # An error of ln E is the error of the cubic divided by the slope of the cubic.
-        slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # derivative of the cubic by -ln E
-        force_slopes = self.force_slopes(z, fruit, means)
+        slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # derivative with respect to -ln E
+        force_slopes = self.force_slopes(z, fruit, [mean[2] for mean in means])
         noise_variance = 0.0  # variance of the contrast in one sample [mm^2]
         time_variance = 0.0  # sum over tips of the squared change of the cubic for a delay of one sampling period
         for tip in range(unit.size):
@@ -400,16 +403,16 @@ class Rising:
         too_fast = unit.time_deviation * math.sqrt(time_variance) > unit.largest_by_time * abs(slope)
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
 
-    def force_slopes(self, z: float, fruit: list[float], means: list[tuple[float, float, float]]) -> list[float]:
-        """Return the derivative of the contrast by the force of each tip [mm/N], at the mean of the samples.
+    def force_slopes(self, z: float, fruit: list[float], inverse_roots: list[float]) -> list[float]:
+        """Return the mean derivative of the contrast with respect to the force of each tip [mm/N].
 
-        `z` is E^(-1/3), and `fruit` [1/mm] are the weights of F / E. `means` holds the means of F, F^(2/3) and F^(-1/3)
-        for each tip.
+        `z` is E^(-1/3), and `fruit` [MPa mm/N] are the weights of F / E. `inverse_roots` are the means of F^(-1/3).
         """
         unit = self.unit
         slopes = []
         for tip in range(unit.size):
-            dome_slope = unit.domes[tip] / 1.5 * z * z * means[tip][2]
+            # The derivative of F^(2/3) is F^(-1/3) / 1.5.
+            dome_slope = unit.domes[tip] / 1.5 * z * z * inverse_roots[tip]
             slopes.append(unit.springs[tip] + fruit[tip] * z * z * z + dome_slope)
         return slopes
 
@@ -421,11 +424,11 @@ class ContrastLine:
         """Fit the line to points from `Unit.contrast_point`, with a slope that the range of moduli allows."""
         self.unit = unit
         # Means over the points: the total force, the contrast, the variance of the contrast, and their covariance.
-        self.whole = sum(point[0] for point in points) / len(points)
-        self.contrast = sum(point[1] for point in points) / len(points)
+        self.mean_force = sum(point[0] for point in points) / len(points)
+        self.mean_contrast = sum(point[1] for point in points) / len(points)
         self.variance = sum(point[2] for point in points) / len(points)
         self.covariance = sum(point[3] for point in points) / len(points)
-        deviations = [(point[0] - self.whole, point[1] - self.contrast) for point in points]
+        deviations = [(point[0] - self.mean_force, point[1] - self.mean_contrast) for point in points]
         self.spread = sum(u * u for u, _ in deviations)
         self.moment = sum(u * y for u, y in deviations)
         slope = self.moment / self.spread if self.spread > 0.0 else 0.0
@@ -444,7 +447,7 @@ class ContrastLine:
         # The residual has the error of the point and the error of the mean of the fitted points.
         point_variance = self.unit.distance_variance(point[2], point[3], slope)
         variance = point_variance + self.distance_variance(slope) / self.unit.others
-        return (point[1] - self.contrast - slope * (point[0] - self.whole)) / math.sqrt(variance)
+        return (point[1] - self.mean_contrast - slope * (point[0] - self.mean_force)) / math.sqrt(variance)
 
 
 class TouchSample:
@@ -489,9 +492,9 @@ class Touch:
         self.squares = 0.0
         self.fits = 0
         # The number of accepted samples, and their mean total force [N] and mean contrast [mm].
-        self.released = 0
-        self.whole = 0.0
-        self.contrast = 0.0
+        self.accepted = 0
+        self.mean_force = 0.0
+        self.mean_contrast = 0.0
 
     def add_out_of_contact(self, forces: "Sequence[float]") -> bool:
         """Add a sample with a tip out of contact; return whether the sensor was lifted.
@@ -541,16 +544,16 @@ class Touch:
         for sample in self.window[: max(count, 0)]:
             if sample.is_pending:
                 sample.is_pending = False
-                self.released += 1
-                self.whole += (sample.point[0] - self.whole) / self.released
-                self.contrast += (sample.point[1] - self.contrast) / self.released
+                self.accepted += 1
+                self.mean_force += (sample.point[0] - self.mean_force) / self.accepted
+                self.mean_contrast += (sample.point[1] - self.mean_contrast) / self.accepted
                 self.take(sample.forces, sample.number)
 
     def slope_limits(self, line: ContrastLine, scale: float) -> tuple[float, float]:
         """Return the smallest and the largest slope [mm/N] of the contrast against the total force.
 
-        The slope is limited by the range of moduli, by the points of `line`, and by the chord from the accepted samples
-        to these points. `scale` [1] multiplies the stated variance of the forces.
+        The slope is limited by the range of moduli, by the points to which `line` is fitted, and by the chord from the
+        accepted samples to these points. `scale` [1] multiplies the stated variance of the forces.
         """
         unit = self.unit
         smallest = unit.least_slope
@@ -566,15 +569,28 @@ class Touch:
             if smallest > largest:
                 smallest = slope - error
                 largest = slope + error
-        # The chord runs from the mean of the accepted samples to the mean of the line's points. It is ignored if it
-        # contradicts these points.
-        if self.released and line.whole != self.whole:
-            chord = (line.contrast - self.contrast) / (line.whole - self.whole)
-            distance = abs(line.whole - self.whole)
-            error = noise * math.sqrt(1.0 / unit.others + 1.0 / self.released) / distance + unit.slack
-            if max(smallest, chord - error) <= min(largest, chord + error):
-                return max(smallest, chord - error), min(largest, chord + error)
+        chord = self.chord_limits(line, noise)
+        if chord:
+            smallest_by_chord = max(smallest, chord[0])
+            largest_by_chord = min(largest, chord[1])
+            # A chord that contradicts the points of the line is ignored.
+            if smallest_by_chord <= largest_by_chord:
+                return smallest_by_chord, largest_by_chord
         return smallest, largest
+
+    def chord_limits(self, line: ContrastLine, noise: float) -> tuple[float, float] | None:
+        """Return the smallest and the largest slope [mm/N] that the mean of the accepted samples allows, or None.
+
+        The chord runs from this mean to the mean of the points of `line`. `noise` [mm] is the largest error of the
+        contrast in one sample. `unit.slack` is the largest difference between the slopes of a chord and of the press.
+        """
+        unit = self.unit
+        if not self.accepted or line.mean_force == self.mean_force:
+            return None
+        chord = (line.mean_contrast - self.mean_contrast) / (line.mean_force - self.mean_force)
+        distance = abs(line.mean_force - self.mean_force)
+        error = noise * math.sqrt(1.0 / unit.others + 1.0 / self.accepted) / distance + unit.slack
+        return chord - error, chord + error
 
     def drop_outliers(self, decided_count: int) -> None:
         """Drop a run of outliers that begins among the first `decided_count` samples of the window.

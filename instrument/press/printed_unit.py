@@ -245,10 +245,10 @@ _FORMER_CALIBRATION_VALUES: dict[str, tuple[object, ...]] = {
 
 
 def digests_of_0_2(design: Design) -> set[str]:
-    """Return every sha256 that version 0.2 may have written into a unit of this design.
+    """Return every SHA-256 digest that version 0.2 may have written into a unit of this design.
 
-    Its digest covered the whole design, including the keys of the calibration, which may have changed since. So all
-    combinations of their values are tried.
+    The digest of version 0.2 covered the whole design. This includes the calibration keys of `reading`, whose values
+    may have changed since, so all combinations of their values are tried. The table `bench` did not exist yet.
     """
     reading = design.reading
     if reading is None:

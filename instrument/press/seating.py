@@ -24,7 +24,7 @@ MAX_ITERATIONS = 3  # number of iterations between reading the modulus and choos
 
 @dataclass(frozen=True, kw_only=True)
 class Seating:
-    """The loads from which a press may be read, as E times depth [N/mm].
+    """The loads, products of modulus and depth [N/mm], at one of which the part of a press that is read begins.
 
     `least_forces` holds the tip forces (tips,) [N] at each load; only samples above them are used. Tips are seated at
     the load E (per_offset |offset| + by_skin), where the offset of a press is in mm. `per_offset` is the side of a tip
@@ -47,7 +47,7 @@ class Seating:
 
 
 def seating_of(sensor: MeasuringUnit) -> Seating:
-    """Return the loads from which presses of a unit may be read, from the first touch to nearly full scale."""
+    """Return the loads of a unit, from the first touch to nearly full scale, and the tip forces at these loads."""
     tips = sensor.report.design.tips
     least = sensor.least_forces
     if not sensor.reads_moments:

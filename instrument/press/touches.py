@@ -78,29 +78,33 @@ class PressSamples:
 
 
 def cut_presses(
-    sensor: MeasuringUnit, samples: Iterable[Sample], source: str, several: int, *, growing: bool = False
+    sensor: MeasuringUnit, samples: Iterable[Sample], source: str, spike_length: int, *, growing: bool = False
 ) -> Iterator[PressSamples]:
     """Yield each press of a signal when it ends. With `growing`, yield the press up to each of its samples instead.
 
-    The samples hold the forces of the tips [N]. `source` is the name of the signal in messages, and `several` is the
-    number of consecutive samples that one bad conversion affects. Raises InputError for a press of more than
+    The samples hold the forces of the tips [N]. `source` is the name of the signal in messages, and `spike_length` is
+    the number of consecutive samples that one bad conversion affects. Raises InputError for a press of more than
     `MAX_SAMPLES` samples, and if the fruit changes within a press.
     """
     contact = _Contact(sensor)
-    unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": several})
+    # The gains are 1, because the samples hold forces instead of channel readings.
+    unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": spike_length})
     touch: _Touch | None = None
     for sample in samples:
-        is_touch = contact.touches(sample)
-        # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
-        if touch is not None and (touch.is_over(sample) if is_touch else touch.add_out_of_contact(sample)):
+        in_contact = contact.includes_all_tips(sample)
+        has_ended = False
+        if touch is not None:
+            # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
+            has_ended = touch.is_over(sample) if in_contact else touch.add_out_of_contact(sample)
+        elif not in_contact:
+            contact.add(sample)
+        if touch is not None and has_ended:
             yield from touch.end()
             # The samples of the lift do not belong to a press, but the flesh relaxes during them too.
             for lifted in touch.lifted:
                 contact.add(lifted)
             touch = None
-        elif touch is None and not is_touch:
-            contact.add(sample)
-        if is_touch:
+        if in_contact:
             touch = touch or _Touch(contact, unit, source, growing=growing)
             yield from touch.add(sample)
     if touch is not None:
@@ -122,7 +126,7 @@ class _Contact:
         self.touched_s = math.nan
         self._smallest_total = math.inf
 
-    def touches(self, sample: Sample) -> bool:
+    def includes_all_tips(self, sample: Sample) -> bool:
         """Return whether all tips touch the fruit in this sample."""
         return _are_above(sample.forces, self._least)
 

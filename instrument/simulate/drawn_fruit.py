@@ -137,8 +137,8 @@ def waves_of_skin(
 ) -> Callable[[Floats, Floats], Floats]:
     """Return a function that computes the heights [mm] of a random uneven skin with the root mean square `rms` [mm].
 
-    The skin is a sum of plane waves in random directions. Their wavelengths, from `shortest` to `longest` [mm], are
-    uniform in the logarithm. The function takes x and y [mm], shape (..., rows, columns). x must be constant along each
+    The skin is a sum of plane waves in random directions. Their wavelengths are log-uniform between `shortest` and
+    `longest` [mm]. The function takes x and y [mm], shape (..., rows, columns). x must be constant along each
     row, and y along each column.
     """
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, _WAVES))
@@ -148,7 +148,7 @@ def waves_of_skin(
 
     def heights(x: Floats, y: Floats) -> Floats:
         shape = np.broadcast_shapes(x.shape, y.shape)
-        if shape[-1] == 1 or shape[-2] == 1:  # a line of points needs no matrix product
+        if shape[-1] == 1 or shape[-2] == 1:  # a profile instead of a grid
             return np.asarray(amplitude * np.cos(kx * x[..., None] + ky * y[..., None] + phase).sum(axis=-1))
         x_phase = kx * x[..., :, :1] + phase  # (..., rows, waves)
         y_phase = ky[:, None] * y[..., :1, :]  # (..., waves, columns)
