@@ -274,7 +274,7 @@ def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_facto
 def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return the constants that determine the part of a press in which flat tips are fully seated.
 
-    The part that is read begins at one of the `loads`, which are products of modulus and depth [N/mm]. `load_forces`
+    The evaluated part begins at one of the `loads`, which are products of modulus and depth [N/mm]. `load_forces`
     [N] are the tip forces at these loads.
     """
     seating = seating_of(sensor)

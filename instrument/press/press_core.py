@@ -50,7 +50,7 @@ class Unit:
     level_shifts: list[float]  # logarithms of the true moduli, minus `level_logs`
     # The contrast: the mean of a quantity over the tips on high springs, minus its mean over the tips on low springs.
     springs: list[float]  # weights of the forces F in the contrast [mm/N]
-    fruit: list[float]  # weights of F / E in the contrast [MPa mm/N]
+    fruit: list[float]  # weights of F / E in the contrast [1/mm]
     gap: float  # contrast of the known gaps under the tips [mm]
     domes: list[float]  # weights of (F / E)^(2/3) in the contrast [mm (MPa/N)^(2/3)]
     noises: list[float]  # standard deviation of each force due to noise [N]
@@ -81,7 +81,7 @@ class Unit:
     largest_residual: float  # largest allowed residual of a sample [standard deviations]
     firm: float  # multiple of `least_forces` [1]; noise does not end the contact of a tip with a larger force
     # The part of a press in which flat tips are fully seated.
-    loads: list[float]  # loads at which the sums of a press may begin, as E times depth [N/mm]
+    loads: list[float]  # loads at which the evaluated part of a press may begin, as E times depth [N/mm]
     load_forces: "Sequence[float]"  # forces of the tips at each load [N], load by load
     per_offset: float  # side of a tip divided by the tip spacing [1]
     by_skin: float  # side of a tip times the slope of the skin [mm]
@@ -406,7 +406,7 @@ class Rising:
     def force_slopes(self, z: float, fruit: list[float], inverse_roots: list[float]) -> list[float]:
         """Return the mean derivative of the contrast with respect to the force of each tip [mm/N].
 
-        `z` is E^(-1/3), and `fruit` [MPa mm/N] are the weights of F / E. `inverse_roots` are the means of F^(-1/3).
+        `z` is E^(-1/3), and `fruit` [1/mm] are the weights of F / E. `inverse_roots` are the means of F^(-1/3).
         """
         unit = self.unit
         slopes = []

@@ -19,17 +19,17 @@ from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, r
 
 LOAD_RATIO = 1.25  # ratio of successive loads
 MAX_LOADS = 16
-MAX_ITERATIONS = 3  # number of iterations between reading the modulus and choosing the load at which tips are seated
+MAX_ITERATIONS = 3  # number of iterations, each of which chooses the load that seats the tips and reads the modulus
 
 
 @dataclass(frozen=True, kw_only=True)
 class Seating:
-    """The loads, products of modulus and depth [N/mm], at one of which the part of a press that is read begins.
+    """The loads at which the evaluated part of a press may begin.
 
-    `least_forces` holds the tip forces (tips,) [N] at each load; only samples above them are used. Tips are seated at
-    the load E (per_offset |offset| + by_skin), where the offset of a press is in mm. `per_offset` is the side of a tip
-    divided by the spacing [1], and `by_skin` is the side times the slope of the skin [mm]. Tips without a flat face
-    have only the load 0.
+    A load is the product of modulus and depth [N/mm]. `least_forces` holds the tip forces (tips,) [N] at each load;
+    only samples above them are used. Tips are seated at the load E (per_offset |offset| + by_skin), where the offset of
+    a press is in mm. `per_offset` is the side of a tip divided by the spacing [1], and `by_skin` is the side times the
+    slope of the skin [mm]. Tips without a flat face have only the load 0.
     """
 
     loads: tuple[float, ...]

@@ -71,8 +71,8 @@ def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats
     """Return slopes of the contrast against the total force [mm/N], for a level press on fruit of modulus E [MPa].
 
     `linear` (tips,) [mm/N] and `domes` (tips,) [mm/N^(2/3)] are the weights of F and F^(2/3) in the contrast. The
-    derivative dF/dx of the forces by the travel x solves [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF/dx = 1. For flesh
-    that relaxes, any slope between the slopes of the individual tips is possible.
+    derivative dF/dx of the forces with respect to the travel x solves [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF/dx = 1.
+    For flesh that relaxes, any slope between the slopes of the individual tips is possible.
     """
     law = sensor.rise_law.contrast
     _, C, S = law.arrays

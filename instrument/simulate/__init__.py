@@ -1,1 +1,1 @@
-"""Simulated units with random errors, pressed on fruit by boundary elements; they write the files of real units."""
+"""Simulated units with random errors, pressed on fruit by boundary elements; they write the files that units write."""

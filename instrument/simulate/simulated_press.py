@@ -20,7 +20,7 @@ HOLD_MOMENTS = 8  # number of moments of a hold that are solved
 
 @dataclass(frozen=True, kw_only=True)
 class Hand:
-    """A press by hand: a `travel` [mm] from the first touch in `press_s` [s], a hold of `hold_s` [s], and the return.
+    """A press by hand: a `travel` [mm] from the first touch in `press_s` [s], a hold of `hold_s` [s], and a retraction.
 
     `relaxation` is the Prony series of the flesh: the fraction [1] and the time constant [s] of each Maxwell arm.
     """
@@ -55,7 +55,7 @@ class PressCurve:
     def at(self, t: Floats) -> Floats:
         """Return the deflections (samples, tips) [mm] at the times `t` (samples, tips) [s] since the first touch.
 
-        Each tip has its own times. The return is not solved. It is taken as the press in reverse, scaled so that it
+        Each tip has its own times. The retraction is not solved. It is taken as the press in reverse, scaled so that it
         begins with the deflection at the end of the hold.
         """
         hand = self.hand

@@ -84,7 +84,7 @@ class Rows:
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows, without commented lines that hold numbers."""
         numbered_lines = enumerate(self._lines, start=1)
-        lookahead: list[tuple[int, str | Sequence[str]]] = []  # lines that were read for a quoted cell, but not used
+        lookahead: list[tuple[int, str | Sequence[str]]] = []  # lines read ahead for a quoted cell, but not used yet
         has_line_ends = False  # whether an earlier line has a line end
         while (line := lookahead.pop(0) if lookahead else next(numbered_lines, None)) is not None:
             row = self._split_line(*line)
