@@ -155,7 +155,7 @@ def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -
 def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> _SecondReading | None:
     """Return the apparent modulus and the relaxation in the hold of a press on flesh that relaxes.
 
-    The result is None if the hold ended before the moment at which the design reads. It is empty if the forces in the
+    The result is None if the hold ended before the reading time of the design. It is empty if the forces in the
     hold do not determine a modulus.
     """
     press_s = press.duration_s

@@ -14,7 +14,7 @@ LATE_FRACTION = 0.95
 
 
 class HeldReading(NamedTuple):
-    """The apparent modulus [MPa] at the moment at which the design reads, and the relaxation ratio [1].
+    """The apparent modulus [MPa] at the reading time of the design, and the relaxation ratio [1].
 
     The relaxation ratio is the apparent modulus late in the hold divided by the apparent modulus at its start. It is
     None if the press ended before that.
@@ -32,7 +32,7 @@ def held_moduli(
     Each apparent modulus follows from the forces at one moment, by the law `contrast` with the `offset` [mm] of the
     press. Moments are times [s] since the stop, which is the deepest sample. `stiffening` maps a moment to the
     stiffness of the springs divided by their stiffness under calibration weights [1]. Returns None if the press ended
-    before the moment at which the design reads. Raises ReadingError if the forces at a moment do not determine a
+    before the reading time of the design. Raises ReadingError if the forces at a moment do not determine a
     modulus.
     """
     moments = (0.0, design.read_s - design.stop_s, LATE_FRACTION * (design.release_s - design.stop_s))

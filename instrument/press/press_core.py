@@ -315,7 +315,7 @@ class Rising:
     def add_to_sums(self, forces: "Sequence[float]", steps: list[float]) -> None:
         """Add the forces of a sample and their changes [N] to the means, and to the co-moments with the instrument.
 
-        Welford's method avoids the cancellation that sums of squares would suffer: a co-moment grows by the deviation
+        Welford's method avoids the cancellation that sums of squares would suffer. A co-moment grows by the deviation
         of one variable from its old mean, times the deviation of the other variable from its new mean.
         """
         instrument = self.previous[0]
@@ -350,13 +350,13 @@ class Rising:
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
         """Return E [MPa], the offset [mm] and flags; E is None if it cannot be determined.
 
-        With z = E^(-1/3) and the forces F of the tips, each sample fulfils this equation, in which the weights and the
-        forces are multiplied and summed over the tips:
+        With z = E^(-1/3) and the forces F of the tips, each sample fulfils
 
             gap + springs F + domes F^(2/3) z^2 + fruit F z^3 = -offset.
 
-        The offset is the contrast of the unknown gaps under the tips. It is constant during a press, and so drops out
-        of the co-moments with the instrument. They give a cubic for z: rigid + dome z^2 + body z^3 = 0.
+        Products of weights and forces are summed over the tips. The offset is the contrast of the unknown gaps under
+        the tips. It is constant during a press, and so drops out of the co-moments with the instrument. The co-moments
+        give a cubic equation for z: rigid + dome z^2 + body z^3 = 0.
 
         With `whole`, the flag NO_RISE is set if the last tip touches late or if the force hardly rises after that.
         """
