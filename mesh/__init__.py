@@ -1,1 +1,1 @@
-"""The division of parts into elements: the only package that imports gmsh."""
+"""Meshing of parts. This is the only package that imports gmsh."""

@@ -1,8 +1,8 @@
-"""The mesh of an extruded part: its section in quadrilaterals, small where a wall is thin, swept through the depth.
+"""The mesh of an extruded part: its cross-section is divided into quadrilaterals and swept through the depth.
 
-The named boundaries are the part's named faces and up to four more. `side_faces` are the ends of the sweep, and
-`fillets` the round inner corners of the section. `walls` are all other walls, which carry no load. `symmetry` is the
-plane of symmetry if only half of the part is meshed.
+The elements are small where a wall is thin. The named boundaries are the part's named faces and up to four more.
+`side_faces` are the ends of the sweep, and `fillets` are the round inner corners of the section. `walls` are all
+other walls, which carry no load. `symmetry` is the plane of symmetry if only half of the part is meshed.
 """
 
 import dataclasses
@@ -29,38 +29,41 @@ if TYPE_CHECKING:
 
 SIDES, FILLETS, WALLS, SYMMETRY = "side_faces", "fillets", "walls", "symmetry"
 _HINT = "check the solid at its smallest faces"
-_SAMPLES = 2000  # approximate number of points on the outline at which the thickness of the part is measured
-_FEWEST = 8  # smallest number of these points on a curve
-_PER_THICKNESS = 1.0  # quadrilaterals across a wall, before gmsh divides each into four
-_PER_QUARTER = 3.0  # quadrilaterals along a quarter of a round inner corner, before the same division
-_APART_MM = 0.4  # distance between the lines along which mesh and part are compared
-_MOST_LINES = 10  # maximum number of these lines along a side of a quadrilateral
-_IMPLIED = 1.05  # ratio of the size that other points imply to a point's own size, up to which the point is redundant
-_BIN_SHARE = 0.02  # width of a bin over the longest side of the part
-_GROWTH = 0.45  # growth of the element size per distance [mm per mm]
-_NEAR = 1e-6  # distance below which points are taken as equal [mm]; in some tests a fraction of the span
-_PARALLEL = 1e-12  # cross product of a ray and a segment [mm] below which they are taken as parallel
-_INSIDE = 1e-3  # fraction of the way from a node to the centre of a quadrilateral, where the depth is measured
-_SAME_AREA = 0.02  # largest relative difference in area between a face and the facets on it
-_FULL_SHARE = 0.5  # a region with more than this fraction of its quadrilaterals at full depth is swept to full depth
-_SHARP_RAD = np.radians(15.0)  # smallest turn of the outline at a sharp inner corner
-_BESIDE = 1e-4  # distance of a test point from a corner, over the span
-_FRONTAL = 6.0  # gmsh's number of the Frontal-Delaunay algorithm
-_MOVES = 10  # passes of gmsh that move inner nodes to improve the angles
+_OUTLINE_SAMPLES = 2000  # approximate number of points on the outline at which the wall thickness is measured
+_MIN_CURVE_SAMPLES = 8  # smallest number of these points on one curve
+_QUADS_PER_THICKNESS = 1.0  # number of quadrilaterals across a wall, before gmsh divides each into four
+_QUADS_PER_QUARTER_ARC = 3.0  # number of quadrilaterals along a 90-degree inner fillet, before the same division
+_LINE_SPACING_MM = 0.4  # distance between the lines along which the mesh is compared with the part
+_MAX_LINES_PER_SIDE = 10  # maximum number of these lines along a side of a quadrilateral
+# A point is redundant if the other points imply an element size there of at most this multiple of its own size.
+_REDUNDANCY_RATIO = 1.05
+_BIN_FRACTION = 0.02  # width of a bin as a fraction of the longest side of the part
+_GROWTH = 0.45  # growth of the element size with distance [mm per mm]
+_NEAR = 1e-6  # distance below which two points are considered equal [mm]; in some tests, a fraction of the span
+_PARALLEL = 1e-12  # a ray and a segment are parallel if their cross product [mm] is smaller than this
+# The depth at a node is measured at this fraction of the way from the node to the centre of a quadrilateral.
+_INWARD_FRACTION = 1e-3
+_AREA_TOLERANCE = 0.02  # largest allowed relative difference in area between a face and the facets on it
+# A region is swept through the full depth if more than this fraction of its quadrilaterals has the full depth.
+_FULL_DEPTH_FRACTION = 0.5
+_SHARP_TURN_RAD = np.radians(15.0)  # smallest change of direction of the outline at a sharp inner corner
+_TEST_DISTANCE = 1e-4  # distance of a test point from a corner, as a fraction of the span
+_FRONTAL_DELAUNAY = 6.0  # gmsh's number for the Frontal-Delaunay algorithm
+_RELOCATION_PASSES = 10  # number of passes in which gmsh moves inner nodes to improve the angles
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweptPart:
-    """The mesh of a swept part. Over each quadrilateral of the profile it has one column of cells.
+    """The mesh of a swept part, with one column of cells on each quadrilateral of the profile.
 
     `depth` (points,) [mm] is the length of the mesh along y at each point of the profile. `area` (quadrilaterals,)
-    [mm^2] has the areas of the quadrilaterals, and `cells` (layers, quadrilaterals) the indices of the cells in each
-    column. `share` is the fraction of the solid that is meshed, 1 or 0.5. `places` (3, quadrilaterals) [mm] are the
-    middles of the columns. `corner` (quadrilaterals,) is the number of the sharp inner corner that a quadrilateral
-    touches, or -1; `corner_count` is the number of such corners.
+    [mm^2] holds the areas of the quadrilaterals. `cells` (layers, quadrilaterals) holds the indices of the cells in
+    each column. `share` is the fraction of the solid that is meshed, 1 or 0.5. `places` (3, quadrilaterals) [mm] are
+    the centres of the columns. `corner` (quadrilaterals,) is the index of the sharp inner corner that a quadrilateral
+    touches, or -1. `corner_count` is the number of such corners.
 
-    Pockets and ribs of the part that the mesh leaves out make a column too long or too short: see `excess` and
-    `effect`.
+    The mesh leaves out pockets and ribs of the part, so a column may be too long or too short. `excess` is this error
+    in length, and `effect` is the error in length that has the same effect on the stiffness.
     """
 
     mesh: MeshHex2
@@ -76,21 +79,21 @@ class SweptPart:
 
     @functools.cached_property
     def _length_errors(self) -> tuple[Floats, Floats]:
-        """Return `excess` and `effect`; they take a second, and only the mesh of the result needs them."""
-        excess = _sampled_excess(self.extrusion, self.profile, self.depth, self.area)
-        narrow, effect = _narrow_excess(self.extrusion, self.profile, self.depth, self.area)
-        return np.maximum(excess, narrow), np.maximum(excess, effect)
+        """Return `excess` and `effect`, which take a second to compute and are needed only for the final mesh."""
+        sampled = _sampled_length_errors(self.extrusion, self.profile, self.depth, self.area)
+        from_features, effect = _feature_length_errors(self.extrusion, self.profile, self.depth, self.area)
+        return np.maximum(sampled, from_features), np.maximum(sampled, effect)
 
     @property
     def excess(self) -> Floats:
-        """Return the error in the length of each column of cells, compared with the part [mm], (quadrilaterals,)."""
+        """Return the absolute error in the length of each column of cells [mm], shape (quadrilaterals,)."""
         return self._length_errors[0]
 
     @property
     def effect(self) -> Floats:
-        """Return the error in the length of each column that has the same effect on the stiffness [mm].
+        """Return the error in column length [mm] that would change the stiffness as much as the neglected features do.
 
-        It is `excess`, but larger if the neglected feature is narrower than it is long, or leaves little of the depth.
+        It exceeds `excess` if a neglected pocket is narrower than it is deep, or if it leaves little of the depth.
         For example, a saw cut weakens a part as much as a round hole whose diameter is the length of the cut.
         """
         return self._length_errors[1]
@@ -98,10 +101,10 @@ class SweptPart:
 
 @dataclass(frozen=True, kw_only=True)
 class FineCorners:
-    """The sharp inner corners of a section at which elements are refined, and the relative size of elements there.
+    """The sharp inner corners of a section at which the mesh is refined, and the relative element size there.
 
-    `numbers` are the numbers of the corners. `size` [1] is the element size over the thickness of the wall, or over the
-    size without refinement if that is smaller.
+    `numbers` are the indices of the corners. `size` [1] is the ratio of the element size to the wall thickness, or to
+    the element size without refinement if that is smaller.
     """
 
     numbers: tuple[int, ...] = ()
@@ -110,10 +113,10 @@ class FineCorners:
 
 @dataclass(frozen=True, eq=False)
 class _Section:
-    """A meshed section: its profile, and arrays (quadrilaterals,) of regions and of sharp inner corners.
+    """A meshed section: its profile, and the region and the sharp inner corner of each quadrilateral.
 
-    `region` is the number of the region that contains a quadrilateral. `corner` is the number of the sharp inner corner
-    that it touches, or -1.
+    `region` (quadrilaterals,) is the index of the region that contains each quadrilateral. `corner` (quadrilaterals,)
+    is the index of the sharp inner corner that it touches, or -1. `corner_count` is the number of such corners.
     """
 
     profile: Profile
@@ -131,36 +134,30 @@ def swept_part(
 ) -> SweptPart:
     """Return the mesh [mm] of an extruded part.
 
-    `scale` [1] is the relative element size: 1 for the mesh of the solve, 2 for the coarse mesh of its error estimate.
-    `layers` is the number of layers of cells through half the depth. `presses` are the directions of the loads, and
-    `fine` the corners at which elements are refined. Only the half above the middle of the depth is meshed if the part
-    and its named faces are symmetric about it. In this case, no load may have a component along the sweep. Raises
-    MeshError if no valid mesh is found, and MachineError if gmsh fails.
+    `scale` [1] is the relative element size: 1 for the mesh of the solution, 2 for the coarse mesh of its error
+    estimate. `layers` is the number of layers of cells through half the depth. `presses` are the directions of the
+    loads, and `fine` lists the corners at which the mesh is refined. Only the upper half of the depth is meshed if the
+    part, its named faces and the loads allow it. Raises MeshError if no valid mesh is found, and MachineError if gmsh
+    fails.
     """
     section = _meshed_section(extrusion, scale, fine)
     profile = section.profile
     low, high = _sweep_ends(extrusion, section)
-    middle = 0.5 * (extrusion.low + extrusion.high)
-    is_loaded_across = all(abs(direction[1]) < _NEAR for direction in presses)
-    is_even = all(extrusion.is_even(name) for name in extrusion.part.faces)
-    is_half = is_loaded_across and is_even and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
+    is_half = _can_mesh_half(extrusion, presses, low, high)
     half_levels = half_depth_shares(layers)
-    # Levels over the depth: from 1/2 to 1 for the upper half, or from 0 to 1 for the whole part.
-    shares = 0.5 + 0.5 * (half_levels if is_half else np.concatenate([-half_levels[:0:-1], half_levels]))
-    straight = sweep_profile(profile, shares)
-    # The same levels, now between the lower and the upper end of the sweep at each point of the profile.
-    points = straight.p.copy()
-    levels = points[1].reshape(len(shares), -1)
-    points[1] = (low + levels * (high - low)).ravel()
-    straight = MeshHex1(points, straight.t)
+    # Levels relative to the depth: from 1/2 to 1 for the upper half, or from 0 to 1 for the whole part.
+    levels = 0.5 + 0.5 * (half_levels if is_half else np.concatenate([-half_levels[:0:-1], half_levels]))
+    straight = _sweep_between(profile, levels, low, high)
     quadratic = MeshHex2.from_mesh(straight)
     mesh = dataclasses.replace(quadratic, doflocs=curved_nodes(quadratic, profile))
     mesh = mesh.with_boundaries(_boundaries(extrusion, profile, straight, is_half=is_half))
     check_jacobian(mesh)
     corners = profile.points[:, profile.quads]
-    area = 0.5 * np.abs(_cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
-    cells = np.arange(straight.t.shape[1]).reshape(len(shares) - 1, -1)
+    # The area of a quadrilateral is half the cross product of its diagonals.
+    area = 0.5 * np.abs(_cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
+    cells = np.arange(straight.t.shape[1]).reshape(len(levels) - 1, -1)
     x, z = corners.mean(axis=1)
+    middle = 0.5 * (extrusion.low + extrusion.high)
     return SweptPart(
         mesh=mesh,
         extrusion=extrusion,
@@ -175,16 +172,44 @@ def swept_part(
     )
 
 
-def _sampled_excess(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats) -> Floats:
-    """Return the mean absolute difference in length along y between each column of the mesh and the part [mm].
+def _can_mesh_half(extrusion: "Extrusion", presses: Iterable[tuple[float, ...]], low: Floats, high: Floats) -> bool:
+    """Return whether the upper half of the depth represents the whole part under its loads.
 
-    The lengths are compared along lines parallel to y, on a grid in each quadrilateral. `depth` (points,) [mm] is the
-    length of the mesh, and `area` (quadrilaterals,) [mm^2] the area of the quadrilaterals.
+    The part and its named faces must be symmetric about the middle of the depth. No load may have a component along
+    the sweep, because such a load is not symmetric. `presses` are the directions of the loads. `low` and `high`
+    (points,) [mm] are the ends of the sweep.
     """
-    excess = np.zeros(len(area))
-    counts = np.clip(np.ceil(np.sqrt(area) / _APART_MM), 1, _MOST_LINES).astype(int)
-    for count in np.unique(counts):
-        quads = np.flatnonzero(counts == count)
+    middle = 0.5 * (extrusion.low + extrusion.high)
+    is_loaded_in_plane = all(abs(direction[1]) < _NEAR for direction in presses)
+    has_symmetric_faces = all(extrusion.is_even(name) for name in extrusion.part.faces)
+    return is_loaded_in_plane and has_symmetric_faces and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
+
+
+def _sweep_between(profile: Profile, levels: Floats, low: Floats, high: Floats) -> MeshHex1:
+    """Return the straight-sided hexahedra of a profile, swept from y = `low` to y = `high` (points,) [mm].
+
+    `levels` are the boundaries of the layers, relative to the depth at each point of the profile: 0 at `low`, 1 at
+    `high`.
+    """
+    relative_mesh = sweep_profile(profile, levels)
+    points = relative_mesh.p.copy()
+    relative_y = points[1].reshape(len(levels), -1)
+    points[1] = (low + relative_y * (high - low)).ravel()
+    return MeshHex1(points, relative_mesh.t)
+
+
+def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats) -> Floats:
+    """Return the mean absolute error in the length of each column of cells [mm], shape (quadrilaterals,).
+
+    The length of the mesh along y is compared with the length of the part, along the lines of a grid in each
+    quadrilateral. `depth` (points,) [mm] is the length of the mesh at the points of the profile. `area`
+    (quadrilaterals,) [mm^2] determines how many lines a quadrilateral has.
+    """
+    mean_errors = np.zeros(len(area))
+    line_counts = np.clip(np.ceil(np.sqrt(area) / _LINE_SPACING_MM), 1, _MAX_LINES_PER_SIDE).astype(int)
+    # All quadrilaterals with the same number of lines are evaluated together.
+    for count in np.unique(line_counts):
+        quads = np.flatnonzero(line_counts == count)
         coordinates = (np.arange(count) + 0.5) / count
         r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
         shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])  # bilinear shape functions
@@ -192,62 +217,72 @@ def _sampled_excess(extrusion: "Extrusion", profile: Profile, depth: Floats, are
         x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
         _, _, part_length = extrusion.spans(x, z)
         mesh_length = (depth[corners].T @ shapes).ravel()
-        # A line misses the part only outside its curved outline, which the curved elements follow; there it counts 0.
-        difference = np.where(part_length > 0.0, np.abs(mesh_length - part_length), 0.0)
-        excess[quads] = np.where(difference > _NEAR, difference, 0.0).reshape(len(quads), -1).mean(axis=1)
-    return excess
+        # A line can miss the part only just outside a curved outline. The final, curved elements follow that outline,
+        # so such a line has no error.
+        errors = np.where(part_length > 0.0, np.abs(mesh_length - part_length), 0.0)
+        mean_errors[quads] = np.where(errors > _NEAR, errors, 0.0).reshape(len(quads), -1).mean(axis=1)
+    return mean_errors
 
 
-def _narrow_excess(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats) -> tuple[Floats, Floats]:
-    """Return the error in column length due to features of the part, and its equivalent `effect`, both [mm].
+def _feature_length_errors(
+    extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats
+) -> tuple[Floats, Floats]:
+    """Return the errors in column length caused by neglected pockets and ribs, and the errors equivalent in stiffness.
 
-    Features are pockets, ribs and slanted faces, in small pieces. A narrow feature may lie between the lines of
-    `_sampled_excess`. `depth` and `area` are as there; `effect` is as in `SweptPart`. Both results have shape
-    (quadrilaterals,).
+    The faces of these features are found from the solid, in small pieces, because a narrow feature may lie between the
+    lines of `_sampled_length_errors`. A piece of area A_p, where mesh and part differ in length by d, adds d A_p / A to
+    the error of a quadrilateral of area A.
+
+    If the mesh fills a pocket of width w, the equivalent error is larger by the factor max(1, d / w) * L / l, where L
+    is the length of the mesh and l the length of the part. A pocket deeper than wide weakens the part as if it were as
+    wide as deep, and the stress in the remaining depth is L / l times as large.
+
+    `depth` (points,) [mm] is the length of the mesh along y, and `area` (quadrilaterals,) [mm^2] the area of each
+    quadrilateral. Both results [mm] have shape (quadrilaterals,).
     """
-    excess, effect = np.zeros(len(area)), np.zeros(len(area))
+    length_errors, equivalent_errors = np.zeros(len(area)), np.zeros(len(area))
     pieces = list(extrusion.uneven())
     if not pieces:
-        return excess, effect
-    places = np.array([place for place, _, _ in pieces]).T
+        return length_errors, equivalent_errors
+    positions = np.array([position for position, _, _ in pieces]).T
     piece_areas, widths = (np.array([piece[i] for piece in pieces]) for i in (1, 2))
     corners = profile.points[:, profile.quads]
     sides = np.roll(corners, -1, axis=1) - corners
-    _, _, part_length = extrusion.spans(*places)
+    _, _, part_length = extrusion.spans(*positions)
     for i in np.flatnonzero(part_length > 0.0):
-        place = places[:, i]
-        # A place inside a quadrilateral is on the left of all its sides, so that all cross products are positive.
-        cross_products = _cross(sides, place[:, None, None] - corners)
+        position = positions[:, i]
+        # A position inside a quadrilateral is on the left of all its sides, so all four cross products are positive.
+        cross_products = _cross_product(sides, position[:, None, None] - corners)
         quad = int(np.argmax(cross_products.min(axis=0)))
         if not cross_products[:, quad].min() >= -_NEAR:
-            continue
+            continue  # the piece lies in no quadrilateral
         corner_depths = depth[profile.quads[:, quad]]
         mesh_length = float(corner_depths.mean())
         difference = abs(mesh_length - float(part_length[i]))
         if np.ptp(corner_depths) > _NEAR or not difference > _NEAR:
-            continue  # the mesh follows a slanted face there, and `_sampled_excess` has what it misses
-        excess[quad] += difference * piece_areas[i] / area[quad]
+            continue  # the mesh follows a slanted face here; `_sampled_length_errors` covers the remaining error
+        length_errors[quad] += difference * piece_areas[i] / area[quad]
         weakening = 1.0
         if mesh_length > part_length[i]:
             weakening = max(1.0, difference / widths[i]) * mesh_length / part_length[i]
-        effect[quad] += weakening * difference * piece_areas[i] / area[quad]
-    return excess, effect
+        equivalent_errors[quad] += weakening * difference * piece_areas[i] / area[quad]
+    return length_errors, equivalent_errors
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross products, a number each, of vectors (2, ...) in the plane."""
+def _cross_product(a: Floats, b: Floats) -> Floats:
+    """Return the scalar cross products of plane vectors (2, ...), shape (...)."""
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
 def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> _Section:
-    """Return the section in quadrilaterals. The edges of slanted faces divide it into regions.
+    """Divide the section of a part into quadrilaterals, and into regions bounded by the edges of slanted faces.
 
-    `scale` [1] multiplies the element sizes, and `fine` lists the corners at which elements are refined.
+    `scale` [1] multiplies the element sizes, and `fine` lists the corners at which the mesh is refined.
     """
     with gmsh_session():
         surfaces = _import_section(extrusion)
         with stage("size", _HINT):
-            gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL)
+            gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
             gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1.0)
             gmsh.option.setNumber("Mesh.RecombineAll", 1.0)
             gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1.0)
@@ -256,13 +291,13 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
             sizes = GradedSizes(*outline.sizes(scale, fine), _GROWTH)
 
             def size_at(dimension: int, _tag: int, x: float, _y: float, z: float, default_size: float) -> float:
-                # Inside a surface, gmsh's default interpolates the sizes of the outline.
+                # Inside a surface, gmsh by default interpolates the sizes on the outline.
                 return default_size if dimension > 1 else sizes.at(x, z)
 
             gmsh.model.mesh.setSizeCallback(size_at)
         with stage("generate", _HINT):
             gmsh.model.mesh.generate(2)
-            gmsh.model.mesh.optimize("Relocate2D", niter=_MOVES)
+            gmsh.model.mesh.optimize("Relocate2D", niter=_RELOCATION_PASSES)
             gmsh.model.mesh.setOrder(2)
         with stage("read", _HINT):
             return _read_section(surfaces, outline.concave, outline.corners)
@@ -287,7 +322,7 @@ def _import_section(extrusion: "Extrusion") -> list[int]:
         bounding_curves = {
             curve for _, curve in gmsh.model.getBoundary([(2, tag) for tag in surfaces], combined=False, oriented=False)
         }
-        # Pieces of the lines that lie outside the section bound no surface.
+        # Pieces of the lines that lie outside the section are not the boundary of any surface.
         unused_curves = [pair for pair in gmsh.model.getEntities(1) if pair[1] not in bounding_curves]
         occ.remove(unused_curves, recursive=True)
         occ.synchronize()
@@ -295,48 +330,50 @@ def _import_section(extrusion: "Extrusion") -> list[int]:
 
 
 class GradedSizes:
-    """The element size at any position [mm], from the sizes that some points require.
+    """The element size at any position [mm], given the sizes required at some points.
 
-    Away from a point, its size grows in proportion to the distance; the smallest size applies. gmsh calls `at` a
-    million times, so space is divided into cubes, the bins. Each bin has a list of the points that matter in it.
+    The size h at a position x is the minimum over all points i of h_i + growth * |x - x_i|. gmsh calls `at` a million
+    times, so space is divided into cubic bins. Each bin has a list of the points that can determine the size in it.
     """
 
     def __init__(self, points: Floats, sizes: Floats, growth: float) -> None:
-        """Take the sizes (n,) [mm] required at points (dim, n) [mm], and their growth [mm per mm].
+        """Keep only the points that affect the size.
 
-        A point is dropped if others already imply its size, to 5 %.
+        `sizes` (n,) [mm] are required at `points` (dim, n) [mm], and grow with distance by `growth` [mm per mm]. A
+        point is dropped if the other points already imply its size to within 5 %.
         """
         kept = np.zeros(0, dtype=np.int64)
         for i in np.argsort(sizes):
             distance = np.linalg.norm(points[:, kept] - points[:, i, None], axis=0)
-            if not len(kept) or (sizes[kept] + growth * distance).min() > _IMPLIED * sizes[i]:
+            if not len(kept) or (sizes[kept] + growth * distance).min() > _REDUNDANCY_RATIO * sizes[i]:
                 kept = np.append(kept, i)
-        # Points of a plane get a third coordinate, 0.
+        # Points in a plane get 0 as their third coordinate.
         self._points = np.vstack([points[:, kept], np.zeros((3 - len(points), len(kept)))])
         self._sizes = sizes[kept]
         self._growth = growth
-        self._bin = _BIN_SHARE * float(np.ptp(points, axis=1).max())
-        self._near: dict[tuple[int, int, int], list[tuple[float, float, float, float]]] = {}
+        self._bin_size = _BIN_FRACTION * float(np.ptp(points, axis=1).max())
+        self._bins: dict[tuple[int, int, int], list[tuple[float, float, float, float]]] = {}
 
     def at(self, x: float, y: float, z: float = 0.0) -> float:
-        """Return the element size at a position [mm]. Positions in a plane have only two coordinates."""
-        key = (int(x // self._bin), int(y // self._bin), int(z // self._bin))
-        near = self._near.get(key)
+        """Return the element size at a position [mm]. In a plane, only two coordinates are given."""
+        key = (int(x // self._bin_size), int(y // self._bin_size), int(z // self._bin_size))
+        near = self._bins.get(key)
         if near is None:
-            near = self._near[key] = self._in_bin(key)
+            near = self._bins[key] = self._points_of_bin(key)
         growth, sqrt = self._growth, math.sqrt
-        # A bin has about ten points, for which NumPy would take five times as long.
+        # A bin has only about ten points, for which NumPy would take five times as long as this loop.
         return min(
             [size + growth * sqrt((a - x) * (a - x) + (b - y) * (b - y) + (c - z) * (c - z)) for a, b, c, size in near]
         )
 
-    def _in_bin(self, key: tuple[int, int, int]) -> list[tuple[float, float, float, float]]:
-        """Return the points (x, y, z, size) that can determine the size somewhere in the bin with these indices."""
-        middle = (np.array(key) + 0.5)[:, None] * self._bin
+    def _points_of_bin(self, key: tuple[int, int, int]) -> list[tuple[float, float, float, float]]:
+        """Return the points (x, y, z, size) that can determine the size somewhere in the bin with indices `key`."""
+        middle = (np.array(key) + 0.5)[:, None] * self._bin_size
         size_at_middle = self._sizes + self._growth * np.linalg.norm(self._points - middle, axis=0)
-        # From the middle to a corner of the bin, one size may grow and another shrink, each by half of this.
-        reach = self._growth * self._bin * np.sqrt(len(key))
-        relevant = size_at_middle <= size_at_middle.min() + reach
+        # From the middle of the bin to a corner, the size implied by one point may grow and that implied by another
+        # may shrink. Each changes by at most half of this.
+        largest_change = self._growth * self._bin_size * np.sqrt(len(key))
+        relevant = size_at_middle <= size_at_middle.min() + largest_change
         return [
             (x, y, z, size)
             for (x, y, z), size in zip(self._points.T[relevant].tolist(), self._sizes[relevant].tolist(), strict=True)
@@ -345,168 +382,201 @@ class GradedSizes:
 
 @dataclass(frozen=True, eq=False)
 class _CurveEnd:
-    """An end of a curve: its position [mm], the unit direction into the curve, and the index of the nearest sample."""
+    """One end of a curve.
 
-    place: Floats
-    into: Floats
+    `position` (2,) [mm] is the end point, and `direction` (2,) the unit tangent from there into the curve. `sample` is
+    the index of the nearest sample.
+    """
+
+    position: Floats
+    direction: Floats
     sample: int
 
 
-class _Outline:
-    """The outline of a section, sampled at points, with the element size that it requires at each.
+@dataclass(frozen=True, eq=False)
+class _SampledCurve:
+    """One curve of the outline, approximated by n chords, with one sample at the middle of each chord.
 
-    The curves of the outline are approximated by chords. The samples, `points` (2, n) [mm], are the middles of the
-    chords. `corners` (2, m) [mm] are the sharp inner corners. `sizes` also collects `concave`, gmsh's tags of the
-    curves that are round inner corners.
+    `chords` (2, 2, n) [mm] are the start points and the end points of the chords, and `points` (2, n) [mm] their
+    middles. `tangents` (2, n) are the unit tangents of the curve. `radii` (n,) [mm] are its radii of curvature,
+    positive if the curve turns left. `ends` are its two end points [mm], each with the unit tangent into the curve.
+    """
+
+    chords: Floats
+    points: Floats
+    tangents: Floats
+    radii: Floats
+    ends: list[tuple[Floats, Floats]]
+
+
+class _Outline:
+    """The outline of a section, sampled at points, and the element size required at each sample.
+
+    `points` (2, n) [mm] are the samples. `corners` (2, m) [mm] are the sharp inner corners. `sizes` also fills
+    `concave`, the set of gmsh's tags of the curves that are round inner corners.
     """
 
     def __init__(self, surfaces: list[int]) -> None:
-        """Sample the outline of the section, given gmsh's tags of its surfaces.
-
-        Each sample has the tangent of its curve, the radius of curvature, positive if the curve turns left, and the tag
-        of the curve.
-        """
+        """Sample the outline of the section whose surfaces have these gmsh tags, and find its sharp inner corners."""
         dim_tags = [(2, tag) for tag in surfaces]
         bounding_curves = [tag for _, tag in gmsh.model.getBoundary(dim_tags, combined=False, oriented=False)]
-        # A curve between two surfaces is listed twice; it lies inside the section.
-        curves = [tag for tag in dict.fromkeys(bounding_curves) if bounding_curves.count(tag) == 1]
-        lengths = {tag: gmsh.model.occ.getMass(1, tag) for tag in curves}
-        step = sum(lengths.values()) / _SAMPLES
-        points, tangents, segments, radii, owners = [], [], [], [], []
+        # A curve that bounds two surfaces is listed twice. It lies inside the section, not on its outline.
+        tags = [tag for tag in dict.fromkeys(bounding_curves) if bounding_curves.count(tag) == 1]
+        lengths = {tag: gmsh.model.occ.getMass(1, tag) for tag in tags}
+        step = sum(lengths.values()) / _OUTLINE_SAMPLES
+        curves: list[_SampledCurve] = []
         curve_ends: list[_CurveEnd] = []
-        for tag in curves:
-            (start,), (end,) = gmsh.model.getParametrizationBounds(1, tag)
-            count = max(_FEWEST, int(np.ceil(lengths[tag] / step)))
-            # Positions with even indices are the ends of chords. Those with odd indices lie on the curve between them.
-            parameters = np.linspace(start, end, 2 * count + 1)
-            positions = np.reshape(gmsh.model.getValue(1, tag, parameters), (-1, 3))[:, [0, 2]].T
-            derivative = np.reshape(gmsh.model.getDerivative(1, tag, parameters), (-1, 3))[:, [0, 2]].T
-            curvature = np.asarray(gmsh.model.getCurvature(1, tag, parameters))
-            ends = positions[:, ::2]
-            segments.append(np.stack([ends[:, :-1], ends[:, 1:]]))
-            # Samples lie on the chords: from a point next to its own chord, a ray could hit that chord.
-            points.append(ends[:, :-1] + 0.5 * np.diff(ends, axis=1))
-            tangents.append(derivative[:, 1::2] / np.linalg.norm(derivative[:, 1::2], axis=0))
-            radii.append(1.0 / np.maximum(curvature[1::2], 1e-9) * self._turning_signs(positions))
-            owners.append(np.full(count, tag))
-            first_sample = sum(map(len, owners[:-1]))
-            for end, sign, sample in ((0, 1.0, first_sample), (-1, -1.0, first_sample + count - 1)):
-                inward = sign * derivative[:, end]
-                curve_ends.append(_CurveEnd(positions[:, end], inward / np.linalg.norm(inward), sample))
-        self.points = np.hstack(points)
-        self._tangents = np.hstack(tangents)
-        self._segments = np.concatenate(segments, axis=2)
-        self._radii = np.hstack(radii)
-        self._owners = np.hstack(owners)
+        first_sample = 0
+        for tag in tags:
+            count = max(_MIN_CURVE_SAMPLES, int(np.ceil(lengths[tag] / step)))
+            curve = _sample_curve(tag, count)
+            curves.append(curve)
+            for (position, direction), sample in zip(curve.ends, (first_sample, first_sample + count - 1), strict=True):
+                curve_ends.append(_CurveEnd(position, direction, sample))
+            first_sample += count
+        self.points = np.hstack([curve.points for curve in curves])
+        self._tangents = np.hstack([curve.tangents for curve in curves])
+        self._chords = np.concatenate([curve.chords for curve in curves], axis=2)
+        self._radii = np.hstack([curve.radii for curve in curves])
+        self._curve_tags = np.repeat(tags, [len(curve.radii) for curve in curves])
         self.concave: set[int] = set()
-        self.corners, self._samples_at_corners = self._sharp_corners(curve_ends)
+        self.corners, self._samples_at_corners = self._find_sharp_corners(curve_ends)
 
-    def _sharp_corners(self, ends: "list[_CurveEnd]") -> tuple[Floats, Ints]:
+    def _find_sharp_corners(self, ends: list[_CurveEnd]) -> tuple[Floats, Ints]:
         """Return the sharp inner corners (2, n) [mm], and the indices (2, n) of the samples on both sides of each.
 
-        Curves that meet at an inner corner enclose a region outside the section. So a point on the bisector of the two
-        curves, next to the corner, is outside.
+        Two curves that meet at an inner corner enclose a region outside the section. A point on their bisector, just
+        beside the corner, therefore lies outside the section.
         """
         corners, samples = [], []
         for i, curve_end in enumerate(ends):
             for other_end in ends[:i]:
-                if np.linalg.norm(other_end.place - curve_end.place) > _NEAR * self.span:
+                if np.linalg.norm(other_end.position - curve_end.position) > _NEAR * self.span:
                     continue
-                turn = np.pi - np.arccos(np.clip(curve_end.into @ other_end.into, -1.0, 1.0))
-                bisector = curve_end.into + other_end.into
+                turn = np.pi - np.arccos(np.clip(curve_end.direction @ other_end.direction, -1.0, 1.0))
+                bisector = curve_end.direction + other_end.direction
                 length = max(float(np.linalg.norm(bisector)), _NEAR)
-                test_point = curve_end.place + _BESIDE * self.span * bisector / length
-                if turn > _SHARP_RAD and not self._is_inside(test_point):
-                    corners.append(curve_end.place)
+                test_point = curve_end.position + _TEST_DISTANCE * self.span * bisector / length
+                if turn > _SHARP_TURN_RAD and not self._is_inside(test_point):
+                    corners.append(curve_end.position)
                     samples.append((curve_end.sample, other_end.sample))
         return np.array(corners).reshape(-1, 2).T, np.array(samples, dtype=np.int64).reshape(-1, 2).T
 
-    def _is_inside(self, place: Floats) -> bool:
+    def _is_inside(self, point: Floats) -> bool:
         """Return whether a point [mm] is in the section: a ray along x crosses the outline an odd number of times."""
-        (x0, z0), (x1, z1) = self._segments
-        crosses = (z0 > place[1]) != (z1 > place[1])
-        x_crossing = x0[crosses] + (place[1] - z0[crosses]) / (z1 - z0)[crosses] * (x1 - x0)[crosses]
-        return bool((x_crossing > place[0]).sum() % 2)
-
-    @staticmethod
-    def _turning_signs(positions: Floats) -> Floats:
-        """Return the sense in which a curve turns at its odd positions, shape (n,): 1 to the left, -1 to the right.
-
-        `positions` (2, 2 n + 1) [mm] are successive points of the curve.
-        """
-        before, middle, after = positions[:, :-2:2], positions[:, 1:-1:2], positions[:, 2::2]
-        return np.asarray(np.where(_cross(middle - before, after - middle) >= 0.0, 1.0, -1.0))
+        (x0, z0), (x1, z1) = self._chords
+        crosses = (z0 > point[1]) != (z1 > point[1])
+        x_crossing = x0[crosses] + (point[1] - z0[crosses]) / (z1 - z0)[crosses] * (x1 - x0)[crosses]
+        return bool((x_crossing > point[0]).sum() % 2)
 
     def sizes(self, scale: float, fine: FineCorners) -> tuple[Floats, Floats]:
-        """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides elements.
+        """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides the elements.
 
-        The points are the samples of the outline and the corners in `fine`. The size depends on the thickness of the
-        part, and at round inner corners also on the radius. All sizes are multiplied by `scale` [1].
+        The points are the samples of the outline and the corners in `fine`. The size is the local thickness of the
+        part, limited by the length of the arc where the outline is curved. All sizes are multiplied by `scale` [1].
         """
-        # The part lies to the left of the outline where a ray to the left crosses the outline an odd number of times.
+        # The thickness at a sample is the distance to the opposite side of the outline, along the normal through the
+        # part. The part lies to the left if a ray to the left crosses the outline an odd number of times.
         left_normals = np.stack([-self._tangents[1], self._tangents[0]])
         to_left, is_part_left = self._ray_distances(left_normals)
         to_right, _ = self._ray_distances(-left_normals)
         thickness = np.where(is_part_left, to_left, to_right)
-        sizes = thickness / _PER_THICKNESS
-        # At an inner corner, the centre of curvature and the part lie on opposite sides of the outline.
+        sizes = thickness / _QUADS_PER_THICKNESS
+        # At a round inner corner, the centre of curvature and the part lie on opposite sides of the outline.
         is_concave = (self._radii > 0.0) != is_part_left
         radius = np.abs(self._radii)
         quarter_arc = 0.5 * np.pi * radius
-        sizes = np.minimum(sizes, np.where(is_concave, quarter_arc / _PER_QUARTER, quarter_arc))
-        for tag in np.unique(self._owners):
-            on_curve = self._owners == tag
-            # A radius of a thousand spans means a straight line.
+        sizes = np.minimum(sizes, np.where(is_concave, quarter_arc / _QUADS_PER_QUARTER_ARC, quarter_arc))
+        for tag in np.unique(self._curve_tags):
+            on_curve = self._curve_tags == tag
+            # A curve whose radius exceeds a thousand spans counts as a straight line.
             if is_concave[on_curve].all() and (radius[on_curve] < 1e3 * self.span).all():
                 self.concave.add(int(tag))
         sizes *= scale
-        # At a refined corner, the reference is the size without refinement or the wall thickness, whichever is smaller.
+        # At a refined corner, `fine.size` multiplies the size without refinement or the wall thickness, whichever is
+        # smaller.
         numbers = list(fine.numbers)
         corners = self.corners[:, numbers]
         distance = np.linalg.norm(corners[:, :, None] - self.points[:, None], axis=0)
-        unrefined = (sizes + _GROWTH * distance).min(axis=1, initial=np.inf)
-        refined = fine.size * np.minimum(unrefined, thickness[self._samples_at_corners[:, numbers]].min(axis=0))
-        return np.hstack([self.points, corners]), np.concatenate([sizes, refined])
+        unrefined_sizes = (sizes + _GROWTH * distance).min(axis=1, initial=np.inf)
+        wall_thickness = thickness[self._samples_at_corners[:, numbers]].min(axis=0)
+        refined_sizes = fine.size * np.minimum(unrefined_sizes, wall_thickness)
+        return np.hstack([self.points, corners]), np.concatenate([sizes, refined_sizes])
 
     @property
     def span(self) -> float:
-        """Return the largest side of the section [mm]."""
+        """Return the longer side of the bounding box of the section [mm]."""
         return float(np.ptp(self.points, axis=1).max())
 
     def _ray_distances(self, direction: Floats) -> tuple[Floats, Flags]:
-        """Return the distance [mm] along a ray from each sample to the outline, and whether the ray began in the part.
+        """Return the distance [mm] along a ray from each sample to the outline, and whether the ray begins in the part.
 
         `direction` (2, n) are the unit directions of the rays. A ray that begins in the part crosses the outline an odd
-        number of times. The distance is infinite without a crossing.
+        number of times. If a ray does not cross the outline, its distance is infinite.
         """
-        start, end = self._segments
-        segment_vectors = end - start
+        start, end = self._chords
+        chord_vectors = end - start
         distance = np.full(self.points.shape[1], np.inf)
         crossings = np.zeros(self.points.shape[1], dtype=int)
         for i in range(self.points.shape[1]):
-            # Solve origin + t ray = start + s segment for all segments. t is the distance, and 0 <= s < 1 on a segment.
+            # Solve origin + t ray = start + s chord for all chords. t is the distance, and 0 <= s < 1 on a chord.
             origin, ray = self.points[:, i, None], direction[:, i, None]
-            determinant = _cross(np.broadcast_to(ray, segment_vectors.shape), segment_vectors)
+            determinant = _cross_product(np.broadcast_to(ray, chord_vectors.shape), chord_vectors)
+            # An infinite divisor gives t = 0 for a parallel chord, which is then not a hit.
             divisor = np.where(np.abs(determinant) > _PARALLEL, determinant, np.inf)
             to_start = start - origin
-            t = _cross(to_start, segment_vectors) / divisor
-            s = _cross(to_start, np.broadcast_to(ray, segment_vectors.shape)) / divisor
+            t = _cross_product(to_start, chord_vectors) / divisor
+            s = _cross_product(to_start, np.broadcast_to(ray, chord_vectors.shape)) / divisor
             is_hit = (t > _NEAR * self.span) & (s >= 0.0) & (s < 1.0)
             crossings[i] = is_hit.sum()
             distance[i] = t[is_hit].min(initial=np.inf)
         return distance, crossings % 2 == 1
 
 
-def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Section:
-    """Return the mesh of the section that gmsh has made.
+def _sample_curve(tag: int, count: int) -> _SampledCurve:
+    """Approximate the curve with this gmsh tag by `count` chords, and return its samples."""
+    (start,), (end,) = gmsh.model.getParametrizationBounds(1, tag)
+    # Positions with even indices are the ends of chords. Those with odd indices lie on the curve between them.
+    parameters = np.linspace(start, end, 2 * count + 1)
+    positions = np.reshape(gmsh.model.getValue(1, tag, parameters), (-1, 3))[:, [0, 2]].T
+    derivatives = np.reshape(gmsh.model.getDerivative(1, tag, parameters), (-1, 3))[:, [0, 2]].T
+    curvature = np.asarray(gmsh.model.getCurvature(1, tag, parameters))
+    chord_ends = positions[:, ::2]
+    ends = []
+    for end_index, sign in ((0, 1.0), (-1, -1.0)):
+        inward = sign * derivatives[:, end_index]
+        ends.append((positions[:, end_index], inward / np.linalg.norm(inward)))
+    return _SampledCurve(
+        chords=np.stack([chord_ends[:, :-1], chord_ends[:, 1:]]),
+        # The samples lie on the chords. From a point beside its own chord, a ray could hit that chord.
+        points=chord_ends[:, :-1] + 0.5 * np.diff(chord_ends, axis=1),
+        tangents=derivatives[:, 1::2] / np.linalg.norm(derivatives[:, 1::2], axis=0),
+        # The lower limit of the curvature [1/mm] avoids a division by zero on a straight line.
+        radii=1.0 / np.maximum(curvature[1::2], 1e-9) * _turning_signs(positions),
+        ends=ends,
+    )
 
-    `surfaces` are gmsh's tags of the surfaces, each of which is a region, and `concave` the tags of the round inner
-    corners. `sharp` (2, n) [mm] are the sharp inner corners. Raises MeshError if an element is not a quadrilateral.
+
+def _turning_signs(positions: Floats) -> Floats:
+    """Return for each chord of a curve whether the curve turns left (1) or right (-1), shape (n,).
+
+    `positions` (2, 2 n + 1) [mm] are successive points of the curve. Those with even indices are the ends of chords.
+    """
+    before, middle, after = positions[:, :-2:2], positions[:, 1:-1:2], positions[:, 2::2]
+    return np.asarray(np.where(_cross_product(middle - before, after - middle) >= 0.0, 1.0, -1.0))
+
+
+def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Section:
+    """Return the mesh of the section from gmsh.
+
+    `surfaces` are gmsh's tags of the surfaces, each of which is one region. `concave` holds the tags of the curves that
+    are round inner corners. `sharp` (2, n) [mm] are the sharp inner corners. Raises MeshError if an element is not a
+    quadrilateral.
     """
     tags_of_quads, regions = [], []
     for region, tag in enumerate(surfaces):
-        kinds = gmsh.model.mesh.getElementTypes(2, tag)
-        if list(kinds) != [gmsh.model.mesh.getElementType("Quadrangle", 2)]:
+        element_types = gmsh.model.mesh.getElementTypes(2, tag)
+        if list(element_types) != [gmsh.model.mesh.getElementType("Quadrangle", 2)]:
             raise MeshError("read", "the section has elements other than quadrilaterals", _HINT)
         corner_tags = element_nodes("Quadrangle", 2, tag)[:4]
         tags_of_quads.append(corner_tags)
@@ -517,23 +587,23 @@ def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Sec
     quads = nodes.index[tags]
     corners = points[:, quads]
     # The cross product of the diagonals is negative if the corners are numbered clockwise.
-    clockwise = _cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) < 0.0
+    clockwise = _cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) < 0.0
     quads = np.where(clockwise, quads[::-1], quads)
-    arcs, midpoints, fillets = _read_edges(surfaces, nodes, concave)
+    arcs, midpoints, fillets = _read_boundary_edges(surfaces, nodes, concave)
     profile = Profile(points=points, quads=quads, arcs=arcs, midpoints=midpoints, surfaces={FILLETS: fillets})
-    # A sharp corner is the node nearest to it.
-    corner = np.full(quads.shape[1], -1)
-    for number, place in enumerate(sharp.T):
-        node = int(np.argmin(np.linalg.norm(points - place[:, None], axis=0)))
-        corner[(quads == node).any(axis=0)] = number
-    return _Section(profile, np.hstack(regions), corner, sharp.shape[1])
+    # The node at a sharp corner is the one nearest to it.
+    corner_of_quad = np.full(quads.shape[1], -1)
+    for number, position in enumerate(sharp.T):
+        node = int(np.argmin(np.linalg.norm(points - position[:, None], axis=0)))
+        corner_of_quad[(quads == node).any(axis=0)] = number
+    return _Section(profile, np.hstack(regions), corner_of_quad, sharp.shape[1])
 
 
-def _read_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> tuple[Ints, Floats, Ints]:
-    """Return the edges on the curves that bound the surfaces, their middles, and the edges on round inner corners.
+def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> tuple[Ints, Floats, Ints]:
+    """Return the edges on the curves that bound the surfaces, their midpoints, and the edges on round inner corners.
 
-    Edges (2, k) are pairs of indices in `nodes`. Their middles (2, k) [mm] are gmsh's midside nodes, which lie on the
-    curves. `concave` are the tags of the curves that are round inner corners.
+    Edges (2, k) are pairs of indices in `nodes`. Their midpoints (2, k) [mm] are gmsh's midside nodes, which lie on the
+    curves. `concave` holds the tags of the curves that are round inner corners.
     """
     bounding_curves = gmsh.model.getBoundary([(2, tag) for tag in surfaces], combined=False, oriented=False)
     edges, midpoints, fillets = [], [], [np.zeros((2, 0), dtype=np.int64)]
@@ -548,28 +618,29 @@ def _read_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> tuple[I
 
 
 def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:
-    """Return the lower and the upper end of the sweep in y at each point of the profile [mm], (points,) each.
+    """Return the lower and the upper end of the sweep in y at each point of the profile [mm], shape (points,) each.
 
-    By default, the sweep goes through the full depth, and pockets or ribs of the part are left out. In some regions,
+    By default, the sweep goes through the full depth, and pockets and ribs of the part are left out. In some regions,
     such as necks and tips, at least half of the quadrilaterals have less than the full depth. There the sweep ends at
     the surface of the part. Raises MeshError if a point of such a region lies outside the part.
     """
     profile = section.profile
     points, quads = profile.points, profile.quads
     centres = points[:, quads].mean(axis=1)
-    _, _, inside = extrusion.spans(*centres)
+    _, _, part_depth = extrusion.spans(*centres)
     low = np.full(points.shape[1], extrusion.low)
     high = np.full(points.shape[1], extrusion.high)
     full_depth = extrusion.high - extrusion.low
     for region in np.unique(section.region):
         in_region = section.region == region
-        if (inside[in_region] > full_depth - _NEAR).mean() > _FULL_SHARE:
+        if (part_depth[in_region] > full_depth - _NEAR).mean() > _FULL_DEPTH_FRACTION:
             continue
-        # A node may lie on the outline, so the part is probed a little towards the centre of an adjacent quadrilateral.
+        # A line through a node on the outline may miss the part. The depth is therefore measured slightly inside, on
+        # the way to the centre of an adjacent quadrilateral.
         region_quads = quads[:, in_region]
         nodes, first = np.unique(region_quads, return_index=True)
         adjacent_centres = centres[:, in_region][:, first % region_quads.shape[1]]
-        probes = points[:, nodes] + _INSIDE * (adjacent_centres - points[:, nodes])
+        probes = points[:, nodes] + _INWARD_FRACTION * (adjacent_centres - points[:, nodes])
         lower, upper, length = extrusion.spans(*probes)
         if (length <= 0.0).any():
             raise MeshError("depth", "the sweep leaves the part", _HINT)
@@ -581,20 +652,20 @@ def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floa
 def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *, is_half: bool) -> dict[str, Ints]:
     """Return the indices of the facets on each named boundary of a swept part.
 
-    `straight` is the straight-sided swept mesh; node k n + i is point i of the n points of the profile, at level k. It
-    starts at the plane of symmetry if `is_half`. Raises MeshError if a named face of the part has no facets, or if its
-    area differs from the area of its facets.
+    `straight` is the straight-sided swept mesh. Its node k n + i is point i of the n points of the profile, at level k.
+    If `is_half`, level 0 is the plane of symmetry. Raises MeshError if a named face of the part has no facets, or if
+    its area differs from the area of its facets.
     """
-    # A facet is recognised by the levels and the profile points of its four corners.
+    # The node number of each corner of a facet gives the level and the profile point of that corner.
     n = profile.points.shape[1]
     boundary_facets = straight.boundary_facets()
     corners = straight.facets[:, boundary_facets]
     lowest_level, highest_level = corners.min(axis=0) // n, corners.max(axis=0) // n
     top_level = straight.p.shape[1] // n - 1
-    is_level = lowest_level == highest_level  # all corners of the facet at the same level
+    is_level = lowest_level == highest_level  # whether all corners of the facet are at the same level
     boundaries: dict[str, Ints] = {}
     profile_points = corners % n
-    ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
+    edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
     if is_half:
         boundaries[SYMMETRY] = boundary_facets[is_level & (lowest_level == 0)]
     y = straight.p[1, corners]
@@ -604,14 +675,14 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     boundaries[SIDES] = boundary_facets[on_end]
     fillets = profile.surfaces[FILLETS]
     if fillets.shape[1]:
-        boundaries[FILLETS] = boundary_facets[~is_level & (index_by_nodes(fillets, ends) >= 0)]
-    # A facet belongs to a face of the part if its middle lies on the face.
+        boundaries[FILLETS] = boundary_facets[~is_level & (index_by_nodes(fillets, edge_ends) >= 0)]
+    # A facet belongs to a named face of the part if the middle of the facet lies on that face.
     middles = _facet_middles(profile, straight, boundary_facets, profile_points)
     for name in extrusion.part.faces:
         on_face = extrusion.are_on_face(name, middles, 10.0 * _NEAR)
         boundaries[name] = boundary_facets[on_face]
         if not on_face.any():
-            raise MeshError("faces", f"no facet of the swept section lies on {name}", "take another face")
+            raise MeshError("faces", f"no facet of the swept section lies on {name}", "choose another face")
         meshed_area = (2.0 if is_half else 1.0) * facets_area(straight, boundaries[name])
         _check_face_area(extrusion, name, meshed_area)
     named_facets = np.concatenate(list(boundaries.values()))
@@ -620,26 +691,27 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
 
 
 def _check_face_area(extrusion: "Extrusion", name: str, meshed_area: float) -> None:
-    """Raise MeshError if the area of the facets on a named polygonal face, `meshed_area` [mm^2], differs from its own.
+    """Raise MeshError if a named polygonal face and the facets on it, `meshed_area` [mm^2], differ in area.
 
-    The mesh does not conform to the face if an edge of the face lies between two layers of the sweep, or between nodes
-    of the section. Faces with curved edges are not checked.
+    They differ if the mesh does not conform to the face, because an edge of the face lies between two layers of
+    the sweep or between nodes of the section. Faces with curved edges are not checked.
     """
     area = extrusion.polygon_area(name)
-    if area is not None and abs(meshed_area / area - 1.0) > _SAME_AREA:
+    if area is not None and abs(meshed_area / area - 1.0) > _AREA_TOLERANCE:
         reason = f"the area of face {name!r} is {area:g} mm^2, but {meshed_area:g} mm^2 in the mesh"
-        raise MeshError("faces", reason, "take another face")
+        raise MeshError("faces", reason, "choose another face")
 
 
 def _facet_middles(profile: Profile, straight: MeshHex1, facets: Ints, profile_points: Ints) -> Floats:
-    """Return the middles of the outer facets [mm], shape (3, n). On a facet swept from an arc, it lies on the arc.
+    """Return the middles of the given facets [mm], shape (3, n).
 
-    `facets` (n,) are the indices of the facets. `profile_points` (4, n) are the points of the profile at the corners.
+    The middle of a facet swept from an arc lies on the curved surface. `facets` (n,) are the indices of the facets in
+    `straight`. `profile_points` (4, n) are the indices of the profile points at their corners.
     """
     middles = straight.p[:, straight.facets[:, facets]].mean(axis=1)
     ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
     arc = index_by_nodes(profile.arcs, ends)
-    # A facet swept from an edge has only two different points of the profile.
+    # The corners of a facet that is swept from an edge are at only two different points of the profile.
     has_two_points = np.array([len(set(points)) == 2 for points in profile_points.T.tolist()])  # noqa: PLR2004
     from_arc = (arc >= 0) & has_two_points
     middles[0, from_arc] = profile.midpoints[0, arc[from_arc]]

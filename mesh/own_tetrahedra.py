@@ -1,4 +1,7 @@
-"""The mesh of a part that is not an extrusion: quadratic tetrahedra with curved edges, small where a wall is thin."""
+"""The mesh of a part that is not an extrusion: quadratic tetrahedra with curved edges.
+
+The elements are small where a wall is thin.
+"""
 
 import dataclasses
 import os
@@ -21,25 +24,25 @@ if TYPE_CHECKING:
     from cad.parts.part import Part
 
 _HINT = "check the solid at its smallest faces"
-_GROWTH = 0.5  # growth of the element size per distance from a thin wall [mm per mm]
-_LARGEST_SHARE = 0.15  # largest element size over the longest side of the part
-_PASSES = 3  # number of times that folded cells are looked for; straightening an edge may fold another cell
+_GROWTH = 0.5  # growth of the element size with distance from a thin wall [mm per mm]
+_LARGEST_SIZE_FRACTION = 0.15  # largest element size as a fraction of the longest side of the part
+_MAX_PASSES = 3  # maximum number of searches for folded cells; straightening an edge may fold another cell
 
 
 def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
-    """Return the mesh [mm] of a part in quadratic tetrahedra, with the part's named faces as boundaries.
+    """Divide a part into quadratic tetrahedra [mm], with the part's named faces as boundaries.
 
-    `walls` has the element size that wall thickness and curvature require at points on the surface. All these sizes are
-    multiplied by `scale`; at 1, an element is as large as the wall is thick. Raises MeshError if cells remain folded,
-    and MachineError if gmsh fails.
+    `walls` holds points on the surface and the element size that wall thickness and curvature require at each. These
+    sizes are multiplied by `scale` [1]. At scale 1, an element is as large as the wall is thick. Raises MeshError if
+    cells remain folded, and MachineError if gmsh fails.
     """
     sizes = GradedSizes(walls.points, scale * walls.sizes, _GROWTH)
-    largest = _LARGEST_SHARE * float(np.ptp(walls.points, axis=1).max())
+    largest_size = _LARGEST_SIZE_FRACTION * float(np.ptp(walls.points, axis=1).max())
 
     def size_at(dimension: int, _tag: int, x: float, y: float, z: float, default_size: float) -> float:
-        if dimension > 2:  # noqa: PLR2004 - in the volume, gmsh's default interpolates the sizes of the surface
+        if dimension > 2:  # noqa: PLR2004 - in the volume, gmsh by default interpolates the sizes on the surface
             return default_size
-        return min(largest, sizes.at(x, y, z))
+        return min(largest_size, sizes.at(x, y, z))
 
     with gmsh_session():
         with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", _HINT):
@@ -57,7 +60,7 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
             cells = element_nodes("Tetrahedron", 2)
             nodes = used_nodes(cells)
             faces = {
-                # the first three nodes of a quadratic triangle are its corners
+                # The first three nodes of a quadratic triangle are its corners.
                 name: np.hstack([element_nodes("Triangle", 2, tags[index])[:3] for index in indices])
                 for name, indices in part.faces.items()
             }
@@ -65,13 +68,13 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
 
 
 def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> MeshTet2:
-    """Return scikit-fem's mesh of gmsh's quadratic tetrahedra, with edges straightened where a cell would be folded.
+    """Convert gmsh's quadratic tetrahedra to a scikit-fem mesh, and straighten the edges of folded cells.
 
-    `points` (3, n) [mm] are gmsh's nodes, `cells` (10, m) the node indices of each cell with its four corners first.
-    `faces` has the corner indices (3, k) of the triangles on each named face. A cell is folded if the determinant of
-    its Jacobian changes sign. Raises MeshError if a cell is still folded in the last of `_PASSES` passes.
+    `points` (3, n) [mm] are gmsh's nodes. `cells` (10, m) holds the node indices of each cell, its four corners first.
+    `faces` holds the corner indices (3, k) of the triangles on each named face. A cell is folded if the determinant of
+    its Jacobian changes sign. Raises MeshError if cells are still folded after `_MAX_PASSES` passes.
     """
-    # scikit-fem numbers the corners from 0 without gaps, and after them one node at the middle of each edge.
+    # scikit-fem numbers the corners from 0 without gaps, followed by one node at the middle of each edge.
     corners, corner_index = np.unique(cells[:4], return_inverse=True)
     new_index = np.full(points.shape[1], -1, dtype=np.int64)
     new_index[corners] = np.arange(len(corners))
@@ -82,7 +85,8 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
     mesh = MeshTet2.from_mesh(straight)
     straight_nodes = mesh.doflocs
 
-    # Each of gmsh's midside nodes replaces the node of the edge with the same ends. The edges are in gmsh's order.
+    # Each of gmsh's midside nodes replaces scikit-fem's node on the edge with the same ends. gmsh numbers the midside
+    # nodes of a cell in the order of these edges.
     edges_of_cell = [cells[[0, 1]], cells[[1, 2]], cells[[2, 0]], cells[[3, 0]], cells[[2, 3]], cells[[1, 3]]]
     edge_ends = new_index[np.hstack(edges_of_cell)]
     midside_nodes = np.concatenate([cells[row] for row in range(4, 10)])
@@ -91,11 +95,12 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
     corner_count = len(corners)
     nodes[:, corner_count + edge] = points[:, midside_nodes]
 
-    # The determinant is sampled at the corners and at quadrature points. Its sign at the last point is the reference.
-    samples = np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]])
-    for _ in range(_PASSES):
+    # The determinant is sampled at the corners and at quadrature points. It changes sign in a cell if its sign at any
+    # of these points differs from its sign at the last one.
+    sample_points = np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]])
+    for _ in range(_MAX_PASSES):
         curved = dataclasses.replace(mesh, doflocs=nodes)
-        determinants = determinant(cell_jacobian(curved, samples))
+        determinants = determinant(cell_jacobian(curved, sample_points))
         folded = np.flatnonzero((determinants * np.sign(determinants[:, -1:])).min(axis=1) <= 0.0)
         if not len(folded):
             return curved.with_boundaries(boundaries)

@@ -1,4 +1,4 @@
-"""Checks of a mesh: the quality of its tetrahedra, and the agreement of its volume and areas with the solid."""
+"""Mesh checks: the quality of tetrahedra, and the agreement of volume and areas with the solid."""
 
 import numpy as np
 from skfem import Mesh
@@ -10,9 +10,9 @@ from sensor.arrays import Floats
 def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     """Return the scaled Jacobian [1] of each tetrahedron, shape (m,): 1 if regular, 0 if flat, negative if inverted.
 
-    It is sqrt(2) det J over the largest product of the three edge lengths at a corner, or over |det J| if that is
-    larger. `points` has shape (3, n), and `tets` (4, m) has the point indices of the corners. See P. Stimpson et al.,
-    The Verdict Library Reference Manual, 2007, section 6.14.
+    It is sqrt(2) det J / lambda. Here lambda is the largest product of the three edge lengths at a corner, or |det J|
+    if that is larger. `points` (3, n) [mm] are the nodes, and `tets` (4, m) the indices of the corners. See P. Stimpson
+    et al., The Verdict Library Reference Manual, 2007, section 6.14.
     """
     corners = points[:, tets]  # (3, 4, m)
     edges = corners[:, 1:] - corners[:, :1]
@@ -22,14 +22,14 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
         opposite_face = np.delete(corners, corner, axis=1)
         edge_lengths = np.linalg.norm(opposite_face - corners[:, corner, None], axis=0)
         largest = np.maximum(largest, edge_lengths.prod(axis=0))
-    # A cell that has shrunk to a point gets quality 0 instead of a division by zero.
+    # A cell that has shrunk to a point gets quality 0, without a division by zero.
     return np.asarray(np.sqrt(2.0) * jacobian / np.where(largest > 0.0, largest, 1.0))
 
 
 def check_quality(points: Floats, tets: Ints, least: float) -> float:
     """Return the smallest scaled Jacobian [1] of tetrahedra `tets` (4, m) with corners at `points` (3, n) [mm].
 
-    Raises MeshError if it is below `least`, or not a number.
+    Raises MeshError if it is below `least` or not a number.
     """
     quality = scaled_jacobian(points, tets)
     worst_tet = int(np.argmin(quality))
@@ -39,22 +39,24 @@ def check_quality(points: Floats, tets: Ints, least: float) -> float:
             f"smallest scaled Jacobian = {quality[worst_tet]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm: "
             f"must be at least {least:g}"
         )
-        raise MeshError("quality", reason, "take smaller elements there, or remove a sliver from the solid")
+        raise MeshError("quality", reason, "use smaller elements there, or remove a sliver from the solid")
     return float(quality[worst_tet])
 
 
 def named_facets(mesh: Mesh, name: str) -> Ints:
-    """Return the indices of the mesh facets on a named face, shape (facets,); raises MeshError if there are none."""
+    """Return the indices of the mesh facets on a named face, shape (facets,). Raises MeshError if there are none."""
     boundaries = mesh.boundaries or {}
     if name not in boundaries or not len(boundaries[name]):
-        raise MeshError("compare", f"face {name!r} has no facets", f"its names: {', '.join(boundaries) or 'none'}")
+        known_names = ", ".join(boundaries) or "none"
+        raise MeshError("compare", f"face {name!r} has no facets", f"the mesh has these named faces: {known_names}")
     return np.asarray(boundaries[name])
 
 
 def compare(what: str, measured: float, expected: float, tolerance: float, hint: str) -> None:
-    """Raise MeshError unless `measured`, an area or volume of a mesh, is `expected` within the relative tolerance.
+    """Raise MeshError unless an area or a volume of a mesh agrees with the solid within a relative tolerance [1].
 
-    Both are in mm^2 or mm^3. `what` names the area or volume in the message, and `hint` says what to do.
+    `measured` belongs to the mesh and `expected` to the solid, both in mm^2 or mm^3. `what` names the area or volume in
+    the error message, and `hint` tells the user what to do.
     """
     if not abs(measured - expected) <= tolerance * abs(expected):
         reason = f"{what} = {measured:.9g}: must be {expected:.9g} of the solid within {tolerance:g}"

@@ -1,4 +1,7 @@
-"""The only gmsh session of a process, with explicit options; gmsh's errors as exceptions and its meshes as arrays."""
+"""The only gmsh session of a process, with explicit options.
+
+This module also converts gmsh's errors to exceptions, and its meshes to arrays.
+"""
 
 import signal
 import tempfile
@@ -32,22 +35,22 @@ OPTIONS = {
     "Mesh.MeshSizeFromCurvature": 0.0,
 }
 
-_CHANGED_BY_WRITING = ("General.Terminal", "Print.Format")  # options that saving the program's options would change
+_CHANGED_BY_WRITING = ("General.Terminal", "Print.Format")  # options that change when the program's options are saved
 _REINSTALL = "free memory, or install gmsh again"
 
 
 class MeshError(RuntimeError):
-    """A mesh that cannot be made or must not be used: the failed stage, the reason, and a hint what to do."""
+    """A mesh cannot be made or must not be used. The message names the stage that failed, the reason, and a hint."""
 
     def __init__(self, stage: str, reason: str, hint: str) -> None:
-        """Compose the one line of the message."""
+        """Compose the message from the stage, the reason, and the hint that tells the user what to do."""
         super().__init__(f"mesh, stage {stage!r}: {reason}; {hint}")
         self.stage = stage
         self.reason = reason
         self.hint = hint
 
     def __reduce__(self) -> tuple[type["MeshError"], tuple[str, str, str], dict[str, object]]:
-        """Return how to construct the error in another process."""
+        """Support pickling, so that the error can be passed to another process."""
         return type(self), (self.stage, self.reason, self.hint), vars(self)
 
 
@@ -68,8 +71,8 @@ def gmsh_session() -> Iterator[None]:
 @contextmanager
 def _initialised_gmsh() -> Iterator[None]:
     """Initialise gmsh, and finalise it at the end."""
-    # With interruptible=True, gmsh would replace the signal handler of Ctrl-C. With config files, meshes would differ
-    # between machines.
+    # With interruptible=True, gmsh would replace the signal handler for Ctrl-C. With configuration files, meshes would
+    # differ between machines.
     with _preserved_signal_handlers(), stage("session", _REINSTALL):
         gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
@@ -80,14 +83,14 @@ def _initialised_gmsh() -> Iterator[None]:
 
 @contextmanager
 def _separate_model() -> Iterator[None]:
-    """Provide a separate model with gmsh's default options; then restore the model and the options of the program."""
+    """Provide a separate model with gmsh's default options. At the end, restore the program's model and options."""
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         options = str(Path(folder) / "program.opt")
         with stage("session", _REINSTALL):
             model = gmsh.model.getCurrent()
             numbers = {name: gmsh.option.getNumber(name) for name in _CHANGED_BY_WRITING}
             gmsh.option.setNumber("General.Terminal", 0.0)
-            gmsh.write(options)  # writes the options that differ from gmsh's defaults
+            gmsh.write(options)  # only the options that differ from gmsh's defaults
             gmsh.model.add("twintip")
             gmsh.option.restoreDefaults()
         try:
@@ -104,31 +107,34 @@ def _separate_model() -> Iterator[None]:
 
 @contextmanager
 def _preserved_signal_handlers() -> Iterator[None]:
-    """Restore Python's signal handlers, which gmsh replaces in C, after the block; signals are blocked until then."""
+    """Restore Python's signal handlers at the end of the block, because gmsh replaces them in C.
+
+    The signals are blocked during the block.
+    """
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     try:
         signal.pthread_sigmask(signal.SIG_BLOCK, handlers)
         yield
     finally:
-        if threading.current_thread() is threading.main_thread():  # Python can set handlers only there
+        if threading.current_thread() is threading.main_thread():  # Python can set handlers only in the main thread
             for number, handler in handlers.items():
                 if handler is not None:
                     signal.signal(number, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
 
 
 @contextmanager
 def stage(name: str, hint: str) -> Iterator[None]:
     """Convert an error raised by gmsh in the block into a MachineError that names this stage and hint.
 
-    All other errors pass unchanged. An error from gmsh is a fault of the installation or a lack of memory. A mesh of
-    insufficient quality is no such error: this project's own checks detect it and raise MeshError.
+    All other errors pass unchanged. An error from gmsh indicates a faulty installation or a lack of memory. Meshes of
+    insufficient quality are detected by this project's own checks, which raise MeshError.
     """
     try:
         yield
     except Exception as error:
-        # gmsh raises only the bare class Exception; any subclass comes from elsewhere.
+        # gmsh raises only Exception itself. An instance of a subclass comes from other code.
         if type(error) is not Exception:
             raise
         msg = f"mesh, stage {name!r}: gmsh says {str(error).strip() or 'nothing'!r}; {hint}"
@@ -137,9 +143,10 @@ def stage(name: str, hint: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Nodes:
-    """Nodes of a mesh: `points` (3, n) [mm], and `index`, which gives the column in `points` of each gmsh tag.
+    """Nodes of a mesh.
 
-    `index` is -1 for a tag that is not used.
+    `points` (3, n) [mm] are their positions. `index` maps each gmsh tag to the column of its node in `points`, and each
+    unused tag to -1.
     """
 
     points: Floats
@@ -149,8 +156,8 @@ class Nodes:
 def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
     """Return gmsh's node tags of all elements of a kind such as "Triangle", shape (nodes, elements).
 
-    `order` is the polynomial order of the elements. With `entity`, the tag of a curve, surface or volume of the model,
-    only the elements on it are returned.
+    `order` is the polynomial order of the elements. If `entity`, the tag of a curve, surface or volume, is given, only
+    the elements on it are returned.
     """
     element_type = gmsh.model.mesh.getElementType(kind, order)
     nodes_per_element = gmsh.model.mesh.getElementProperties(element_type)[3]
@@ -159,21 +166,24 @@ def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
 
 
 def used_nodes(elements: Ints) -> Nodes:
-    """Return the nodes used by elements (nodes, elements) of gmsh tags, in ascending order of their tags."""
+    """Return the nodes of the given elements in ascending order of their tags.
+
+    `elements` (nodes, elements) holds gmsh's node tags.
+    """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     used = np.unique(elements)
     index = np.full(int(np.max(tags)) + 1, -1, dtype=np.int64)
     index[used] = np.arange(len(used))
-    row = np.empty_like(index)  # row of each tag in gmsh's array of coordinates, which has an order of its own
+    row = np.empty_like(index)  # row of each tag in gmsh's coordinate array, which is not sorted by tag
     row[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
     return Nodes(np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[row[used]].T), index)
 
 
 def index_by_nodes(facets: Ints, queries: Ints) -> Ints:
-    """Find facets or edges by their nodes: return the column in `facets` of each column of `queries`, shape (k,).
+    """Find facets or edges by their nodes, and return their column indices in `facets`, shape (k,).
 
-    Both arrays hold node indices, (nodes, n) and (nodes, k). The order of the nodes in a column does not matter. A
-    column of `queries` that is not in `facets` gets -1.
+    `facets` (nodes, n) and `queries` (nodes, k) hold node indices, one facet or edge per column. The order of the nodes
+    in a column does not matter. The index is -1 for a column of `queries` that is not in `facets`.
     """
     nodes = np.sort(np.concatenate([facets, queries], axis=1), axis=0)
     # Columns with the same nodes get the same label.

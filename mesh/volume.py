@@ -1,4 +1,4 @@
-"""A tetrahedral mesh of a part, whose boundaries have the names of the part's faces."""
+"""A tetrahedral mesh of a part, with the part's named faces as boundaries."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ if TYPE_CHECKING:
     from cad.parts.part import Part
 
 _LOST = "the order of the faces was lost; write the BREP file of the same solid"
-_FINER = "take smaller elements on curved faces, or check the solid"
-_SAME = 1e-6  # allowed relative difference of faces; gmsh reads a written file, so faces agree to its digits
-_SAMPLING = 200  # points along a curve for gmsh's distance field
+_FINER = "use smaller elements on curved faces, or check the solid"
+# Allowed relative difference between a face in gmsh and in CadQuery. They agree only to the digits of the BREP file.
+_FACE_TOLERANCE = 1e-6
+_SAMPLING = 200  # number of points along a curve for gmsh's distance field
 
 
 @dataclass(frozen=True, kw_only=True)
 class SizeField:
-    """The element size as a function of position: small at the outline of some faces, and growing away from it.
+    """The element size as a function of position: small at the outline of some faces, and increasing away from it.
 
-    The size is `smallest_mm` at the outline of the named `faces`. It grows by `growth` [mm per mm] up to `largest_mm`.
-    Curves shared with faces named in `cuts` are no part of the outline; there the mesh ends at a cut through the body.
-    Without faces the size is `largest_mm` everywhere.
+    The size is `smallest_mm` at the outline of the named `faces`. It increases with distance by `growth` [mm per mm]
+    up to `largest_mm`. Faces named in `cuts` are cuts through the body, and curves shared with them do not belong to
+    the outline. If there are no `faces`, the size is `largest_mm` everywhere.
     """
 
     largest_mm: float
@@ -42,20 +43,21 @@ class SizeField:
 
 
 def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_quality: float = 0.05) -> MeshTet1:
-    """Return the mesh [mm] of a part in straight-sided tetrahedra, with the part's named faces as boundaries.
+    """Divide a part into straight-sided tetrahedra [mm], with the part's named faces as boundaries.
 
-    `tolerance` [1] is the largest allowed relative difference in volume and in each named area between mesh and solid.
-    Curved faces need more than the default. `least_quality` [1] is the smallest allowed scaled Jacobian. Raises
-    MeshError if a name of a face is unknown, or if the mesh does not meet these limits.
+    `tolerance` [1] is the largest allowed relative difference between mesh and solid, in volume and in the area of
+    each named face. A part with curved faces needs a larger tolerance than the default. `least_quality` [1] is the
+    smallest allowed scaled Jacobian. Raises MeshError if `size` names an unknown face, or if the mesh does not meet
+    these limits.
     """
     for name in (*size.faces, *size.cuts):
         if name not in part.faces:
             names = ", ".join(part.faces) or "none"
-            raise MeshError("names", f"face {name!r} is unknown on part {part.name!r}", f"its faces: {names}")
+            raise MeshError("names", f"part {part.name!r} has no face {name!r}", f"its faces: {names}")
     with gmsh_session():
         tags = _import_part(part)
         _set_size(size, {name: [tags[i] for i in indices] for name, indices in part.faces.items()})
-        with stage("generate", "take smaller elements, or check the solid"):
+        with stage("generate", "use smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
             tets = element_nodes("Tetrahedron")
@@ -73,8 +75,8 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
 def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> dict[str, Ints]:
     """Return the indices of the mesh facets on each named face of a part.
 
-    `triangles` has the node indices (3, n) of gmsh's triangles on each face of the solid, in the order of its faces.
-    Raises MeshError if a triangle is not an outer facet of the mesh.
+    `triangles` holds, for each face of the solid, the node indices (3, n) of gmsh's triangles on it. Raises MeshError
+    if a triangle is not an outer facet of the mesh.
     """
     boundary_facets = mesh.boundary_facets()
     boundaries = {}
@@ -89,7 +91,7 @@ def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> 
 def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
     """Raise MeshError unless mesh and part agree in volume and in every named area, within a relative tolerance [1]."""
     mapping = mesh.mapping()
-    # detA and detB are the Jacobian determinants of the cells and facets. The unit cell has volume 1/6, its facet 1/2.
+    # detA and detB are the Jacobian determinants of cells and facets. The unit cell has volume 1/6, its facet area 1/2.
     volume = float(np.abs(mapping.detA).sum()) / 6.0
     compare("volume", volume, float(part.shape.Volume()), tolerance, _FINER)
     for name in part.faces:
@@ -98,11 +100,11 @@ def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
 
 
 def _import_part(part: Part) -> list[int]:
-    """Load the part into gmsh and return gmsh's surface tags, in the order of the part's faces.
+    """Load the part into gmsh, and return gmsh's surface tags in the order of the part's faces.
 
-    Raises MeshError if gmsh's surfaces are not these faces.
+    Raises MeshError if gmsh's surfaces differ from these faces.
     """
-    # The file is in memory, because a file on disk would remain if the process were killed.
+    # The BREP file is kept in memory, because a file on disk would remain if the process were killed.
     with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", "check that the solid is valid"):
         path = Path(f"/proc/self/fd/{in_memory.fileno()}")
         part.write_brep(path)
@@ -114,22 +116,22 @@ def _import_part(part: Part) -> list[int]:
 
 
 def _check_faces(part: Part, tags: Sequence[int]) -> None:
-    """Raise MeshError unless gmsh's surfaces are the part's faces in the same order, by their areas and centroids."""
+    """Raise MeshError unless gmsh's surfaces are the part's faces in the same order. Compare areas and centroids."""
     faces = part.shape.Faces()
     if len(tags) != len(faces):
-        reason = f"gmsh has {len(tags)} faces, the solid {len(faces)}"
+        reason = f"gmsh has {len(tags)} faces, but the solid has {len(faces)}"
         raise MeshError("import", reason, "check that the solid is valid")
     for index, (face, tag) in enumerate(zip(faces, tags, strict=True)):
         area = gmsh.model.occ.getMass(2, tag)
         expected = face.Area()
         shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
-        if abs(area - expected) > _SAME * expected or shift > _SAME * math.sqrt(expected):
-            difference = f"area {area:.6g} mm^2 instead of {expected:.6g} mm^2, centre {shift:.3g} mm away"
+        if abs(area - expected) > _FACE_TOLERANCE * expected or shift > _FACE_TOLERANCE * math.sqrt(expected):
+            difference = f"area {area:.6g} mm^2 instead of {expected:.6g} mm^2, centroid {shift:.3g} mm away"
             raise MeshError("import", f"gmsh's face {index} is not the solid's face {index}: {difference}", _LOST)
 
 
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
-    """Set gmsh's size field to `size`. `tags` maps each name of a face to gmsh's surfaces."""
+    """Set gmsh's background field to the element size `size`. `tags` maps each face name to gmsh's surface tags."""
     field = gmsh.model.mesh.field
 
     def bounding_curves(names: Sequence[str]) -> set[int]:
@@ -143,7 +145,7 @@ def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
             distance = field.add("Distance")
             field.setNumbers(distance, "CurvesList", sorted(outline))
             field.setNumber(distance, "Sampling", _SAMPLING)
-            # In gmsh's formulas, F<tag> is the value of another field: here the distance from the outline [mm].
+            # In a gmsh formula, F<tag> is the value of another field, here the distance from the outline [mm].
             formula = f"Min({size.largest_mm!r}, {size.smallest_mm!r} + {size.growth!r} * F{distance})"
         element_size = field.add("MathEval")
         field.setString(element_size, "F", formula)

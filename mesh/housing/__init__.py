@@ -1,1 +1,1 @@
-"""The half of the housing in hexahedra: its profile in blocks, swept through half the depth."""
+"""The hexahedral mesh of half the housing: the profile is divided into blocks and swept through half the depth."""

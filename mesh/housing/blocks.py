@@ -1,8 +1,8 @@
-"""The four-sided blocks into which the profile of the housing is divided for a mesh of quadrilaterals.
+"""Division of the housing's profile into four-sided blocks, which gmsh then divides into quadrilaterals.
 
-The mesh is fine at the roots of the leaves and around the holes, and coarse elsewhere. A fan is the block at a leaf
-root. It extends from the end of the straight leaf over its two fillets to a box in the solid. Elements spread in it
-like a fan, over four sectors of 45 degrees. Lengths are in mm; points are (x, z).
+The mesh is fine at the roots of the leaves and around the holes, and coarse elsewhere. The block at a leaf root is
+called a fan. It extends from the end of the straight leaf, past its two fillets, to a box in the solid. The elements
+spread out in it like a fan, over four sectors of 45 degrees. Lengths are in mm, and points are (x, z).
 """
 
 import math
@@ -13,20 +13,22 @@ from itertools import pairwise
 from cad.parts.housing import Arm, Housing
 
 Point = tuple[float, float]
-Interval = tuple[float, float]  # from, to [mm]
+Interval = tuple[float, float]  # start and end [mm]
 
-_FAN = 1.8  # half height of a fan's box over its fillet reach, which is half the leaf thickness plus the fillet radius
-_ROOM = 0.7  # largest fraction of the solid beside a fillet that a fan may take up
-_NECK_GROWTH = 1.5  # size ratio of successive elements up a neck
+# Half the height of a fan's box, divided by half the leaf thickness plus the fillet radius.
+_FAN_HEIGHT_RATIO = 1.8
+_MAX_FAN_FRACTION = 0.7  # largest fraction of the solid beside a fillet that a fan may occupy
+_NECK_GROWTH = 1.5  # size ratio of successive elements, from the tip upwards
 
 
 @dataclass(frozen=True, kw_only=True)
 class Counts:
-    """Numbers of elements along the curves of the profile, and the length of an element in the frame [mm].
+    """The numbers of elements along the curves of the profile, and the element size in the frame, `frame_size` [mm].
 
-    `sector` is the number for one sector of a fan, `across_leaf` for the thickness of a leaf, `along_leaf` for its
-    straight length. `along_fillet` is the number along a fillet, `beside_fillet` on the face from there to the edge of
-    the fan. `neck` is the number along the height of a neck, `ring` from a hole to the edge of its ring.
+    `sector` is the number in each sector of a fan. `across_leaf` is the number across the thickness of a leaf, and
+    `along_leaf` along its straight part. `along_fillet` is the number along a fillet, and `beside_fillet` from there to
+    the edge of the fan. `neck` is the number along the height of a neck, and `ring` from a hole to the edge of the ring
+    of blocks around it.
     """
 
     sector: int
@@ -41,10 +43,10 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Segment:
-    """One curve of the profile with its number of elements: a straight line, or an arc if `centre` is given.
+    """One curve of the profile: a straight line, or an arc about `centre`, divided into `count` elements.
 
-    `growth` is the size ratio of successive elements. `bump` below 1 concentrates elements at both ends. `surface` is
-    the name of the housing's face on which the curve lies, or empty.
+    `growth` is the size ratio of successive elements. If `bump` is less than 1, the elements are smaller at both ends.
+    `surface` is the name of the housing's face on which the curve lies, or an empty string.
     """
 
     start: Point
@@ -60,7 +62,7 @@ class Segment:
 class Block:
     """A four-sided piece of the profile. Opposite sides have the same number of elements.
 
-    A side consists of one segment or several. With `smooth`, gmsh smooths the elements inside.
+    Each side consists of one or more segments. If `smooth` is true, gmsh smooths the elements in the block.
     """
 
     sides: tuple[tuple[Segment, ...], ...]
@@ -69,26 +71,28 @@ class Block:
 
 @dataclass(frozen=True)
 class Fan:
-    """The extent of a fan in z [mm]: the level of the middle of its leaf, and its height above and below this level."""
+    """The extent of a fan in z: from `level` - `height` to `level` + `height` [mm].
+
+    `level` is the mid-plane of its leaf.
+    """
 
     level: float
     height: float
 
     @property
     def levels(self) -> tuple[float, float, float]:
-        """Return the levels z [mm] of the lower edge, the middle of the leaf, and the upper edge."""
+        """Return z [mm] at the lower edge of the fan, at the mid-plane of the leaf, and at the upper edge."""
         return self.level - self.height, self.level, self.level + self.height
 
 
 def counts(housing: Housing, scale: float) -> Counts:
     """Return the numbers of elements for a relative element size `scale` [1].
 
-    `scale` is 1 for the mesh of the solve, 2 for the coarse mesh of its error estimate, and 0.5 for a reference. The
-    frame hardly deforms, so the size of its elements is proportional to the square root of `scale`.
+    `scale` is 1 for the mesh of the solution, 2 for the coarse mesh of its error estimate, and 0.5 for a reference
+    solution. The frame hardly deforms, so its element size is only proportional to the square root of `scale`.
     """
 
     def scaled(number: int) -> int:
-        """Return a number of elements at scale 1 converted to `scale`."""
         return max(1, round(number / scale))
 
     sector = scaled(1)
@@ -106,14 +110,14 @@ def counts(housing: Housing, scale: float) -> Counts:
 
 def frame_elements(length: float, count: Counts) -> int:
     """Return the number of elements along a length [mm] in the frame."""
-    # A hundredth of an element beyond a whole number, for instance from rounding, adds no element.
+    # An excess of up to a hundredth of an element, for example from rounding, does not add an element.
     return max(1, math.ceil(length / count.frame_size - 0.01))
 
 
 def elements_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> int:
-    """Return the number of elements between the levels a and b [mm] of a wall or shuttle.
+    """Return the number of elements between the levels z = a and z = b [mm] of a wall or shuttle.
 
-    Inside a fan, it is the number of one of the fan's sectors.
+    If both levels lie in a fan, they enclose one sector, which has its own number of elements.
     """
     return count.sector if in_fan(a, b, fans) else frame_elements(b - a, count)
 
@@ -130,7 +134,8 @@ def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
 def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     """Return the fans of both leaves of an arm, in a wall or shuttle that extends from `bottom` to `top` [mm] in z.
 
-    A fan is smaller where the solid beside its fillet is short: up to an end of the wall, or halfway to the other leaf.
+    A fan is smaller if there is little solid beside its fillet. The solid ends at the end of the wall or shuttle, or
+    halfway to the other leaf.
     """
     lower_leaf, upper_leaf = arm.levels
     half_separation = 0.5 * arm.flexure.separation
@@ -138,16 +143,17 @@ def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     fans = []
     for level, distance_to_end in ((lower_leaf, lower_leaf - bottom), (upper_leaf, top - upper_leaf)):
         room = min(distance_to_end, half_separation)
-        fans.append(Fan(level, min(_FAN * fillet_reach, fillet_reach + _ROOM * (room - fillet_reach))))
+        largest_height = fillet_reach + _MAX_FAN_FRACTION * (room - fillet_reach)
+        fans.append(Fan(level, min(_FAN_HEIGHT_RATIO * fillet_reach, largest_height)))
     return tuple(fans)
 
 
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
     """Return the block of the fan at the root of a leaf.
 
-    The face of the solid is at `x` [mm]. The fan's box extends from there by `depth` [mm] along x into the solid; its
-    sign is the direction. The block has four sides. They are the end of the straight leaf, the fillet and face above
-    the leaf, the box in the solid, and the fillet and face below the leaf.
+    The face of the solid is at `x` [mm]. The fan's box extends from there into the solid by `depth` [mm], whose sign is
+    the direction along x. The four sides of the block are the end of the straight leaf, the fillet and face above the
+    leaf, the edges of the box in the solid, and the fillet and face below the leaf.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness
@@ -165,8 +171,8 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Bloc
 def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) -> tuple[Segment, Segment]:
     """Return one curved side of a fan: the fillet from the leaf to the face of the solid, and the face beyond it.
 
-    The straight leaf at `level` ends at x = `start` [mm]. The face ends at `edge` [mm], a corner of the fan's box. Both
-    segments lie on the same side of the leaf as `edge`.
+    The straight part of the leaf at z = `level` [mm] ends at x = `start` [mm]. The face ends at `edge` [mm], a corner
+    of the fan's box. Both segments lie on the same side of the leaf as `edge`.
     """
     direction = math.copysign(1.0, edge[1] - level)
     leaf_z = level + direction * 0.5 * arm.flexure.thickness
@@ -183,9 +189,9 @@ def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) 
 
 
 def straight_ends(arm: Arm) -> tuple[float, float]:
-    """Return x [mm] of both ends of the straight leaves of an arm, which lie between the fillets: wall, then shuttle.
+    """Return x [mm] at the ends of the straight part of an arm's leaves, first at the wall, then at the shuttle.
 
-    A mesh may be stretched between them to fit another leaf length.
+    The straight part lies between the fillets. A mesh may be stretched there to fit a different leaf length.
     """
     fillet = arm.flexure.fillet
     return arm.wall - arm.sign * fillet, arm.shuttle + arm.sign * fillet
@@ -195,7 +201,8 @@ def leaf_blocks(arm: Arm, count: Counts) -> Iterator[Block]:
     """Yield the blocks of the straight parts of both leaves of an arm."""
     half_thickness = 0.5 * arm.flexure.thickness
     start, end = straight_ends(arm)
-    # Anticlastic bending decays within half the leaf's depth from a root. A long leaf needs its elements there.
+    # Anticlastic bending decays within half the leaf's depth of a root. On a long leaf, the elements are concentrated
+    # there.
     bump = min(1.0, arm.flexure.depth / abs(end - start))
     for level in arm.levels:
         lower_face = Segment(
@@ -214,9 +221,10 @@ def leaf_blocks(arm: Arm, count: Counts) -> Iterator[Block]:
 
 
 def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
-    """Return the block with straight sides between four corners in order.
+    """Return the block with straight sides between four corners, which are given in order around the block.
 
-    The first side starts at the first corner. It and the third side have `along` elements, the other two `across`.
+    The side from the first to the second corner and the side opposite have `along` elements. The other two sides have
+    `across` elements.
     """
     a, b, c, d = corners
     return Block(
@@ -230,7 +238,10 @@ def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
 
 
 def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
-    """Return the rectangular block over the intervals `x` and `z` [mm], with `along` elements in x, `across` in z."""
+    """Return the rectangular block over the intervals `x` and `z` [mm].
+
+    It has `along` elements in x and `across` elements in z.
+    """
     start, end = x
     lower, upper = z
     return straight_block(((start, lower), (end, lower), (end, upper), (start, upper)), along, across)
@@ -239,27 +250,27 @@ def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
 def shuttle_blocks(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     """Yield the blocks of one shuttle with its neck and tip, in two columns side by side in x.
 
-    The near column is on the side of the leaves. At the levels of the leaf roots, the fans take its place.
+    The column on the side of the leaves is replaced by fans at the levels of the leaf roots.
     """
     fans = leaf_fans(arm, housing.neck_level, arm.top_level)
     width = -arm.sign * housing.shuttle_width
     half_tip = -arm.sign * 0.5 * housing.tip_side
-    near = arm.shuttle
-    middle = arm.shuttle + 0.5 * width
-    far = arm.shuttle + width
+    near_x = arm.shuttle
+    middle_x = arm.shuttle + 0.5 * width
+    far_x = arm.shuttle + width
     for fan in fans:
-        yield fan_block(arm, near, fan, middle - near, count)
+        yield fan_block(arm, near_x, fan, middle_x - near_x, count)
     for z0, z1 in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
         elements = elements_between(z0, z1, fans, count)
-        yield rectangle((middle, far), (z0, z1), count.sector, elements)
+        yield rectangle((middle_x, far_x), (z0, z1), count.sector, elements)
         if not in_fan(z0, z1, fans):
-            yield rectangle((near, middle), (z0, z1), count.sector, elements)
-    yield from _neck(housing, (near, middle), (middle - half_tip, middle), count)
-    yield from _neck(housing, (middle, far), (middle, middle + half_tip), count)
+            yield rectangle((near_x, middle_x), (z0, z1), count.sector, elements)
+    yield from _neck_blocks(housing, (near_x, middle_x), (middle_x - half_tip, middle_x), count)
+    yield from _neck_blocks(housing, (middle_x, far_x), (middle_x, middle_x + half_tip), count)
 
 
-def _neck(housing: Housing, x_top: Interval, x_bottom: Interval, count: Counts) -> Iterator[Block]:
-    """Yield the two blocks of one column of a neck and of the tip below it.
+def _neck_blocks(housing: Housing, x_top: Interval, x_bottom: Interval, count: Counts) -> Iterator[Block]:
+    """Yield the block of the neck and the block of the tip in one of the two columns of a shuttle.
 
     The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip.
     """

@@ -1,4 +1,4 @@
-"""The profile of the housing in quadrilaterals, made by gmsh from four-sided blocks."""
+"""The quadrilateral mesh of the housing's profile, which gmsh makes from four-sided blocks."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,17 +10,18 @@ from mesh.housing.blocks import Block, Point, Segment
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
 from sensor.arrays import Floats
 
-_SMOOTHING = 10  # steps of gmsh's smoother, which is applied to fans
-_DIGITS = 9  # decimals to which coordinates [mm] of points are rounded when equal points are merged
+_SMOOTHING_STEPS = 10  # number of steps of gmsh's smoother, which is applied to fans
+_DECIMALS = 9  # number of decimals to which coordinates [mm] are rounded, so that equal points are recognised
 
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """A mesh of the profile in quadrilaterals.
+    """The quadrilateral mesh of a profile.
 
-    `points` (2, n) [mm] are (x, z). `quads` (4, m) are the point indices of the quadrilaterals, counterclockwise.
-    `arcs` (2, k) are the edges on arcs, and `midpoints` (2, k) [mm] the middles of these arcs. `surfaces` has the edges
-    (2, j) on each named surface.
+    `points` (2, n) [mm] are the nodes (x, z). `quads` (4, m) holds the node indices of each quadrilateral,
+    counterclockwise. `arcs` (2, k) are the edges whose curve is an arc, and `midpoints` (2, k) [mm] the points halfway
+    along these arcs. `surfaces` maps the name of each surface to the edges (2, j) on it. Edges are pairs of node
+    indices.
     """
 
     points: Floats
@@ -31,9 +32,9 @@ class Profile:
 
 
 class _Curves:
-    """The points and curves added to gmsh, so that blocks that share a segment also share its curve.
+    """The points and curves that have been added to gmsh, so that blocks with a common segment share one curve.
 
-    `points` has gmsh's tags, and `curves` the tag and the segment for each pair of end points.
+    `points` maps each point to gmsh's tag. `curves` maps each pair of end points to gmsh's tag and the segment.
     """
 
     def __init__(self) -> None:
@@ -41,28 +42,35 @@ class _Curves:
         self.curves: dict[frozenset[Point], tuple[int, Segment]] = {}
 
     def point(self, point: Point) -> int:
-        """Return gmsh's tag of a point, which is added if it is new."""
+        """Return gmsh's tag of a point. Add the point if it is new."""
         key = _rounded(point)
         if key not in self.points:
             self.points[key] = gmsh.model.geo.addPoint(point[0], 0.0, point[1])
         return self.points[key]
 
     def curve(self, segment: Segment) -> int:
-        """Return gmsh's tag of a segment's curve, which is added if it is new.
+        """Return gmsh's tag of the curve of a segment. Add the curve if it is new.
 
-        Raises MeshError if another block has the same segment with another number of elements.
+        Raises MeshError if another block divides the same segment into a different number of elements.
         """
         key = frozenset((_rounded(segment.start), _rounded(segment.end)))
         if key not in self.curves:
-            self.curves[key] = (self._add(segment), segment)
-        tag, earlier = self.curves[key]
-        if earlier.count != segment.count:
-            reason = f"the side from {segment.start} to {segment.end} has {earlier.count} and {segment.count} elements"
+            self.curves[key] = (self._add_curve(segment), segment)
+        tag, existing = self.curves[key]
+        if existing.count != segment.count:
+            reason = (
+                f"one block divides the side from {segment.start} to {segment.end} into {existing.count} elements, "
+                f"and another into {segment.count}"
+            )
             raise MeshError("blocks", reason, "check the dimensions of the housing")
         return tag
 
-    def _add(self, segment: Segment) -> int:
-        """Add a line or an arc with its division into elements to gmsh, and return its tag."""
+    def _add_curve(self, segment: Segment) -> int:
+        """Add a line or an arc to gmsh, set how it is divided into elements, and return its tag.
+
+        The element sizes form a geometric progression with the ratio `growth`. If `bump` is not 1, they follow gmsh's
+        "Bump" rule instead, which refines both ends.
+        """
         geo = gmsh.model.geo
         start = self.point(segment.start)
         end = self.point(segment.end)
@@ -76,12 +84,12 @@ class _Curves:
 
 
 def _rounded(point: Point) -> Point:
-    """Return a point rounded to 1e-9 mm, as a dictionary key; adding 0 converts -0 to 0."""
-    return round(point[0], _DIGITS) + 0.0, round(point[1], _DIGITS) + 0.0
+    """Round a point to 1e-9 mm, so that it can be a dictionary key. Adding 0 converts -0 to 0."""
+    return round(point[0], _DECIMALS) + 0.0, round(point[1], _DECIMALS) + 0.0
 
 
 def mesh_profile(blocks: Iterable[Block]) -> Profile:
-    """Return the mesh of the blocks in quadrilaterals [mm].
+    """Divide the blocks into quadrilaterals [mm].
 
     Raises MeshError if two blocks divide a common side differently, and MachineError if gmsh fails.
     """
@@ -104,7 +112,8 @@ def _add_surface(block: Block, curves: _Curves) -> None:
     tags = [curves.curve(segment) for side in block.sides for segment in side]
     surface = geo.addPlaneSurface([geo.addCurveLoop(tags, reorient=True)])
 
-    # A side may have several segments, so gmsh needs the four corners. A corner is common to a side and the one before.
+    # A side may have several segments, so gmsh must be given the four corners. Each corner is the point that a side has
+    # in common with the previous side.
     points_of_sides = []
     for side in block.sides:
         points = {_rounded(segment.start) for segment in side} | {_rounded(segment.end) for segment in side}
@@ -116,14 +125,14 @@ def _add_surface(block: Block, curves: _Curves) -> None:
     geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
     geo.mesh.setRecombine(2, surface)
     if block.smooth:
-        geo.mesh.setSmoothing(2, surface, _SMOOTHING)
+        geo.mesh.setSmoothing(2, surface, _SMOOTHING_STEPS)
 
 
 def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
-    """Return the mesh that gmsh has made, given gmsh's tag of each curve with its segment.
+    """Return the mesh of the profile from gmsh. `curves` are pairs of gmsh's tag of a curve and its segment.
 
-    gmsh's edges are straight. For edges on arcs, the middle of the arc is added, so that elements can be curved later.
-    Raises MeshError if an element is not a quadrilateral.
+    gmsh's edges are straight. For edges on arcs, the point halfway along the arc is added, so that the elements can be
+    curved later. Raises MeshError if an element is not a quadrilateral.
     """
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
@@ -141,7 +150,7 @@ def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
     surfaces: dict[str, list[Ints]] = {}
     for tag, segment in curves:
         if segment.centre is None and not segment.surface:
-            continue  # a straight line that is on no named surface
+            continue  # a straight line that lies on no named surface
         edges = nodes.index[element_nodes("Line", entity=tag)]
         if segment.centre is not None:
             arcs.append(edges)
@@ -158,9 +167,10 @@ def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
 
 
 def _arc_midpoints(points: Floats, edges: Ints, start: Point, centre: Point) -> Floats:
-    """Return the middles (2, k) [mm] of the pieces of an arc, whose chords are the edges (2, k) of `points` (2, n).
+    """Return the points halfway along the pieces of an arc [mm], shape (2, k).
 
-    The middle of a chord is moved away from `centre` to the radius of the arc, the distance of its `start` [mm].
+    `edges` (2, k) are the chords of these pieces, as indices into `points` (2, n) [mm]. The middle of each chord is
+    moved away from `centre`, to the radius of the arc. This radius is the distance of `start` from `centre` [mm].
     """
     origin = np.array(centre).reshape(2, 1)
     from_centre = points[:, edges].mean(axis=1) - origin

@@ -157,6 +157,6 @@ def test_holes_without_a_wall_between_them_are_refused():
 def test_neighbours_with_different_counts_are_refused():
     left = straight_block([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], 2, 3)
     right = straight_block([(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)], 2, 4)
-    with pytest.raises(MeshError, match="has 3 and 4 elements"):
+    with pytest.raises(MeshError, match="into 3 elements, and another into 4"):
         mesh_profile([left, right])
     assert not gmsh.isInitialized()
