@@ -1,4 +1,4 @@
-"""The public names of the product, for `import twintip`: docs/python-names.md has the docstring of each.
+"""The public names of the package. Their docstrings are collected in docs/python-names.md.
 
 Units are mm, N and MPa. `__init__.pyi` lists the module of each name, for this file, editors and type checkers. A name
 is imported on first use, so that `import twintip` is fast. `__version__` is the version of the installed package.

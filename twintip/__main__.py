@@ -1,4 +1,4 @@
-"""`python -m twintip` and the console scripts: the command line, which Ctrl-C and SIGTERM end immediately."""
+"""The entry point of `python -m twintip` and of the console scripts. Ctrl-C and SIGTERM end it immediately."""
 
 import gc
 import os
@@ -13,22 +13,22 @@ def main() -> int:
     """Run the command of this process and return its exit code, or 128 plus the number of the signal that ended it."""
     code = 0
     try:
-        end_by_signals()  # before the libraries are loaded, which takes several seconds
-        from twintip.cli import main as command
+        end_by_signals()  # set up before the libraries are loaded, which takes several seconds
+        from twintip.cli import main as run_command
 
-        code = command()
-        ignore_signals()  # the answer is printed, and its exit code is final
-        gc.freeze()  # the process ends, so a search for garbage is useless
-    except BaseException:  # a library may turn an interruption into an error of its own
+        code = run_command()
+        ignore_signals()  # the answer has been printed, and its exit code must not change
+        gc.freeze()  # the process is about to end, so garbage collection would waste time
+    except BaseException:  # a library may convert an interruption to its own error
         if ending_signal() is None:
             raise
-    number = ending_signal()
-    if number is None:
+    signal_number = ending_signal()
+    if signal_number is None:
         return code
     ignore_signals()
-    os.dup2(os.open(os.devnull, os.O_WRONLY), _STDOUT)  # otherwise Python would wait for the reader of a partial answer
+    os.dup2(os.open(os.devnull, os.O_WRONLY), _STDOUT)  # otherwise Python might block while it flushes a partial answer
     os.write(_STDERR, b"pipeline: interrupted\n")
-    return 128 + number
+    return 128 + signal_number
 
 
 if __name__ == "__main__":

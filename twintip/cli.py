@@ -1,6 +1,7 @@
-"""The command line: the choice of a command, its answer, one-line errors, and the exit code.
+"""The command line: it selects a command, prints its answers or an error in one line, and returns the exit code.
 
-`twintip/flags.py` has the flags of each command. The file that runs it is imported once they are parsed.
+`twintip/flags.py` defines the flags of each command. The module that runs a command is imported only after its flags
+have been parsed.
 """
 
 import argparse
@@ -35,11 +36,11 @@ _COMPLETION = "--completion"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command, print its answers as they arrive, and return the exit code of the last one.
+    """Run one command, print its answers as they arrive, and return the exit code of the last answer.
 
-    `argv` is the command and its flags. Without it, the arguments of the process are used, and its threads, warnings
-    and streams are prepared first. Raises KeyboardInterrupt if a signal ended the command, even if a library turned it
-    into another error.
+    `argv` holds the command and its flags. If it is None, the arguments of the process are used, and the threads,
+    warnings and streams of the process are set up first. Raises KeyboardInterrupt if a signal ended the command, even
+    if a library converted the interruption to another error.
     """
     if argv is None:
         _prepare_process()
@@ -48,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = PASSED
         help_text = _requested_help(words)
         if help_text is not None:
-            with answering():  # argparse itself would not report a lost answer
+            with answering():  # argparse itself would not report that the text could not be printed
                 print(help_text, end="")
         else:
             arguments = _parse_arguments(words[0], words[1:])
@@ -58,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 print_answer(answer, as_json=getattr(arguments, "json", False))
                 code = answer.code
         sys.stdout.flush()
-    except BrokenPipeError:  # the reader of the output has left
+    except BrokenPipeError:  # the program that reads the output has ended
         drop_output()
         return FAILED
     except (InputError, OSError, MemoryError, BrokenExecutor) as error:
@@ -72,39 +73,40 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _error_line(error: Exception) -> str:
     """Return the line that reports an error to the user."""
     if isinstance(error, MemoryError):
-        return "Memory ran out. A run needs about 2 GiB: free some, or lift its limit."
+        return "The program ran out of memory. A run needs about 2 GiB: free some memory, or raise its limit."
     if isinstance(error, BrokenExecutor):
-        return "A worker process died, probably out of memory. Free some memory and run the command again."
+        return "A worker process died, probably for lack of memory. Free some memory and run the command again."
     message = str(error)
     if not isinstance(error, OSError) or (error.errno is None and message):
         return message
     name = error.filename or "output"
-    return f"{name}: {reason_of(error)}. It must be usable and have room: free some, or choose another."
+    return f"{name}: {reason_of(error)}. Check that it is usable and has free space, or choose another one."
 
 
 def _prepare_process() -> None:
-    """Prepare the process: threads, warnings, streams, and the width of a terminal."""
-    # the order of sums, and so the last digits, depend on the number of threads
+    """Set up the threads, warnings and streams of the process, and the width of the terminal."""
+    # The order of summation, and therefore the last digits, depends on the number of threads.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    warnings.simplefilter("ignore")  # warnings of libraries are for us, not for users of a command
-    os.environ["PYTHONWARNINGS"] = "ignore"  # also in child processes, such as loky's resource tracker
+    warnings.simplefilter("ignore")  # the warnings of libraries do not help the user of a command
+    os.environ["PYTHONWARNINGS"] = "ignore"  # the same in child processes, such as loky's resource tracker
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-        if getattr(sys, name) is None:  # closed by the shell; the next opened file would get its number
+        # If the shell has closed a stream, the next file to be opened would get its file descriptor.
+        if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # characters that a terminal lacks
+            stream.reconfigure(errors="replace")  # characters that the terminal cannot show become ?
     if not re.fullmatch(r"[0-9]{1,4}", os.environ.get("COLUMNS", "")):
-        os.environ.pop("COLUMNS", None)  # rich would accept any digits as a width
+        os.environ.pop("COLUMNS", None)  # rich would accept any number as a width
 
 
 def _requested_help(words: list[str]) -> str | None:
-    """Return the text of a help, version or completion flag; None if there is no such flag among the words."""
+    """Return the text that a help, version or completion flag prints, or None if `words` has no such flag."""
     first = words[0] if words else "--help"
     if first in ("-h", "--help"):
         return front_parser().format_help()
     if first == "--version":
-        from importlib.metadata import version
+        from importlib.metadata import version  # slow to import, and not needed by other commands
 
         return f"twintip {version('twintip')}\n"
     if first.partition("=")[0] == _COMPLETION:
@@ -115,7 +117,7 @@ def _requested_help(words: list[str]) -> str | None:
 
 
 def completion(words: list[str]) -> str:
-    """Return the script that completes commands and flags in a shell; raises InputError for an unknown shell."""
+    """Return the script that completes commands and flags in a shell. Raises InputError for an unknown shell."""
     from twintip.completion import SHELLS, CompletedParser, completion_script
 
     shell = words[0].partition("=")[2] or "".join(words[1:])
@@ -126,9 +128,9 @@ def completion(words: list[str]) -> str:
 
 
 def _parse_arguments(first: str, rest: list[str]) -> argparse.Namespace:
-    """Return the parsed flags of the command `first`.
+    """Parse the flags `rest` of the command `first`.
 
-    Raises InputError for an unknown command or flag, with the closest known one, and for a removed flag.
+    Raises InputError for an unknown command or flag, naming the closest known one, and for a flag that was removed.
     """
     if first not in COMMANDS:
         kind, known = (
@@ -141,21 +143,21 @@ def _parse_arguments(first: str, rest: list[str]) -> argparse.Namespace:
     if unknown and unknown[0].startswith("-"):
         raise unknown_name("flag", _flag(unknown[0]), parser.flags)
     if unknown:
-        msg = f"{unknown[0]!r} must be a flag or its value. Remove it, or see {parser.prog} -h."
+        msg = f"{unknown[0]!r} must be a flag or the value of one. Remove it, or see {parser.prog} -h."
         raise InputError(msg)
     return arguments
 
 
 def _flag(word: str) -> str:
-    """Return a word without the value after its equals sign."""
+    """Return the part of a word before its equals sign: the flag without its value."""
     return word.partition("=")[0]
 
 
 class _Parser(argparse.ArgumentParser):
-    """An argparse parser without usage output; an error is one line, like all others."""
+    """An argparse parser that reports an error in one line, without printing the usage."""
 
     def __init__(self, prog: str, description: str, example: str) -> None:
-        """Store the name, the purpose, and an example; the help ends with the example and the exit codes."""
+        """Create a parser whose help ends with an example and the exit codes."""
         codes = [f"{code:d} {meaning}" for code, meaning in EXIT_CODES.items()]
         super().__init__(
             prog=prog,
@@ -163,38 +165,44 @@ class _Parser(argparse.ArgumentParser):
             epilog=f"example: {example}\nexit code: {', '.join(codes[:3])},\n           {', '.join(codes[3:])}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
+            add_help=False,
         )
+        self.add_argument("-h", "--help", action="help", help="Show this help and exit")
 
     @property
     def flags(self) -> list[str]:
-        """Return the long flags."""
+        """Return the flags that begin with two dashes."""
         return [flag for flag in self._option_string_actions if flag.startswith("--")]
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError instead of printing the usage and exiting."""
-        dashed = " Write FLAG=VALUE for a value that begins with -." if "expected one argument" in message else ""
-        msg = f"{message.removeprefix('argument ')}.{dashed} See the example of {self.prog} -h."
+        advice = " Write FLAG=VALUE for a value that begins with -." if "expected one argument" in message else ""
+        msg = f"{message.removeprefix('argument ')}.{advice} See the example in {self.prog} -h."
         raise InputError(msg)
 
 
 def command_parser(name: str) -> _Parser:
-    """Return the parser of the flags of a command."""
+    """Return the parser for the flags of one command."""
     command = COMMANDS[name]
     parser = _Parser(f"pipeline {name}", f"{command.purpose[0].upper()}{command.purpose[1:]}.", command.example)
     command.add_flags(parser)
     return parser
 
 
-def front_parser(of_command: type[argparse.ArgumentParser] | None = None) -> _Parser:
-    """Return the parser whose help lists the commands; with `of_command`, it also has the flags of each."""
+def front_parser(command_parser_class: type[argparse.ArgumentParser] | None = None) -> _Parser:
+    """Return the parser whose help lists the commands.
+
+    If `command_parser_class` is given, each command has a parser of this class with all its flags.
+    """
     example = "pipeline run --nl 0.05 --p-max 5      each command has its own -h"
     purpose = "Design a two-spring tactile sensor for fruit and prove it by finite elements."
     parser = _Parser("pipeline", purpose, example)
-    parser.add_argument("--version", action="store_true", help="print the version")
-    parser.add_argument(_COMPLETION, metavar="SHELL", help="print what completes words by Tab in bash, zsh or fish")
-    commands = parser.add_subparsers(metavar="COMMAND", parser_class=of_command or argparse.ArgumentParser)
+    parser.add_argument("--version", action="store_true", help="Print the version and exit")
+    help_text = "Print the script for completion with the Tab key in bash, zsh or fish"
+    parser.add_argument(_COMPLETION, metavar="SHELL", help=help_text)
+    commands = parser.add_subparsers(metavar="COMMAND", parser_class=command_parser_class or argparse.ArgumentParser)
     for name, command in COMMANDS.items():
-        added = commands.add_parser(name, help=command.purpose)
-        if of_command is not None:
-            command.add_flags(added)
+        subparser = commands.add_parser(name, help=command.purpose)
+        if command_parser_class is not None:
+            command.add_flags(subparser)
     return parser

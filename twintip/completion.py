@@ -1,4 +1,4 @@
-"""Completion of commands, flags and names by the Tab key, with scripts that shtab makes from a parser."""
+"""Completion of commands, flags and names with the Tab key. shtab generates the scripts from a parser."""
 
 import argparse
 from collections.abc import Callable
@@ -19,20 +19,20 @@ _FOLDERS = ("DIR", "OUT")
 
 
 class CompletedParser(argparse.ArgumentParser):
-    """A parser whose arguments are completed: presets and processes by their names, paths by the shell."""
+    """A parser that completes preset and process names from lists, and leaves paths to the shell."""
 
-    def add_argument(self, *names: Any, **given: Any) -> argparse.Action:  # noqa: ANN401 - as argparse has it
-        """Add an argument with its completion."""
-        action = super().add_argument(*names, **given)
+    def add_argument(self, *names: Any, **options: Any) -> argparse.Action:  # noqa: ANN401 - as in argparse
+        """Add an argument, and set how its value is completed."""
+        action = super().add_argument(*names, **options)
         if action.dest in _NAMES:
             action.choices = _NAMES[action.dest]()
         elif isinstance(action.metavar, str) and action.metavar in _FOLDERS:
-            action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]  # shtab looks for it
+            action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]  # shtab reads this attribute
         elif isinstance(action.metavar, str) and "." in action.metavar:
             action.complete = shtab.FILE  # type: ignore[attr-defined]
         return action
 
 
 def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:
-    """Return the script that completes the words of a parser in a shell."""
+    """Return the script that completes the commands and flags of a parser in a shell."""
     return shtab.complete(parser, shell)

@@ -1,4 +1,4 @@
-"""The commands and their flags, for help and parsing; nothing heavy is imported here."""
+"""The commands and their flags. This module is loaded for every help text, so it imports nothing slow."""
 
 from argparse import ArgumentParser
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from sensor.quantity import Bounds, parse_number, validation_error
 DEFAULT_PROCESS = "fdm-petg"
 BODIES = ("ball", "ellipsoid", "cylinder-end", "cylinder-side", "block")
 SUPPORTS = ("plate", "table", "seat")
-_MAX_RADII = 2
+_MAX_RADII = 2  # number of principal radii of a curved surface
 
 
 class Command(NamedTuple):
@@ -24,7 +24,7 @@ class Command(NamedTuple):
 
 
 def number(text: str) -> float:
-    """Return the number of a flag in common notations; raises ValueError for other text."""
+    """Convert the text of a flag to a number. Raises ValueError if it is not a number in a common notation."""
     value = parse_number(text)
     if value is None:
         raise ValueError(text)
@@ -32,9 +32,9 @@ def number(text: str) -> float:
 
 
 def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float, float]:
-    """Return the principal radii [mm] that `--radius` gives; of a round fruit it gives one.
+    """Return the two principal radii [mm] given by `--radius`. If only one is given, both are equal.
 
-    Raises InputError, with `bound` and `hint` in its message, unless there are one or two numbers within `bounds`.
+    Raises InputError, whose message contains `bound` and `hint`, unless there are one or two numbers within `bounds`.
     """
     radii = [value for value in map(parse_number, text.split(",")) if value is not None]
     if len(radii) not in (1, _MAX_RADII) or len(radii) != text.count(",") + 1 or not all(map(bounds.hold, radii)):
@@ -43,243 +43,332 @@ def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float
 
 
 def _add_json(parser: ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    parser.add_argument("--json", action="store_true", help="Print JSON instead of tables")
 
 
 def _add_counts(parser: ArgumentParser) -> None:
-    words = "how counts without signs are written: in two's complement, or with half the range added"
-    parser.add_argument("--counts-as", choices=("unsigned", "offset"), help=words)
+    parser.add_argument(
+        "--counts-as",
+        choices=("unsigned", "offset"),
+        help="How counts without a sign are encoded: in two's complement (unsigned), or with half the range added",
+    )
 
 
 def _add_force(parser: ArgumentParser) -> None:
-    words = "keep other and changed files as NAME.bak instead of refusing them"
-    parser.add_argument("--force", action="store_true", help=words)
+    help_text = "Rename foreign or changed files to NAME.bak instead of refusing to overwrite them"
+    parser.add_argument("--force", action="store_true", help=help_text)
 
 
 def _add_design(parser: ArgumentParser) -> None:
-    """Add the flags that give a design."""
+    """Add the flags that specify a design."""
     add = parser.add_argument
-    add("named", metavar="DESIGN", nargs="?", help=f"preset or file (default {DEFAULT_DESIGN})")
-    add("--nl", metavar="NL", help="target nonlinearity [fraction, 0.05 = 5 %%], greater than 0 and less than 0.5")
-    add("--p-max", metavar="P", help="target force ratio at the largest modulus [1], greater than 1 and at most 100")
-    add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help="the same")
-    add("--process", metavar="NAME", help="print process, see pipeline design --list-processes")
-    words = "any key of the design file, unset if VALUE is empty; repeatable"
-    add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=words)
+    add("named", metavar="DESIGN", nargs="?", help=f"Preset or design file (default {DEFAULT_DESIGN})")
+    add("--nl", metavar="NL", help="Target nonlinearity [fraction, 0.05 = 5 %%], greater than 0 and less than 0.5")
+    add("--p-max", metavar="P", help="Target force ratio at the largest modulus [1], greater than 1 and at most 100")
+    add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help="Another way to give DESIGN")
+    add("--process", metavar="NAME", help="Print process; pipeline design --list-processes lists them")
+    help_text = "Set any key of the design file, or unset it if VALUE is empty; may be repeated"
+    add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=help_text)
 
 
 def _add_whole_run(parser: ArgumentParser) -> None:
-    """Add the flags for a design and the options of its run, without files for fabrication."""
+    """Add the flags for a design and for the options of its run. By default, no files for fabrication are written."""
     parser.set_defaults(look=False, watch=None, fabrication=False)
     add = parser.add_argument
     _add_design(parser)
-    add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
+    add("--out", metavar="DIR", type=Path, help="Output folder (default outputs/NAME)")
     _add_force(parser)
-    stiffnesses = "|".join(FRUIT_STIFFNESSES)
-    add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
-    add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
-    add("--fields", action="store_true", help="write fields in mm and MPa (VTU), and a CalculiX deck")
-    add("--verbose", action="store_true", help="print every verdict, error and note, not one screen")
+    add(
+        "--fruit-stiffness",
+        metavar="|".join(FRUIT_STIFFNESSES),
+        default="contact",
+        help="How the stiffness of the fruit is found: solved as a contact problem (contact, the default), "
+        "or by equation (6) of the paper (hayes)",
+    )
+    help_text = f"Allowed relative error of both spring stiffnesses (default {DEFAULT_TOLERANCE:g})"
+    add("--tol", metavar="TOL", help=help_text)
+    add("--fields", action="store_true", help="Write the fields in mm and MPa (VTU), and a CalculiX deck")
+    add("--verbose", action="store_true", help="Print every verdict, error and note, instead of one screen")
     _add_json(parser)
 
 
 def _add_run(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline run`."""
     _add_whole_run(parser)
     add = parser.add_argument
-    add("--look", action="store_true", help="answer and page to some 2 %%, without solids: in seconds")
-    add("--watch", metavar="FILE.toml", help="look at a design file again whenever it is written, until Ctrl-C")
+    help_text = "Take seconds: write the report with errors of about 2 %%, but no solids"
+    add("--look", action="store_true", help=help_text)
+    add("--watch", metavar="FILE.toml", help="Repeat a run with --look whenever this file is saved, until Ctrl-C")
 
 
 def _add_making(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline design`."""
     _add_whole_run(parser)
     parser.set_defaults(fabrication=True)
-    parser.add_argument("--list-processes", action="store_true", help="print the print processes and leave")
+    parser.add_argument("--list-processes", action="store_true", help="List the print processes and exit")
 
 
 def _add_suggest(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline suggest`."""
     add = parser.add_argument
     _add_design(parser)
-    words = (
-        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa], "
-        "the name of a fruit, as pear, or a .json file"
+    help_text = (
+        "Find a sensor for this fruit, starting from the most similar preset. Give its sizes and moduli [mm, MPa] as "
+        "in 'radius 26, E 0.3 to 2', the name of a fruit such as pear, or the output of pipeline modulus --json"
     )
-    add("--fruit", metavar="TEXT|NAME|FILE.json", help=f"{words} of pipeline modulus --json")
-    add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
-    add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
+    add("--fruit", metavar="TEXT|NAME|FILE.json", help=help_text)
+    add("--keep", metavar="TABLE.KEY", action="append", default=[], help="Key that must not change; may be repeated")
+    add("--out", metavar="FILE.toml", type=Path, help="Write the design that passes to this file")
     _add_force(parser)
     _add_json(parser)
 
 
 def _add_explain(parser: ArgumentParser) -> None:
-    words = "a verdict, a symbol or a key of report.json; without it verdicts and symbols are listed"
-    parser.add_argument("name", metavar="NAME", nargs="?", help=words)
-    parser.add_argument("--out", metavar="DIR", type=Path, help="an output folder, whose number is printed too")
+    """Add the flags of `pipeline explain`."""
+    help_text = "Verdict, symbol or key of report.json; without NAME, all verdicts and symbols are listed"
+    parser.add_argument("name", metavar="NAME", nargs="?", help=help_text)
+    parser.add_argument("--out", metavar="DIR", type=Path, help="Output folder whose value of NAME is also printed")
     _add_json(parser)
 
 
 def _add_check(parser: ArgumentParser) -> None:
-    parser.add_argument("path", metavar="PATH", type=Path, help="an output folder, or a STEP, STL or 3MF file [mm]")
-    words = "also compare a file with the part of this design, preset or file, that is nearest to it"
-    parser.add_argument("--design", metavar="NAME|FILE.toml", help=words)
-    words = f"process whose rules a file is judged by (default {DEFAULT_PROCESS}; a folder has its own)"
-    parser.add_argument("--process", metavar="NAME", help=words)
-    words = "solve a STEP file by finite elements: K_l and K_h, held and pressed as the housing of --design"
-    parser.add_argument("--solve", action="store_true", help=words)
-    words = "hold the face with this point instead [mm]; repeatable"
-    parser.add_argument("--held", metavar="X,Y,Z", action="append", default=[], help=words)
-    words = "press the face with this point instead [mm], of a design first the low, then the high tip; repeatable"
-    parser.add_argument("--pressed", metavar="X,Y,Z", action="append", default=[], help=words)
+    """Add the flags of `pipeline check`."""
+    add = parser.add_argument
+    add("path", metavar="PATH", type=Path, help="Output folder, or a STEP, STL or 3MF file in mm")
+    help_text = "Preset or design file; a file is also compared with the nearest part of this design"
+    add("--design", metavar="NAME|FILE.toml", help=help_text)
+    help_text = f"Process whose rules apply to a file (default {DEFAULT_PROCESS}); a folder has its own process"
+    add("--process", metavar="NAME", help=help_text)
+    help_text = "Solve a STEP file by finite elements for K_l and K_h, held and pressed like the housing of --design"
+    add("--solve", action="store_true", help=help_text)
+    help_text = "Hold the face at this point [mm] instead of the housing's; may be repeated"
+    add("--held", metavar="X,Y,Z", action="append", default=[], help=help_text)
+    help_text = "Press the face at this point [mm] instead; may be repeated. Give the low tip of --design first"
+    add("--pressed", metavar="X,Y,Z", action="append", default=[], help=help_text)
     _add_json(parser)
 
 
 def _add_view(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline view`."""
     add = parser.add_argument
-    add("folder", metavar="DIR", type=Path, help="an output folder")
-    add("--png", metavar="DIR", type=Path, help="write pictures there instead of opening a window")
-    add("--html", metavar="FILE", type=Path, help="write bodies and fields as one web page that needs no network")
+    add("folder", metavar="DIR", type=Path, help="Output folder to show")
+    add("--png", metavar="DIR", type=Path, help="Write pictures to this folder instead of opening a window")
+    help_text = "Write bodies and fields as one web page that works without a network"
+    add("--html", metavar="FILE", type=Path, help=help_text)
     _add_force(parser)
 
 
 def _add_modulus(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline modulus`."""
     add = parser.add_argument
-    add("files", metavar="FILE", nargs="*", type=Path, help="a table of force and travel, CSV or XLSX, as exported")
-    alone = "with only --radius: a ball, or an ellipsoid"
-    add("--body", choices=BODIES, metavar="BODY", help=f"what is pressed, one of {', '.join(BODIES)} ({alone})")
-    add("--height", metavar="MM", type=number, help="its height along the press [mm]")
-    add("--radius", metavar="MM", type=number, help="its radius, or its radius of curvature at the contact [mm]")
-    add("--radius-across", metavar="MM", type=number, help="the other radius of curvature there [mm]")
-    add("--length", metavar="MM", type=number, help="length of a cylinder on its side, or of a block [mm]")
-    add("--width", metavar="MM", type=number, help="width of a block [mm]")
-    add("--sizes", metavar="FILE", type=Path, help="a table of file, height, radius, ... [mm]: sizes of each specimen")
-    add("--plunger", choices=("flat", "ball"), help="end of the plunger that presses instead of a plate")
-    add("--plunger-radius", metavar="MM", type=number, help="radius of the plunger, or of its ball [mm]")
-    add("--support", choices=SUPPORTS, help="under the body: a plate, a table, or a rigid seat")
+    help_text = "Table of force and travel, CSV or XLSX, as exported by the testing machine"
+    add("files", metavar="FILE", nargs="*", type=Path, help=help_text)
+    _add_pressed_body(parser)
     add("--poisson", metavar="NU", type=number, help="Poisson's ratio of the flesh (default 0.3)")
-    add("--poisson-error", metavar="NU", type=number, default=0.05, help="its largest error (default 0.05)")
-    words = "area that the paper's modulus divides by [mm^2] (default 900, or the area of a flat end)"
-    add("--plate-area", metavar="MM2", type=number, help=words)
-    add("--compliance", metavar="UM/N", type=number, default=0.0, help="of frame and load cell, measured [um/N]")
-    add("--compliance-error", metavar="UM/N", type=number, help="its largest error (default a tenth of it)")
-    add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
-    add("--columns", metavar="NAME=HEADER,...", help="headers, or numbers of columns, as in force=Last,travel=3")
-    add("--units", metavar="NAME=UNIT,...", help="units if the file gives none, as in force=kN,travel=um")
-    add("--compression-negative", action="store_true", help="the machine counts compression negative: turn the signs")
-    add("--per", choices=("file", "folder"), default="file", help="what holds the tests of one fruit (default file)")
-    add("--plot", metavar="FILE", type=Path, help="draw curves and fits as one web page (FILE.html)")
+    help_text = "Largest error of Poisson's ratio (default 0.05)"
+    add("--poisson-error", metavar="NU", type=number, default=0.05, help=help_text)
+    help_text = "Area by which the paper's modulus divides the force [mm^2] (default 900, or the area of a flat end)"
+    add("--plate-area", metavar="MM2", type=number, help=help_text)
+    help_text = "Measured compliance of the machine's frame and load cell [um/N] (default 0)"
+    add("--compliance", metavar="UM/N", type=number, default=0.0, help=help_text)
+    help_text = "Largest error of this compliance (default: a tenth of it)"
+    add("--compliance-error", metavar="UM/N", type=number, help=help_text)
+    help_text = "Strains of the secant and tangent moduli, relative to the height [%%] (default 5,2,10)"
+    add("--strain", metavar="PERCENT", default="5,2,10", help=help_text)
+    help_text = "Headers, or numbers of columns, as in force=Last,travel=3"
+    add("--columns", metavar="NAME=HEADER,...", help=help_text)
+    help_text = "Units of columns for which the file gives none, as in force=kN,travel=um"
+    add("--units", metavar="NAME=UNIT,...", help=help_text)
+    help_text = "Reverse the signs, because the machine records compression as negative"
+    add("--compression-negative", action="store_true", help=help_text)
+    help_text = "Whether one file or one folder holds the tests of one fruit (default file)"
+    add("--per", choices=("file", "folder"), default="file", help=help_text)
+    add("--plot", metavar="FILE", type=Path, help="Write curves and fits to this web page, FILE.html")
     _add_force(parser)
     _add_json(parser)
 
 
-def _add_calibrate(parser: ArgumentParser) -> None:
+def _add_pressed_body(parser: ArgumentParser) -> None:
+    """Add the flags for the shape of a compressed body, and for what presses and supports it."""
     add = parser.add_argument
-    add("folder", metavar="OUT", type=Path, help="the output folder of the unit's design")
-    columns = "tip,weight_g,deflection_mm, with t_s or counts of each channel; or coupon,..."
-    add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
-    since = "seconds from the hanging of a weight to its reading, for springs that creep (default: 30)"
-    add("--after", metavar="SECONDS", type=number, help=f"{since}; a column t_s has them for each row")
-    firm = "fruit,firmness_N (or E_MPa), a force for each tip, t_s if known: fruit that another instrument measured"
-    add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
-    pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
-    add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
-    on_ball = "presses on a ball of rubber, a file as pipeline read takes"
-    add("--ball", metavar="PRESSES.csv", type=Path, help=f"correct readings for the form of the domes, by {on_ball}")
-    add("--ball-reduced-modulus", metavar="MPA", type=number, help="its E / (1 - nu^2) by pipeline modulus [MPa]")
-    add("--ball-radius", metavar="MM", type=number, help="radius of the ball [mm]")
-    add(
-        "--ball-modulus-error",
-        metavar="PERCENT",
-        type=number,
-        help="its error (95 %%), u_percent of pipeline modulus [%%]",
+    help_text = (
+        f"Shape of the body, one of {', '.join(BODIES)} (default: ball if only --radius is given, "
+        "ellipsoid if --height is given too)"
     )
-    add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
-    add("--units", metavar="NAME=UNIT,...", help="units if a table gives none, as in force=g,deflection=um")
+    add("--body", choices=BODIES, metavar="BODY", help=help_text)
+    add("--height", metavar="MM", type=number, help="Height of the body in the direction of the press [mm]")
+    help_text = "Radius of the body, or its radius of curvature at the contact [mm]"
+    add("--radius", metavar="MM", type=number, help=help_text)
+    add("--radius-across", metavar="MM", type=number, help="Second radius of curvature at the contact [mm]")
+    add("--length", metavar="MM", type=number, help="Length of a cylinder on its side, or of a block [mm]")
+    add("--width", metavar="MM", type=number, help="Width of a block [mm]")
+    help_text = "Table of the sizes of each specimen [mm], with the columns file, height, radius, ..."
+    add("--sizes", metavar="FILE", type=Path, help=help_text)
+    add("--plunger", choices=("flat", "ball"), help="End of the plunger that replaces the upper plate")
+    add("--plunger-radius", metavar="MM", type=number, help="Radius of the plunger, or of its ball [mm]")
+    add("--support", choices=SUPPORTS, help="What is under the body: a plate, a table, or a rigid seat")
+
+
+def _add_calibrate(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline calibrate`."""
+    add = parser.add_argument
+    add("folder", metavar="OUT", type=Path, help="Output folder of the unit's design")
+    help_text = (
+        "Table with the columns tip,weight_g,deflection_mm, or with t_s or the counts of each channel; "
+        "or a table of a coupon, coupon,..."
+    )
+    add("measured", metavar="MEASURED.csv", type=Path, help=help_text)
+    help_text = (
+        "Time from hanging a weight to reading the deflection [s], for springs that creep (default 30); "
+        "a column t_s gives it for each row"
+    )
+    add("--after", metavar="SECONDS", type=number, help=help_text)
+    help_text = (
+        "Table of fruit whose firmness another instrument measured, to find the scale of that instrument; its columns "
+        "are fruit,firmness_N (or E_MPa), a force for each tip, and t_s if known"
+    )
+    add("--fruit", metavar="FRUIT.csv", type=Path, help=help_text)
+    help_text = (
+        "Press of all tips on a hard flat plate, to calibrate the deflections; "
+        "its columns are travel_mm and the counts of each channel"
+    )
+    add("--plate", metavar="PLATE.csv", type=Path, help=help_text)
+    help_text = "Presses on a rubber ball, to correct readings for the form of the domes; a file as for pipeline read"
+    add("--ball", metavar="PRESSES.csv", type=Path, help=help_text)
+    help_text = "E / (1 - nu^2) of the ball [MPa], measured by pipeline modulus"
+    add("--ball-reduced-modulus", metavar="MPA", type=number, help=help_text)
+    add("--ball-radius", metavar="MM", type=number, help="Radius of the ball [mm]")
+    help_text = "Error of this reduced modulus (95 %%), u_percent of pipeline modulus [%%]"
+    add("--ball-modulus-error", metavar="PERCENT", type=number, help=help_text)
+    help_text = "Headers, or numbers of columns, as in force=Gewicht,counts_l=4"
+    add("--columns", metavar="NAME=HEADER,...", help=help_text)
+    help_text = "Units of columns for which a table gives none, as in force=g,deflection=um"
+    add("--units", metavar="NAME=UNIT,...", help=help_text)
     _add_counts(parser)
-    add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
-    add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
+    add("--out", metavar="unit.toml", type=Path, help="Write the unit to this file, for pipeline read --unit")
+    help_text = "Ripeness classes for the readings of the unit, as in ripe:0.8,unripe"
+    add("--classes", metavar="NAMES", default="", help=help_text)
     _add_force(parser)
     _add_json(parser)
 
 
 def _add_read(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline read`."""
     add = parser.add_argument
-    add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
-    words = "columns t_s or a time for each channel, a force or counts for each tip; or -"
-    add("signal", metavar="FILE.csv", nargs="?", help=words)
-    add("--forces", metavar="F1,F2", help="one reading of a pair [N]; write --forces=-0.5,1 below 0")
-    add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
-    add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
-    words = "principal radii of the fruit [mm], or its one radius (default: the design's)"
-    add("--radius", metavar="R1,R2", help=words)
-    add("--columns", metavar="NAME=HEADER,...", help="headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft")
-    add("--units", metavar="NAME=UNIT,...", help="units if FILE.csv gives none, as in t=ms,F_l=mN")
+    add("folder", metavar="OUT", type=Path, help="Output folder of the sensor's design")
+    help_text = (
+        "Presses, with the column t_s or a time for each channel, and a force or counts for each tip; "
+        "- reads the standard input"
+    )
+    add("signal", metavar="FILE.csv", nargs="?", help=help_text)
+    help_text = "One reading of a pair of tips [N]; write --forces=-0.5,1 if the first force is negative"
+    add("--forces", metavar="F1,F2", help=help_text)
+    help_text = "Unit whose calibration is used, written by pipeline calibrate (default: the unit as designed)"
+    add("--unit", metavar="unit.toml", type=Path, help=help_text)
+    help_text = "Ripeness classes by modulus [MPa], as in ripe:0.8,turning:1.6,unripe"
+    add("--classes", metavar="NAMES", help=help_text)
+    help_text = "Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)"
+    add("--radius", metavar="R1,R2", help=help_text)
+    help_text = "Headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft"
+    add("--columns", metavar="NAME=HEADER,...", help=help_text)
+    help_text = "Units of columns for which FILE.csv gives none, as in t=ms,F_l=mN"
+    add("--units", metavar="NAME=UNIT,...", help=help_text)
     _add_counts(parser)
-    add("--each", action="store_true", help="a reading of the press up to each sample")
-    words = (
-        "one reading for each N presses of one fruit; 0: for all presses (default: one a press, or by a column fruit)"
+    add("--each", action="store_true", help="Print a reading of the press up to each sample")
+    help_text = (
+        "Combine N presses of one fruit into one reading, or all presses if N is 0 "
+        "(default: one reading for each press, or for each fruit in a column fruit)"
     )
-    add("--fruit-presses", metavar="N", type=int, help=words)
-    add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
-    add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
-    words = (
-        "write the programs of the board, which print counts, or E with --unit: MicroPython, Arduino (DIR: OUT-board)"
+    add("--fruit-presses", metavar="N", type=int, help=help_text)
+    add("--c-header", metavar="FILE.h", type=Path, help="Write the read-out of this unit as a C99 header")
+    add("--micropython", metavar="FILE.py", type=Path, help="Write the read-out of this unit in MicroPython")
+    help_text = (
+        "Write the programs of the board in MicroPython and for Arduino (default DIR: OUT-board); "
+        "they print counts, or E if --unit is given"
     )
-    add("--logger", metavar="DIR", type=Path, nargs="?", const=True, help=words)
+    add("--logger", metavar="DIR", type=Path, nargs="?", const=True, help=help_text)
     _add_force(parser)
-    add("--json", action="store_true", help="print JSON, one object a line for a signal")
+    add("--json", action="store_true", help="Print JSON; for FILE.csv, one object on each line")
 
 
 def _add_simulate(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline simulate`."""
     add = parser.add_argument
-    add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
-    words = "draw N fruits, presses and units over all ranges of the design, and compare the readings with the truth"
-    add("--prove", metavar="N", type=int, help=words)
-    add("--out", metavar="FILE.csv", type=Path, help="write the log of presses on a fruit, for pipeline read")
-    add("--unit", metavar="unit.toml", type=Path, help="the unit that presses, by its counts (default: as designed)")
-    add("--E", metavar="MPA", type=number, help="modulus of the fruit [MPa] (default: middle of the design's range)")
-    words = "its principal radii, or its one radius [mm] (default: the design's, as for all that follows)"
-    add("--radius", metavar="R1,R2", help=words)
-    add("--azimuth", metavar="DEG", type=number, help="direction of the first radius, from +x of the housing [deg]")
-    add("--thickness", metavar="MM", type=number, help="flesh over its stone [mm]")
-    add("--tilt", metavar="DEG", type=number, help="tilt against the normal of the skin [deg] (default 0)")
-    add("--off-centre", metavar="MM", type=number, help="distance from the apex [mm] (default 0)")
-    add("--towards", metavar="DEG", type=number, help="direction of both, from +x of the housing [deg] (default 0)")
-    add("--presses", metavar="N", type=int, help="presses of the fruit, each turned against the one before (default 1)")
-    add("--rate", metavar="HZ", type=number, help="lines a second [Hz] (default: the rate of the read-out)")
-    add("--noise", action="store_true", help="with the noise and the drift of the channels")
-    add("--uneven", action="store_true", help="with the uneven skin and flesh of the design")
-    add("--bruise", metavar="MM", type=number, help="radius of a bruise of half the modulus, under the first tip [mm]")
-    words = "flesh that relaxes: shares of the force and times [s], as in 0.25:5,0.33:120"
-    add("--relax", metavar="SHARE:S,...", help=words)
-    words = "write a table of weights on a unit with drawn errors, for pipeline calibrate"
-    add("--weights", metavar="FILE.csv", type=Path, help=words)
-    add("--plate", metavar="FILE.csv", type=Path, help="likewise, on a hard plate")
-    add("--ball", metavar="FILE.csv", type=Path, help="likewise, in presses on a ball of rubber")
-    add("--seed", metavar="N", type=int, default=1, help="seed of all random numbers (default 1)")
+    add("folder", metavar="OUT", type=Path, help="Output folder of the sensor's design")
+    help_text = (
+        "Draw N fruits, presses and units at random from all ranges of the design, "
+        "and compare the readings with the true moduli"
+    )
+    add("--prove", metavar="N", type=int, help=help_text)
+    add("--out", metavar="FILE.csv", type=Path, help="Write the log of presses on a fruit, for pipeline read")
+    help_text = "Unit that presses the fruit, written by pipeline calibrate (default: the unit as designed)"
+    add("--unit", metavar="unit.toml", type=Path, help=help_text)
+    _add_simulated_press(parser)
+    help_text = "Write a table of weights on a unit with random errors, for pipeline calibrate"
+    add("--weights", metavar="FILE.csv", type=Path, help=help_text)
+    help_text = "Write the press of this unit on a hard plate, for pipeline calibrate"
+    add("--plate", metavar="FILE.csv", type=Path, help=help_text)
+    help_text = "Write the presses of this unit on a rubber ball, for pipeline calibrate"
+    add("--ball", metavar="FILE.csv", type=Path, help=help_text)
+    add("--seed", metavar="N", type=int, default=1, help="Seed of all random numbers (default 1)")
     _add_force(parser)
     _add_json(parser)
 
 
-def _add_engine(parser: ArgumentParser) -> None:
-    """Add the flags for where a study is solved and stored."""
+def _add_simulated_press(parser: ArgumentParser) -> None:
+    """Add the flags for the fruit of a simulation, the pose of the sensor on it, and the presses."""
     add = parser.add_argument
-    add("--out", metavar="DIR", type=Path, help="folder of study.sqlite (default outputs/NAME of the study file)")
-    add("--processes", metavar="N", type=int, help="processes on this machine (default: one for each core)")
-    add("--scheduler", metavar="ADDRESS", help="solve on the Dask cluster of this scheduler, tcp://HOST:PORT")
+    help_text = "Modulus of the fruit [MPa] (default: the middle of the design's range)"
+    add("--E", metavar="MPA", type=number, help=help_text)
+    help_text = "Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)"
+    add("--radius", metavar="R1,R2", help=help_text)
+    help_text = "Direction of the first radius, from +x of the housing [deg] (default: as in the design)"
+    add("--azimuth", metavar="DEG", type=number, help=help_text)
+    help_text = "Thickness of the flesh over the stone [mm] (default: as in the design)"
+    add("--thickness", metavar="MM", type=number, help=help_text)
+    help_text = "Angle between the sensor's axis and the normal of the skin [deg] (default 0)"
+    add("--tilt", metavar="DEG", type=number, help=help_text)
+    add("--off-centre", metavar="MM", type=number, help="Distance of the sensor from the apex [mm] (default 0)")
+    help_text = "Direction of --tilt and --off-centre, from +x of the housing [deg] (default 0)"
+    add("--towards", metavar="DEG", type=number, help=help_text)
+    help_text = "Number of presses on the fruit, each rotated relative to the previous one (default 1)"
+    add("--presses", metavar="N", type=int, help=help_text)
+    help_text = "Number of samples per second [Hz] (default: the rate of the read-out)"
+    add("--rate", metavar="HZ", type=number, help=help_text)
+    add("--noise", action="store_true", help="Add the noise and the drift of the channels")
+    add("--uneven", action="store_true", help="Add the unevenness of skin and flesh that the design allows")
+    help_text = "Radius of a bruise of half the modulus, under the first tip [mm]"
+    add("--bruise", metavar="MM", type=number, help=help_text)
+    help_text = "Relaxation of the flesh: fractions of the force and their times [s], as in 0.25:5,0.33:120"
+    add("--relax", metavar="SHARE:S,...", help=help_text)
+
+
+def _add_engine(parser: ArgumentParser) -> None:
+    """Add the flags that determine where a study is solved and stored."""
+    add = parser.add_argument
+    help_text = "Folder of study.sqlite (default outputs/NAME, with NAME from the study file)"
+    add("--out", metavar="DIR", type=Path, help=help_text)
+    help_text = "Number of processes on this machine (default: one per core)"
+    add("--processes", metavar="N", type=int, help=help_text)
+    help_text = "Solve on the Dask cluster with this scheduler, tcp://HOST:PORT"
+    add("--scheduler", metavar="ADDRESS", help=help_text)
 
 
 def _add_study(parser: ArgumentParser) -> None:
+    """Add the flags of `pipeline study`."""
     add = parser.add_argument
-    add("file", metavar="FILE.toml", type=Path, help="the study file, see docs/studies.md")
+    add("file", metavar="FILE.toml", type=Path, help="Study file, as described in docs/studies.md")
     _add_engine(parser)
-    add("--export", metavar="FILE.csv", type=Path, help="write the table of all points")
-    add("--html", action="store_true", help="write its page, study.html, into its folder")
+    add("--export", metavar="FILE.csv", type=Path, help="Write the table of all points to this file")
+    add("--html", action="store_true", help="Write the page study.html to the folder of the study")
     _add_force(parser)
     _add_json(parser)
 
 
 def _add_optimise(parser: ArgumentParser) -> None:
-    words = "a study file with [optimise], see docs/studies.md"
-    parser.add_argument("file", metavar="FILE.toml", type=Path, help=words)
+    """Add the flags of `pipeline optimise`."""
+    help_text = "Study file with a table [optimise], as described in docs/studies.md"
+    parser.add_argument("file", metavar="FILE.toml", type=Path, help=help_text)
     _add_engine(parser)
     _add_force(parser)
     _add_json(parser)
@@ -288,19 +377,19 @@ def _add_optimise(parser: ArgumentParser) -> None:
 COMMANDS = {
     "run": Command(
         module="twintip.commands.run",
-        purpose="size, shape, mesh, solve and judge a sensor",
+        purpose="design a sensor, solve it by finite elements, and check it against its targets",
         example="pipeline run --nl 0.05 --out outputs/mine",
         add_flags=_add_run,
     ),
     "design": Command(
         module="twintip.commands.design",
-        purpose="make the files for fabrication and judge their geometry",
+        purpose="run a design, write the files for fabrication, and check their geometry",
         example="pipeline design",
         add_flags=_add_making,
     ),
     "suggest": Command(
         module="twintip.commands.suggest",
-        purpose="find the nearest design that passes",
+        purpose="find the nearest design that passes all verdicts",
         example="""pipeline suggest --out mine.toml \\
          --fruit 'radius 45 to 52 by 90 to 130, flesh 9 to 18, E 0.5 to 3'""",
         add_flags=_add_suggest,
@@ -313,13 +402,13 @@ COMMANDS = {
     ),
     "check": Command(
         module="twintip.commands.check",
-        purpose="judge the geometry of files, own or foreign",
+        purpose="check the geometry of an output folder, or of a file of any origin",
         example="pipeline check outputs/paper",
         add_flags=_add_check,
     ),
     "view": Command(
         module="twintip.commands.view",
-        purpose="show the parts, fields and response",
+        purpose="show the parts, fields and response of a run",
         example="pipeline view outputs/paper --png pictures",
         add_flags=_add_view,
     ),
@@ -331,13 +420,13 @@ COMMANDS = {
     ),
     "modulus": Command(
         module="twintip.commands.modulus",
-        purpose="turn compression tests into the modulus of the fruit",
+        purpose="find the modulus of fruit from compression tests",
         example="pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35",
         add_flags=_add_modulus,
     ),
     "calibrate": Command(
         module="twintip.commands.calibrate",
-        purpose="find the springs of a printed unit from measurements",
+        purpose="calibrate the springs of a printed unit from measurements",
         example="pipeline calibrate outputs/paper weights.csv --out unit.toml",
         add_flags=_add_calibrate,
     ),
@@ -349,19 +438,19 @@ COMMANDS = {
     ),
     "simulate": Command(
         module="twintip.commands.simulate",
-        purpose="press a fruit with a unit that is not printed yet; prove a design by many",
+        purpose="simulate presses of a unit on fruit, or prove a design by many such presses",
         example="pipeline simulate outputs/mango --prove 60",
         add_flags=_add_simulate,
     ),
     "study": Command(
         module="twintip.commands.study",
-        purpose="solve many designs around one; a file says what varies and what is wanted",
+        purpose="solve many variations of one design, as a study file specifies",
         example="pipeline study springs.toml --export springs.csv",
         add_flags=_add_study,
     ),
     "optimise": Command(
         module="twintip.commands.optimise",
-        purpose="find the design that makes a number least while verdicts pass",
+        purpose="find the design that minimises a number while its verdicts pass",
         example="pipeline optimise sharper.toml",
         add_flags=_add_optimise,
     ),

@@ -1,4 +1,4 @@
-"""`pipeline calibrate`: from measurements of a printed unit to its springs, its verdict and its unit.toml."""
+"""`pipeline calibrate`: find the springs of a printed unit from measurements, and write its unit.toml."""
 
 import shlex
 from argparse import Namespace
@@ -25,11 +25,11 @@ from sensor.words import value_with_bar
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
-"""Names of the columns in its tables, besides forces and counts."""
+"""Names of the columns in the measured tables, besides those of forces, counts and times of channels."""
 
 
 def run(arguments: Namespace) -> Answer:
-    """Calibrate a unit, or find the modulus of a coupon; the exit code is 1 if the unit misses its targets."""
+    """Calibrate a unit, or find the modulus of a coupon. The exit code is 1 if the unit misses its targets."""
     if arguments.classes:
         ripeness_classes(arguments.classes)
     check_weighed_after("--after", arguments.after)
@@ -44,66 +44,74 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
-    """Return the modulus of a coupon; raises InputError for a flag that requires a unit."""
+    """Find the modulus of a printed coupon. Raises InputError for a flag that requires a unit."""
     for flag in ("--out", "--fruit", "--plate", "--after", "--ball"):
-        value = getattr(arguments, flag[2:])
+        value = getattr(arguments, flag.removeprefix("--"))
         if value is not None:
             bound = "left out for a coupon, which gives a modulus and no unit"
             raise validation_error(flag, str(value), "", bound, "leave it out")
     modulus = modulus_of_coupon(table, report)
     _print_notes(table)
     E = modulus.value
-    design_MPa = report.design.process.E_MPa
-    against = f"{100.0 * (E / design_MPa - 1.0):+.1f} % against the design's"
-    printed = f"E as printed {value_with_bar(E, COVERAGE * modulus.error, 'MPa', in_percent=True)} (95 %), {against}"
-    words = ["pipeline", "design", "--design", str(arguments.folder / "design.toml"), "--set", f"print.E_MPa={E:.1f}"]
-    again = f"print again from: {shlex.join(words)}"
-    data = {"E_MPa": E, "E_percent": modulus.percent, "design_E_MPa": design_MPa}
-    return Answer(code=PASSED, data=data, text=f"{printed}\n{again}")
+    design_E = report.design.process.E_MPa
+    E_with_error = value_with_bar(E, COVERAGE * modulus.error, "MPa", in_percent=True)
+    difference = f"{100.0 * (E / design_E - 1.0):+.1f} % from the design's modulus"
+    command = ["pipeline", "design", "--design", str(arguments.folder / "design.toml"), "--set", f"print.E_MPa={E:.1f}"]
+    return Answer(
+        code=PASSED,
+        data={"E_MPa": E, "E_percent": modulus.percent, "design_E_MPa": design_E},
+        text=f"E as printed {E_with_error} (95 %), {difference}\nprint again from: {shlex.join(command)}",
+    )
 
 
 def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
-    """Calibrate a unit, and write it to the path of `--out`."""
-    fruit = None if arguments.fruit is None else read_fruit_table(arguments.fruit, len(report.tips), flags)
-    plate = None if arguments.plate is None else read_plate_table(arguments.plate, report, flags, arguments.counts_as)
+    """Calibrate a unit from a table of weights, and write it to the path of `--out`."""
+    fruit_table = None if arguments.fruit is None else read_fruit_table(arguments.fruit, len(report.tips), flags)
+    plate_table = (
+        None if arguments.plate is None else read_plate_table(arguments.plate, report, flags, arguments.counts_as)
+    )
     ball_notes: list[str] = []
     ball = _pressed_ball(arguments, flags, ball_notes.append)
-    calibration = calibrate_unit(report, table, fruit, plate, arguments.after, ball)
+    calibration = calibrate_unit(report, table, fruit_table, plate_table, arguments.after, ball)
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
         write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
-    _print_notes(table, fruit, plate)
+    _print_notes(table, fruit_table, plate_table)
     for note in (*ball_notes, *calibration.assumed):
         print_error(f"note: {note}")
-    passed = all_passed(calibration.verdicts)
-    springs_failed = passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
+    has_passed = all_passed(calibration.verdicts)
+    # The text says how to trim the leaves, unless a verdict has its own hint.
+    springs_failed = has_passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
     parts = template_parts("calibrate/calibration.txt.j2", failed=springs_failed, **vars(calibration))
     return Answer(
-        code=PASSED if passed else FAILED,
+        code=PASSED if has_passed else FAILED,
         data=as_data(calibration),
-        parts=[*parts, *verdict_parts("the unit against its design", calibration.verdicts)],
+        parts=[*parts, *verdict_parts("the unit compared with its design", calibration.verdicts)],
     )
 
 
 def _pressed_ball(arguments: Namespace, flags: ColumnFlags, report_note: Callable[[str], None]) -> PressedBall | None:
-    """Return the ball and its presses, or None; raises InputError for an incomplete ball.
+    """Return the reference ball and its presses, or None if no flag requests it.
 
-    `report_note` is called with a summary of what was read from its file.
+    `report_note` is called with a summary of the file that was read. Raises InputError if some, but not all, of the
+    ball's flags are given.
     """
-    numbers = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
+    properties = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
     if arguments.ball is not None:
-        ball = reference_ball(*numbers)
+        ball = reference_ball(*properties)
         return PressedBall(
             source=arguments.ball, ball=ball, counts_as=arguments.counts_as, columns=flags, say=report_note
         )
-    for flag, value in zip(("--ball-reduced-modulus", "--ball-radius", "--ball-modulus-error"), numbers, strict=True):
+    flags_of_ball = ("--ball-reduced-modulus", "--ball-radius", "--ball-modulus-error")
+    for flag, value in zip(flags_of_ball, properties, strict=True):
         if value is not None:
-            raise validation_error(flag, value, "", "left out without --ball", "give the presses on the ball")
+            bound = "left out unless --ball is given"
+            raise validation_error(flag, value, "", bound, "name the file of the presses on the ball")
     return None
 
 
 def _print_notes(*tables: MeasuredTable | None) -> None:
-    """Print a summary of each table that was read."""
+    """Print to stderr how each table was read."""
     for table in tables:
         if table is not None:
             print_error(f"note: {table.understood}")

@@ -1,4 +1,4 @@
-"""`pipeline check`: verdicts on existing files, an output folder or one file of any origin."""
+"""`pipeline check`: verdicts on an output folder, or on one file of any origin."""
 
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
@@ -33,23 +33,23 @@ FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def run(arguments: Namespace) -> Answer:
-    """Judge an output folder, or a file of any origin; the exit code is 0 if all verdicts pass, else 1."""
+    """Check an output folder, or a file of any origin. The exit code is 0 if all verdicts pass, and 1 if not."""
     path: Path = arguments.path
-    named: str | None = arguments.design
-    process = _judging_process(path, arguments.process, named)
+    design_name: str | None = arguments.design
+    process = _file_process(path, arguments.process, design_name)  # None for a folder
     if arguments.solve and process is not None:
         return _check_solved(path, process, arguments)
-    if arguments.solve:  # a folder has no process
+    if arguments.solve:
         raise validation_error("--solve", path.name, "", "left out for a folder", "name a STEP file, and add --solve")
     for flag, points in (("--held", arguments.held), ("--pressed", arguments.pressed)):
         if points:
             raise validation_error(flag, path.name, "", "given with --solve", "name a STEP file, and add --solve")
-    with showing_progress(f"reads and judges {path.name}"):
-        if named is None or process is None:
+    with showing_progress(f"checking {path.name}"):
+        if design_name is None or process is None:
             verdicts = check_path(path.absolute(), process)
         else:
-            design = load_design(named)
-            verdicts = check_path(path.absolute(), design.process, (design, _designed_housing(design, named)))
+            design = load_design(design_name)
+            verdicts = check_path(path.absolute(), design.process, (design, _designed_housing(design, design_name)))
     return Answer(
         code=PASSED if all_passed(verdicts) else FAILED,
         data=[asdict(verdict) for verdict in verdicts],
@@ -58,59 +58,65 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
-    """Judge a STEP file after solving the stiffness of its springs by finite elements.
+    """Solve the stiffness of the springs in a STEP file by finite elements, and check the file.
 
-    With `--design`, the stiffnesses are compared with the targets of the design. Raises InputError if the part cannot
-    be solved.
+    With `--design`, the stiffnesses are compared with the targets of the design. The part may deviate from the design,
+    so its distance from the designed surface is a note and not a verdict. Raises InputError if the part cannot be
+    solved.
     """
-    named: str | None = arguments.design
+    design_name: str | None = arguments.design
     held = [_parse_point("--held", text) for text in arguments.held]
     pressed = {str(number): _parse_point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
-    _require_solvable(path, named, held, pressed)
-    design = None if named is None else load_design(named)
-    with showing_progress(f"solves {path.name}") as show:
+    _require_solvable(path, design_name, held, pressed)
+    design = None if design_name is None else load_design(design_name)
+    with showing_progress(f"solving {path.name}") as work:
         from pipeline.springs.own_part import file_stiffness, refuse_part
 
         refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})  # before springs are solved
         springs = None if design is None else _designed_springs(design)
-        housing = None if springs is None or named is None else _housing_of_springs(springs, named)
+        housing = None if springs is None or design_name is None else _housing_of_springs(springs, design_name)
         if springs is not None and pressed:
             pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         rules = process if design is None else design.process
         with refusing_what_cannot_be_solved():
-            found = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)
-        show(f"reads and judges {path.name}")
+            stiffness = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)
+        work(f"checking {path.name}")
         file_verdicts = check_path(
             path.absolute(), rules, None if design is None or housing is None else (design, housing)
         )
-    notes = [*part_notes(found), *(_distance_note(verdict) for verdict in file_verdicts if verdict.name == AS_DESIGNED)]
+    distance_notes = [_distance_note(verdict) for verdict in file_verdicts if verdict.name == AS_DESIGNED]
+    notes = [*part_notes(stiffness), *distance_notes]
+    # The targets are in N/mm, and the solved stiffnesses in N/m.
     targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
-    verdicts = (*part_verdicts(found, targets), *(one for one in file_verdicts if one.name != AS_DESIGNED))
+    other_verdicts = [verdict for verdict in file_verdicts if verdict.name != AS_DESIGNED]
+    verdicts = (*part_verdicts(stiffness, targets), *other_verdicts)
     return Answer(
         code=PASSED if all_passed(verdicts) else FAILED,
-        data={"verdicts": [asdict(verdict) for verdict in verdicts], "stiffness": part_data(found), "notes": notes},
+        data={"verdicts": [asdict(verdict) for verdict in verdicts], "stiffness": part_data(stiffness), "notes": notes},
         parts=[*verdict_parts(str(path), verdicts), *(f"- {escape(note)}" for note in notes)],
     )
 
 
-def _require_solvable(path: Path, named: str | None, held: Sequence["Place"], pressed: Mapping[str, "Place"]) -> None:
-    """Raise InputError unless the file is STEP, and the flags say where the part is held and pressed."""
+def _require_solvable(
+    path: Path, design_name: str | None, held: Sequence["Place"], pressed: Mapping[str, "Place"]
+) -> None:
+    """Raise InputError unless the file is a STEP file, and it is known where the part is held and pressed."""
     if path.suffix.lower() not in SOLVED_KINDS:
         bound = f"a file of kind {', '.join(SOLVED_KINDS)}, because a surface of triangles cannot be solved"
         raise validation_error("--solve", path.name, "", bound, "export the solid as STEP")
-    if named is None and not (held and pressed):
+    if design_name is None and not (held and pressed):
         hint = "add --design NAME, or both --held X,Y,Z and --pressed X,Y,Z"
         raise validation_error(
             "--solve", path.name, "", "given with the places where the part is held and pressed", hint
         )
-    if named is not None and len(pressed) not in (0, TIPS):
-        hint = "give the low tip first, then the high one, or leave both to the design"
+    if design_name is not None and len(pressed) not in (0, TIPS):
+        hint = "give the low tip first and then the high tip, or leave both to the design"
         raise validation_error("--pressed", len(pressed), "", f"given {TIPS} times beside --design", hint)
 
 
 def _parse_point(flag: str, text: str) -> "Place":
-    """Return the point [mm] that a flag gives as text; raises InputError unless it has three numbers."""
-    numbers = [parse_number(word) for word in text.split(",")]
+    """Convert the text of a flag to a point [mm]. Raises InputError unless it has three numbers."""
+    numbers = [parse_number(part) for part in text.split(",")]
     if len(numbers) != len(AXES) or None in numbers:
         raise validation_error(flag, text, "mm", "three numbers X,Y,Z", f"for instance {flag}=-4,0,0")
     x, y, z = (float(number or 0.0) for number in numbers)
@@ -118,45 +124,44 @@ def _parse_point(flag: str, text: str) -> "Place":
 
 
 def _distance_note(verdict: Verdict) -> str:
-    """Return the distance between a changed part and the part of the design as a note."""
+    """Return a note with the largest distance between the part in the file and the part of the design."""
     return f"{verdict.value:.4g} mm is the largest distance from the part of the design ({verdict.reference})"
 
 
-def _designed_housing(design: Design, named: str) -> Housing:
-    """Return the housing of a design with its leaves as in a run; raises InputError for one without a housing."""
-    return _housing_of_springs(_designed_springs(design), named)
+def _designed_housing(design: Design, design_name: str) -> Housing:
+    """Solve the leaf lengths of a design, and return its housing. Raises InputError if it has no housing."""
+    return _housing_of_springs(_designed_springs(design), design_name)
 
 
 def _designed_springs(design: Design) -> "FittedSprings":
-    """Return the springs of a design as in a run; raises InputError."""
+    """Solve the springs of a design as in a run. Raises InputError if they cannot be solved."""
     from pipeline.sensor import Sensor  # loads the solvers, which other checks do not need
 
     with refusing_what_cannot_be_solved():
         return Sensor(design=design).upright_springs
 
 
-def _housing_of_springs(springs: "FittedSprings", named: str) -> Housing:
-    """Return the housing of a design's springs; raises InputError for one without a housing."""
+def _housing_of_springs(springs: "FittedSprings", design_name: str) -> Housing:
+    """Return the housing that contains the springs of a design. Raises InputError if there is none."""
     housing = springs.housing
     if housing is None:
-        hint = f"see printable.* of pipeline run {named}"
-        raise validation_error("--design", named, "", "a design whose housing can be made", hint)
+        hint = f"see printable.* of pipeline run {design_name}"
+        raise validation_error("--design", design_name, "", "a design whose housing can be made", hint)
     return housing
 
 
-def _judging_process(path: Path, name: str | None, design: str | None) -> Process | None:
-    """Return the print process whose rules judge a file; None for a folder, which has a process of its own.
+def _file_process(path: Path, process_name: str | None, design_name: str | None) -> Process | None:
+    """Return the print process whose rules apply to a file, or None for a folder, whose report names its process.
 
-    Raises InputError for flags that exclude each other, a missing path, and an unknown kind of file or process.
+    Raises InputError for incompatible flags, a missing path, an unknown kind of file and an unknown process.
     """
-    if name is not None and design is not None:
-        raise validation_error(
-            "--process", name, "", "left out if --design is given", "leave it out: the design names the process"
-        )
+    if process_name is not None and design_name is not None:
+        hint = "leave it out: the design names the process"
+        raise validation_error("--process", process_name, "", "left out if --design is given", hint)
     if path.is_dir():
-        for flag, value in (("--process", name), ("--design", design)):
+        for flag, value in (("--process", process_name), ("--design", design_name)):
             if value is not None:
-                hint = "leave it out: a folder has its design, which names the process"
+                hint = "leave it out: a folder has its own design, which names the process"
                 raise validation_error(flag, value, "", "left out for a folder", hint)
         return None
     if not path.is_file():
@@ -165,8 +170,9 @@ def _judging_process(path: Path, name: str | None, design: str | None) -> Proces
     if path.suffix.lower() not in FILE_KINDS:
         kinds = ", ".join(FILE_KINDS)
         raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
-    name = name or DEFAULT_PROCESS
-    if name not in PROCESSES:
+    process_name = process_name or DEFAULT_PROCESS
+    if process_name not in PROCESSES:
         bound = f"one of {', '.join(PROCESSES)}"
-        raise validation_error("--process", name, "", bound, f"did you mean {nearest(name, [*PROCESSES])}?")
-    return PROCESSES[name]
+        hint = f"did you mean {nearest(process_name, [*PROCESSES])}?"
+        raise validation_error("--process", process_name, "", bound, hint)
+    return PROCESSES[process_name]

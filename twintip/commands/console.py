@@ -1,4 +1,4 @@
-"""Output of all commands: answers, exit codes, one-line errors, and readers that leave early."""
+"""Output of all commands: answers, exit codes, one-line errors, and output that nobody reads any more."""
 
 import json
 import os
@@ -13,27 +13,27 @@ from typing import TYPE_CHECKING
 from sensor.quantity import InputError
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType  # help and refusals do not need it
+    from rich.console import RenderableType  # imported only for type checking, because rich is slow to load
 
 PASSED, FAILED, WRONG_INPUT = 0, 1, 2
 _HALF_A_LINE = 1500  # [characters]; every regular message is shorter than twice this
 EXIT_CODES = {
     PASSED: "all verdicts pass",
-    FAILED: "one fails or is undecided",
+    FAILED: "a verdict fails or is undecided",
     WRONG_INPUT: "wrong input",
     128 + signal.SIGINT: "ended by Ctrl-C",
-    128 + signal.SIGTERM: "by SIGTERM",
+    128 + signal.SIGTERM: "ended by SIGTERM",
 }
-"""The meaning of each exit code; `__main__` returns those from 128 on."""
+"""The meaning of each exit code. `__main__` returns the codes above 128."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """The answer of a command: its exit code, and the data of `--json` or the printed output.
+    """The answer of a command: its exit code, and what is printed.
 
-    `text` is printed unchanged, and `parts` are laid out by rich in `width` characters. A command that reads a stream
-    yields an answer for each press, whose data are on one line. `files` were written; with data, their paths are
-    printed on stderr.
+    With `--json`, `data` is printed. Otherwise, `parts` are laid out by rich in `width` characters, and `text` is
+    printed unchanged. A command that reads a stream yields an answer for each press, and its data are printed on one
+    line. The paths of the written `files` are also printed: on stderr with `--json`, and otherwise on stdout.
     """
 
     code: int
@@ -46,7 +46,11 @@ class Answer:
 
 
 def print_answer(answer: Answer, *, as_json: bool) -> None:
-    """Print an answer. A reader that left undoes no work, but ends the reading of a stream by BrokenPipeError."""
+    """Print an answer.
+
+    If nobody reads the output any more, it is discarded. A command that reads a stream is ended instead, by
+    BrokenPipeError.
+    """
     with nullcontext() if answer.of_stream else answering():
         if as_json and answer.data is not None:
             print_json(answer.data, indent=None if answer.of_stream else 2)
@@ -63,30 +67,34 @@ def print_answer(answer: Answer, *, as_json: bool) -> None:
 
 
 def print_json(data: object, indent: int | None = 2) -> None:
-    """Print data as JSON; raises ValueError for a number that is not finite."""
+    """Print data as JSON. Raises ValueError for a number that is not finite."""
     print(json.dumps(data, indent=indent, allow_nan=False, ensure_ascii=sys.stdout.encoding != "utf-8"))
 
 
 @contextmanager
 def answering() -> Iterator[None]:
-    """Print an answer inside the block; a reader that left does not undo the work.
+    """Flush stdout after the block, in which an answer is printed.
 
-    Raises InputError if the answer is lost, for instance on a full disk.
+    If nobody reads the output any more, it is discarded, because the work of the command is done. Raises InputError if
+    the answer is lost for another reason, for instance because the disk is full.
     """
     try:
         yield
         sys.stdout.flush()
-    except (BrokenPipeError, SystemExit):  # rich turns BrokenPipeError into SystemExit
+    except (BrokenPipeError, SystemExit):  # rich converts BrokenPipeError to SystemExit
         drop_output()
     except OSError as error:
         drop_output()
-        msg = f"the answer cannot be printed: {reason_of(error)}. The work is done; free some room for its answer."
+        msg = f"the answer cannot be printed: {reason_of(error)}. The work is done; free some space for its answer."
         raise InputError(msg) from error
 
 
 @contextmanager
 def refusing_what_cannot_be_solved() -> Iterator[None]:
-    """Raise InputError in place of errors by mesher, solvers and file writers for a scene beyond their range."""
+    """Convert errors of the mesher, the solvers and the file writers to InputError.
+
+    These errors are caused by a design that is outside the range of the methods.
+    """
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from solve.linear import SolveError
@@ -98,20 +106,21 @@ def refusing_what_cannot_be_solved() -> Iterator[None]:
 
 
 def print_error(message: str) -> None:
-    """Print one line to stderr if possible; control characters are escaped."""
+    """Print a message to stderr as one line, with control characters escaped. Failure to print is ignored."""
     line = " ".join(message.split())
-    if len(line) > 2 * _HALF_A_LINE:  # an endless name or value from outside; the hint is at the end
+    # A message may quote a very long name or value of the user. Its end is kept, because the hint is there.
+    if len(line) > 2 * _HALF_A_LINE:
         line = f"{line[:_HALF_A_LINE]} ... {line[-_HALF_A_LINE:]}"
-    plain = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in line)
+    escaped = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in line)
     with suppress(OSError):
-        print(f"pipeline: {plain}", file=sys.stderr, flush=True)
+        print(f"pipeline: {escaped}", file=sys.stderr, flush=True)
 
 
 def reason_of(error: OSError) -> str:
-    """Return the system's description of an error, or its type if a library gives none."""
+    """Return the system's description of an error, or the library's message, or else the type of the error."""
     return error.strerror or str(error) or type(error).__name__
 
 
 def drop_output() -> None:
-    """Redirect stdout to nowhere, so that Python's flush at exit does not fail again."""
+    """Redirect stdout to the null device, so that Python's flush at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""`pipeline doctor`: whether this machine has what the commands need, as a table and an exit code."""
+"""`pipeline doctor`: a table that shows whether this machine meets the requirements of the commands."""
 
 import os
 import platform
@@ -25,7 +25,7 @@ OPTIONAL_PROGRAMS = {
     "ccx": "optional: CalculiX, a second solver for comparison",
     "prusa-slicer": "optional: PrusaSlicer, slices the parts in the tests",
 }
-LEAST_MEMORY_GIB = 2.0  # resident memory; a run needs half of it
+LEAST_MEMORY_GIB = 2.0  # twice the resident memory of a run
 _IMPORT_SECONDS = 120
 _IMPORTED = "imported"
 _IMPORTING = f"""
@@ -39,7 +39,7 @@ _COLOURS = {"ok": "green", "note": "yellow", "wrong": "red"}
 
 
 class Finding(NamedTuple):
-    """One line of the table: the subject, what was found, its status, and a remark."""
+    """One row of the table: what was examined, what was found, the status, and a remark."""
 
     name: str
     found: str
@@ -48,12 +48,12 @@ class Finding(NamedTuple):
 
 
 def run(_arguments: Namespace) -> Iterator[Answer]:
-    """Examine this machine; the exit code is 0, or 2 if a requirement of every run is missing."""
-    yield Answer(code=PASSED, text=f"imports {len(IMPORTS)} packages, which takes some seconds")
-    with showing_progress(f"imports {', '.join(IMPORTS)}"):
+    """Examine this machine. The exit code is 0, or 2 if something is missing that every run needs."""
+    yield Answer(code=PASSED, text=f"Importing {len(IMPORTS)} packages takes a few seconds.")
+    with showing_progress(f"importing {', '.join(IMPORTS)}"):
         rows = examination()
-    heads = ("what", "found", "", "remark")
-    table = Table(*(Column(head, overflow="fold") for head in heads), title="what this machine has")
+    headings = ("what", "found", "", "remark")
+    table = Table(*(Column(heading, overflow="fold") for heading in headings), title="what this machine has")
     for row in rows:
         table.add_row(row.name, escape(row.found), f"[{_COLOURS[row.status]}]{row.status}[/]", escape(row.remark))
     is_wrong = any(row.status == "wrong" for row in rows)
@@ -61,15 +61,16 @@ def run(_arguments: Namespace) -> Iterator[Answer]:
 
 
 def examination() -> list[Finding]:
-    """Return every row of the table."""
+    """Examine the packages, the optional programs, the memory and the folders, and return a row for each."""
     rows = [Finding("Python", platform.python_version()), *_packages(), *_imports(IMPORTS), *_optional()]
-    GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
-    is_enough = GiB >= LEAST_MEMORY_GIB
+    memory_GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    is_enough = memory_GiB >= LEAST_MEMORY_GIB
     remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
-    rows.append(Finding("memory", f"{GiB:.1f} GiB", "ok" if is_enough else "note", remark))
+    rows.append(Finding("memory", f"{memory_GiB:.1f} GiB", "ok" if is_enough else "note", remark))
     cache = cache_folder()
     if cache is None:
-        rows.append(Finding("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves all again"))
+        remark = "there is no home folder; set XDG_CACHE_HOME, or each run solves everything again"
+        rows.append(Finding("cache", "none", "note", remark))
     else:
         rows.append(folder_row("cache", cache))
     rows.append(folder_row("outputs", Path.cwd() / "outputs"))
@@ -84,41 +85,44 @@ def _packages() -> list[Finding]:
 
 
 def package_row(name: str, found: str | None, locked: str | None) -> Finding:
-    """Return the row of a package: wrong if it is missing, a note if its version differs from the locked one."""
+    """Return the row of a package, given its installed version and the version in the lock file.
+
+    The status is "wrong" if the package is missing, and "note" if the two versions differ.
+    """
     if found is None:
         return Finding(name, "absent", "wrong", "run make setup")
     if locked in (None, found):
         return Finding(name, found)
-    return Finding(name, found, "note", f"locked at {locked}; tests ran with that one")
+    return Finding(name, found, "note", f"locked at {locked}, with which the tests were run")
 
 
 def _imports(names: Sequence[str]) -> Iterator[Finding]:
-    """Import heavy packages in a separate process, which a missing system library may crash.
+    """Import large packages in a separate process, because a missing system library may crash it.
 
     After a failure, another process imports the remaining packages.
     """
-    waiting = list(names)
-    while waiting:
-        command = [sys.executable, "-W", "ignore", "-c", _IMPORTING, *waiting]
+    remaining = list(names)
+    while remaining:
+        command = [sys.executable, "-W", "ignore", "-c", _IMPORTING, *remaining]
         try:
-            done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
+            completed = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
         except subprocess.TimeoutExpired:
-            for name in waiting:
-                remark = f"took more than {_IMPORT_SECONDS} s with the packages imported beside it"
+            for name in remaining:
+                remark = f"the import of these {len(remaining)} packages took more than {_IMPORT_SECONDS} s"
                 yield Finding(f"import {name}", "fails", "wrong", remark)
             return
-        imported = [name for name in waiting if f"{_IMPORTED} {name}" in done.stdout.splitlines()]
+        imported = [name for name in remaining if f"{_IMPORTED} {name}" in completed.stdout.splitlines()]
         for name in imported:
             yield Finding(f"import {name}", "ok")
-        waiting = waiting[len(imported) :]
-        if waiting:
-            *_, reason = done.stderr.splitlines() or ["the process ended"]
-            remark = f"{reason}; run make setup, it names missing system libraries"
-            yield Finding(f"import {waiting.pop(0)}", "fails", "wrong", remark)
+        remaining = remaining[len(imported) :]
+        if remaining:  # the first of them failed
+            *_, reason = completed.stderr.splitlines() or ["the process ended"]
+            remark = f"{reason}; run make setup, which names missing system libraries"
+            yield Finding(f"import {remaining.pop(0)}", "fails", "wrong", remark)
 
 
 def _optional() -> list[Finding]:
-    """Return a row for each program that some tests or comparisons use; its purpose is noted if it is absent."""
+    """Return a row for each program that some tests or comparisons use. If it is absent, the remark is its purpose."""
     return [
         Finding(program, "present") if shutil.which(program) else Finding(program, "absent", "note", purpose)
         for program, purpose in OPTIONAL_PROGRAMS.items()
@@ -126,9 +130,9 @@ def _optional() -> list[Finding]:
 
 
 def folder_row(name: str, folder: Path) -> Finding:
-    """Return the row on whether a folder, or its nearest existing parent, can be written; nothing is created."""
+    """Return a row that shows whether a folder is writable, or can be created. Nothing is created here."""
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     if existing.is_dir() and os.access(existing, os.W_OK | os.X_OK):
         return Finding(name, str(folder), "ok", "writable")
-    fault = "cannot be written" if existing.is_dir() else "is a file"
-    return Finding(name, str(folder), "wrong", f"{existing} {fault}; choose or free another folder")
+    problem = "is not writable" if existing.is_dir() else "is a file"
+    return Finding(name, str(folder), "wrong", f"{existing} {problem}; choose another folder, or make this one usable")

@@ -1,4 +1,4 @@
-"""`pipeline explain`: the meaning of a verdict, a symbol or a key of report.json, its source, and a design's number."""
+"""`pipeline explain`: the meaning and source of a verdict, a symbol or a key of report.json, and its value in a run."""
 
 import shutil
 import sys
@@ -17,39 +17,39 @@ _WIDTH = 100
 def run(arguments: Namespace) -> Answer:
     """Explain a name, or list all names.
 
-    Raises InputError for an unknown name, and for a folder without a name.
+    Raises InputError for an unknown name, or if a folder is given without a name.
     """
     folder = arguments.out
     if arguments.name is None:
         if folder is not None:
-            bound = "left out without a NAME"
+            bound = "left out unless NAME is given"
             raise validation_error(
-                "--out", str(folder), "", bound, "name the verdict, symbol or key whose number you want"
+                "--out", str(folder), "", bound, "name the verdict, symbol or key whose value you want"
             )
         lines = [_wrapped(f"{entry.name}: ", _first_sentence(entry.meaning)) for entry in entries()]
         return Answer(code=PASSED, data=[asdict(entry) for entry in entries()], text="\n".join(lines))
     entry = find_entry(arguments.name)
-    number = None if folder is None else explained_value(folder, entry, arguments.name)
+    value_text = None if folder is None else explained_value(folder, entry, arguments.name)
     lines = [_wrapped("", f"{arguments.name}: {entry.meaning}")]
     if entry.formula:
         lines.append(_wrapped("formula: ", entry.formula))
     lines.append(_wrapped("source: ", entry.source))
     hint = "add --out DIR to see its value in that run"
-    lines.append(hint if number is None else _wrapped(f"{folder}: ", number))
-    return Answer(code=PASSED, data={**asdict(entry), "number": number}, text="\n".join(lines))
+    lines.append(hint if value_text is None else _wrapped(f"{folder}: ", value_text))
+    return Answer(code=PASSED, data={**asdict(entry), "number": value_text}, text="\n".join(lines))
 
 
 def _first_sentence(text: str) -> str:
-    """Return the first sentence of a text, or its first question if that ends earlier."""
+    """Return the first sentence or question of a text, whichever ends earlier."""
     sentence, stop, _ = text.partition(". ")
     question, mark, _ = sentence.partition("?")
     return question + mark if mark else sentence + stop.strip()
 
 
-def _wrapped(head: str, text: str) -> str:
-    """Return a text wrapped to the width of the terminal, or to 100 characters; no word is cut."""
+def _wrapped(label: str, text: str) -> str:
+    """Wrap a label and a text to the width of the terminal, or to 100 characters, without breaking words."""
     width = shutil.get_terminal_size((_WIDTH, 24)).columns if sys.stdout.isatty() else _WIDTH
     lines = textwrap.wrap(
-        head + text, width=max(20, width), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+        label + text, width=max(20, width), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
     )
     return "\n".join(lines)

@@ -1,16 +1,17 @@
-"""`pipeline modulus`: from compression tests of fruit, force over travel, to the modulus for a design."""
+"""`pipeline modulus`: the modulus of fruit from compression tests, which record force against travel."""
 
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from instrument.compress.force_law import TestGeometry
-from instrument.compress.modulus import measured_modulus
+from instrument.compress.modulus import CompressionResult, measured_modulus
 from instrument.compress.modulus_page import modulus_page
 from instrument.compress.pressed_shapes import KINDS, CompressedBody, Plunger
 from instrument.compress.sizes import SIZES, read_sizes_table
-from instrument.compress.specimens import QUANTITIES, read_specimens
+from instrument.compress.specimens import QUANTITIES, Specimen, read_specimens
 from instrument.compress.summary import design_range, fruit_summaries, result_parts
 from pipeline.storage.files import write_files
 from pipeline.storage.record_data import as_data
@@ -24,45 +25,26 @@ from twintip.flags import BODIES, SUPPORTS, number
 
 PAPER_PLATE_MM2 = 900.0  # the paper's plate of 30 x 30 mm
 POISSON = 0.3  # also the default of fruit.poisson
-_BALL_IN_RADII = {"ball": {"height": 2.0, "radius_across": 1.0}, "ellipsoid": {"radius_across": 1.0}}
-"""Optional sizes in radii of the body; the defaults are those of a ball."""
+_DEFAULT_SIZES_IN_RADII = {"ball": {"height": 2.0, "radius_across": 1.0}, "ellipsoid": {"radius_across": 1.0}}
+"""Default sizes of a body, as multiples of its radius. They are the sizes of a ball."""
 
 Sizes = Mapping[str, float]
 """Sizes of a test [mm] by the names of their flags."""
 
 
-def run(arguments: Namespace) -> Answer:
-    """Find the modulus of every specimen in the files, and summarise the specimens of each fruit.
+class _CompressionTest(NamedTuple):
+    """A specimen, the geometry of its test, and a sentence for each assumption about this geometry."""
 
-    The forces of each body are solved by finite elements once, however many specimens share its sizes.
-    """
+    specimen: Specimen
+    geometry: TestGeometry
+    assumptions: list[str]
+
+
+def run(arguments: Namespace) -> Answer:
+    """Find the modulus of every specimen in the files, and summarise the specimens of each fruit."""
     _check_plot(arguments.plot)
-    given = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
-    table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(given))
-    if table is not None:
-        print_error(f"note: {table.understood}")
-    files = arguments.files or ([] if table is None else table.files)
-    if not files:
-        raise validation_error("FILE", None, "", "given, or named by the table of --sizes", "name a file")
-    shared_geometry = None if table else _test_geometry(arguments, given)
-    quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
-    tests = []
-    for file in dict.fromkeys(files):
-        for specimen in read_specimens(file, quantities):
-            sizes = given if table is None else {**given, **table.sizes_of(specimen)}
-            tests.append((specimen, *(shared_geometry or _test_geometry(arguments, sizes))))
-    bodies = list(dict.fromkeys(geometry for _, geometry, _ in tests))  # each body is solved once
-    results = []
-    try:
-        with showing_progress("solves how the body is pressed") as work:
-            for specimen, geometry, assumed in tests:
-                count = _body_counter(work, bodies.index(geometry), len(bodies))
-                result = measured_modulus(
-                    specimen, geometry, compression_negative=arguments.compression_negative, count=count
-                )
-                results.append(replace(result, notes=(*assumed, *result.notes)))
-    except SolveError as error:
-        raise InputError(str(error)) from error
+    tests = _compression_tests(arguments)
+    results = _solve_moduli(tests, compression_negative=arguments.compression_negative)
     if arguments.plot is not None:
         page = modulus_page(results)
         write_files({arguments.plot: page.encode()}, "--plot", force=arguments.force)
@@ -71,41 +53,87 @@ def run(arguments: Namespace) -> Answer:
     return Answer(code=PASSED, data=as_data(results), parts=parts)
 
 
+def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
+    """Read every specimen in the files, and combine it with the geometry of its test.
+
+    The sizes of the specimens come from the flags, or from the table of `--sizes`. Raises InputError if no file is
+    given, or if a size or another flag of the test is missing or superfluous.
+    """
+    sizes_of_flags = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
+    table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(sizes_of_flags))
+    if table is not None:
+        print_error(f"note: {table.understood}")
+    files = arguments.files or ([] if table is None else table.files)
+    if not files:
+        raise validation_error("FILE", None, "", "given, or named in the table of --sizes", "name a file")
+    # Without a table, all tests have the same geometry. It is checked before the files are read.
+    shared_geometry = None if table else _test_geometry(arguments, sizes_of_flags)
+    quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
+    tests = []
+    for file in dict.fromkeys(files):
+        for specimen in read_specimens(file, quantities):
+            sizes = sizes_of_flags if table is None else {**sizes_of_flags, **table.sizes_of(specimen)}
+            geometry, assumptions = shared_geometry or _test_geometry(arguments, sizes)
+            tests.append(_CompressionTest(specimen, geometry, assumptions))
+    return tests
+
+
+def _solve_moduli(tests: Sequence[_CompressionTest], *, compression_negative: bool) -> list[CompressionResult]:
+    """Return the modulus of each specimen, with notes on the assumptions of its test.
+
+    The force law of each body is solved by finite elements only once, because specimens of the same sizes share it.
+    Raises InputError if a body cannot be solved, because its sizes come from the user.
+    """
+    geometries = list(dict.fromkeys(test.geometry for test in tests))
+    results = []
+    try:
+        with showing_progress("solving the compression of each body") as work:
+            for test in tests:
+                count = _body_counter(work, geometries.index(test.geometry), len(geometries))
+                result = measured_modulus(
+                    test.specimen, test.geometry, compression_negative=compression_negative, count=count
+                )
+                results.append(replace(result, notes=(*test.assumptions, *result.notes)))
+    except SolveError as error:
+        raise InputError(str(error)) from error
+    return results
+
+
 def _body_counter(work: Work, body: int, bodies: int) -> Count:
-    """Return a progress callback for one of several bodies, which reports its parts within the total of all bodies."""
+    """Return a progress callback for the body with index `body`, which counts its parts among those of all bodies."""
     return lambda ended, parts: work.count(body * parts + ended, bodies * parts)
 
 
 def _check_plot(path: Path | None) -> None:
     if path is not None and (path.suffix.lower() != ".html" or path.is_dir()):
-        bound = "the name of a file that ends in .html, and no folder"
+        bound = "the name of a file that ends in .html, and not a folder"
         raise validation_error("--plot", str(path), "", bound, "write for instance fruit.html")
 
 
 def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[str]]:
-    """Return the body and tools of a test, with a sentence on each assumption made where a flag is missing."""
-    assumed: list[str] = []
-    body = _compressed_body(arguments.body, sizes, assumed)
+    """Return the geometry of a test, and a sentence for each assumption made because a flag is missing."""
+    assumptions: list[str] = []
+    body = _compressed_body(arguments.body, sizes, assumptions)
     plunger = _plunger(arguments.plunger, sizes)
     support = arguments.support
     if support is None and arguments.body is None and plunger is None:
         support = "plate"
-        assumed.append("no --body and no --plunger: a plate above and a plate below are assumed")
+        assumptions.append("no --body and no --plunger: a plate above and a plate below are assumed")
     if support is None:
         raise validation_error("--support", None, "", f"one of {', '.join(SUPPORTS)}", "choose what is under the body")
     area = arguments.plate_area
     if area is None:
         area = body.end_area_mm2 or PAPER_PLATE_MM2
-        of = "the area of the end" if body.end_area_mm2 else "the area of the paper's plate"
-        assumed.append(f"no --plate-area: {of}, {area:.4g} mm^2, is assumed")
+        area_name = "the area of the end" if body.end_area_mm2 else "the area of the paper's plate"
+        assumptions.append(f"no --plate-area: {area_name}, {area:.4g} mm^2, is assumed")
     poisson = arguments.poisson
     if poisson is None:
         poisson = POISSON
-        assumed.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
-    error = arguments.compliance_error
-    if error is not None and not arguments.compliance:
+        assumptions.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
+    compliance_error = arguments.compliance_error
+    if compliance_error is not None and not arguments.compliance:
         bound = "given together with --compliance"
-        raise validation_error("--compliance-error", error, "um/N", bound, "give both, or neither")
+        raise validation_error("--compliance-error", compliance_error, "um/N", bound, "give both, or neither")
     geometry = TestGeometry(
         body=body,
         plunger=plunger,
@@ -115,30 +143,30 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
         plate_area_mm2=area,
         strains_percent=_parse_strains(arguments.strain),
         compliance_um_per_N=arguments.compliance,
-        compliance_error_um_per_N=0.1 * arguments.compliance if error is None else error,
+        compliance_error_um_per_N=0.1 * arguments.compliance if compliance_error is None else compliance_error,
     )
-    return geometry, assumed
+    return geometry, assumptions
 
 
-def _compressed_body(kind: str | None, sizes: Sizes, assumed: list[str]) -> CompressedBody:
-    """Return the compressed body, and append to `assumed` a sentence on each size that no flag gives.
+def _compressed_body(kind: str | None, sizes: Sizes, assumptions: list[str]) -> CompressedBody:
+    """Return the compressed body, and append to `assumptions` a sentence for each size that is not given.
 
-    Raises InputError if its kind or a size is missing, and for a size that it does not have.
+    Raises InputError if the kind of body or one of its sizes is missing, or if it does not have a given size.
     """
     if kind is None:
         if "radius" not in sizes:
             raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "choose what is pressed")
         kind = "ellipsoid" if "height" in sizes else "ball"
     given = {name: size for name, size in sizes.items() if name != "plunger_radius"}
-    ball_defaults = _BALL_IN_RADII.get(kind, {})
+    defaults_in_radii = _DEFAULT_SIZES_IN_RADII.get(kind, {})
     needed = {item.name.removesuffix("_mm") for item in fields(KINDS[kind])}
-    missing = needed - given.keys() - ball_defaults.keys()
+    missing = needed - given.keys() - defaults_in_radii.keys()
     for name in sorted(missing | (given.keys() - needed)):
         bound = f"{'given' if name in missing else 'left out'} for --body {kind}"
-        raise validation_error(_flag(name), given.get(name), "mm", bound, "measure what the body has")
-    for name in sorted(ball_defaults.keys() - given.keys()):
-        given[name] = ball_defaults[name] * given["radius"]
-        assumed.append(f"no {_flag(name)}: {given[name]:g} mm, as for a ball, is assumed")
+        raise validation_error(_flag(name), given.get(name), "mm", bound, "give the sizes that this body has")
+    for name in sorted(defaults_in_radii.keys() - given.keys()):
+        given[name] = defaults_in_radii[name] * given["radius"]
+        assumptions.append(f"no {_flag(name)}: {given[name]:g} mm, as for a ball, is assumed")
     return KINDS[kind](**{f"{name}_mm": size for name, size in given.items()})
 
 
@@ -147,7 +175,10 @@ def _flag(size: str) -> str:
 
 
 def _plunger(end: str | None, sizes: Sizes) -> Plunger | None:
-    """Return the plunger that replaces a plate, or None; raises InputError for incomplete flags."""
+    """Return the plunger that replaces the upper plate, or None.
+
+    Raises InputError if only one of its two flags is given.
+    """
     radius = sizes.get("plunger_radius")
     if end is None and radius is None:
         return None

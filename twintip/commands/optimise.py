@@ -1,4 +1,4 @@
-"""`pipeline optimise`: the best design for a study file, proved by a run."""
+"""`pipeline optimise`: the best design for the goal in a study file, verified by a whole run."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -15,20 +15,21 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Answer:
-    """Search for the best design, and prove it by a whole run of the pipeline.
+    """Search for the best design, and verify it by a whole run of the pipeline.
 
-    The exit code is 0 if all verdicts of that run pass, else 1. A study with a front (the best design at each value of
-    one key) has one best design for each value, and the code is 0 if each of them passes.
+    The exit code is 0 if all verdicts of that run pass, and 1 if not. A study with a front has one best design for each
+    value of the front's key. In this case, the code is 0 if the runs of all these designs pass.
     """
     study = read_study(arguments.file)
     if study.how != "search":
-        hint = "leave samples and points out"
-        raise validation_error("how", study.how, "", "search, with [optimise] in the file", hint)
+        hint = "leave out samples and points"
+        raise validation_error("how", study.how, "", "search, with a table [optimise] in the file", hint)
     folder = arguments.out or Path("outputs") / study.name
     refuse_occupied(study, folder, force=arguments.force)
-    with showing_progress("solves candidates") as work:
+    with showing_progress("solving candidates") as work:
         with chosen_engine(arguments.processes, arguments.scheduler) as engine:
             candidates = search(study, folder, engine, work.count)
+        # One place without a front, and one for each value of the front's key with it.
         proofs = {
             place: prove(study, candidates, place, force=arguments.force, progress=work)
             for place in places(study, folder)
@@ -40,14 +41,16 @@ def run(arguments: Namespace) -> Answer:
         page = write_page(store, study, best, proved, force=arguments.force)
         messages = store.messages()
     possible = sum(candidate.passes for candidate in candidates)
-    counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
-    lines = [f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names"]
+    lines = [f"{len(candidates)} candidates, of which {possible} pass the verdicts that the file names"]
     lines += [f"  {count} x {message}" for message, count in messages.items()]
     if solved or proved:
         for place, proof in proofs.items():
             lines += _best_design_lines(study, place, proof)
     else:
-        lines.append("no candidate has results: change what the messages name, under [vary], [set] or in the base")
+        lines.append(
+            "No candidate could be solved. Change the values that these messages name, in [vary], [set] or the base."
+        )
+    counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
     return Answer(
         code=PASSED if len(proved) == len(proofs) else FAILED,
         data={**counts, **_best_design_data(study, proofs)},
@@ -56,43 +59,46 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
-    """Return the best design and whether its run passed, as data for `--json`; of a front, those at each value."""
-    answers: list[dict[str, object]] = []
+    """Return data for `--json`: the best design and whether its run passed.
+
+    A study with a front has such data for each value of the front's key, listed under "front".
+    """
+    records: list[dict[str, object]] = []
     for place, proof in proofs.items():
-        answer: dict[str, object] = {"at": place.value} if study.front else {}
-        answer |= {"design": None, "passed": None}
+        record: dict[str, object] = {"at": place.value} if study.front else {}
+        record |= {"design": None, "passed": None}
         if proof is not None:
             best = proof.candidate
-            answer |= {"design": str(place.design) if proof.passed else None, "passed": proof.passed}
-            answer |= {"value": best.number_found, "settings": dict(best.changes)}
-        answers.append(answer)
-    return {"front": answers} if study.front else answers[0]
+            record |= {"design": str(place.design) if proof.passed else None, "passed": proof.passed}
+            record |= {"value": best.number_found, "settings": dict(best.changes)}
+        records.append(record)
+    return {"front": records} if study.front else records[0]
 
 
 def _best_design_lines(study: Study, place: Place, proof: Proof | None) -> list[str]:
-    """Return lines on the best design: its objective, the keys that it changes, and whether its whole run passed.
+    """Return the lines on the best design: its objective, the keys that it changes, and the outcome of its whole run.
 
-    Of a front, `place` is the value of its key at which this design is the best. `proof` is None if no candidate
-    passed the search.
+    In a study with a front, `place` holds the value of the front's key for which this design is the best. `proof` is
+    None if no candidate passed the search.
     """
-    front_value = f" at {study.goal.front_key} = {place.value}" if study.front else ""
+    at_value = f" at {study.goal.front_key} = {place.value}" if study.front else ""
     if proof is None:
-        return [f"no candidate passes{front_value}: widen the spans under [vary], or name fewer verdicts"]
+        return [f"no candidate passes{at_value}: widen the spans under [vary], or name fewer verdicts"]
     best = proof.candidate
     objective = best.number_found
     if objective is None and not proof.passed:
-        last = "the base design" if is_base(study, best) else f"point {best.number}"
+        subject = "the base design" if is_base(study, best) else f"point {best.number}"
         outcome = "is rejected as wrong input" if proof.result is None else "does not pass its run"
         advice = "correct the base design, or widen the spans under [vary]"
-        return [f"no candidate passes{front_value}, and {last} {outcome}: {advice}"]
+        return [f"no candidate passes{at_value}, and {subject} {outcome}: {advice}"]
     title = "best" if proof.passed else "the last design that was run, because none passes all verdicts"
     run_objective = value_of_run(study, proof)
-    in_search = "no number in the search" if objective is None else f"{objective:.4g}"
+    in_search = "no value in the search" if objective is None else f"{objective:.4g}"
     in_run = "" if run_objective is None else f", {run_objective:.4g} in its run"
-    lines = [f"{title}{front_value}: {study.goal.minimise} {in_search} at point {best.number}{in_run}"]
+    lines = [f"{title}{at_value}: {study.goal.minimise} {in_search} at point {best.number}{in_run}"]
     for key, value in best.changes.items():
         lines.append(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
     if is_base(study, best):
-        lines.append(f"no candidate improves on the base design{front_value}")
+        lines.append(f"no candidate improves on the base design{at_value}")
     lines.append(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
     return [*lines, str(place.design if proof.passed else place.run)]

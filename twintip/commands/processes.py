@@ -1,4 +1,4 @@
-"""The print processes as a table: all numbers with their sources."""
+"""The table of print processes, with the sources of all values."""
 
 import dataclasses
 
@@ -8,17 +8,17 @@ from rich.text import Text
 from sensor.design.processes import PROCESSES, Process
 from twintip.commands.console import PASSED, Answer
 
-_WIDTH = 160  # [characters], for a column of each process
+_WIDTH = 160  # [characters], enough for one column per process
 
-_OWN = 'A printer of your own: [print] process_file = "my-printer.toml" in the design file, see docs/design-file.md.'
+_OWN_PROCESS = 'To use your own printer, set process_file = "my-printer.toml" in [print]; see docs/design-file.md.'
 
 
 def process_list(own: Process | None) -> Answer:
-    """Return every process with its numbers in one column, and the design's own process if it has one."""
+    """List every print process in one column of a table, with the design's own process in the last column."""
     processes = [*PROCESSES.values(), *([] if own is None else [own])]
     records = [dataclasses.asdict(process) for process in processes]
-    heads = ("", *(record["name"] for record in records))
-    table = Table(*(Column(head, overflow="fold") for head in heads), title="print processes")
+    headings = ("", *(record["name"] for record in records))
+    table = Table(*(Column(heading, overflow="fold") for heading in headings), title="print processes")
     for key in records[0]:
         if key not in ("name", "sources"):
             table.add_row(key, *(str(record[key]) for record in records))
@@ -26,4 +26,4 @@ def process_list(own: Process | None) -> Answer:
     for process in processes:
         sources_text = " ".join(f"{field}: {text};" for field, text in process.sources)
         sources.append(Text(f"{process.name}: {sources_text}"))
-    return Answer(code=PASSED, data=records, parts=[table, *sources], text=_OWN, width=_WIDTH)
+    return Answer(code=PASSED, data=records, parts=[table, *sources], text=_OWN_PROCESS, width=_WIDTH)

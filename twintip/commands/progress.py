@@ -1,4 +1,4 @@
-"""Progress of a command on stderr: a bar on a terminal, else a line after 5 s and then at growing intervals."""
+"""Progress of a command on stderr: a bar on a terminal, or a line after 5 s and then at increasing intervals."""
 
 import os
 import sys
@@ -11,56 +11,57 @@ from typing import TYPE_CHECKING
 from pipeline.storage.interrupts import signals_for_this_thread
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType  # commands without a terminal do not need it
+    from rich.console import RenderableType  # not imported without a terminal, because rich is slow to load
 
 FIRST_LINE_S = 5.0
-"""Seconds of work until the first line if stderr is no terminal."""
+"""Time until the first line is printed [s] if stderr is not a terminal."""
 _LONGEST_PAUSE_S = 60.0  # longest time between two lines; the second line comes at twice the time of the first
 _FRAMES_PER_S = 5
 _BAR_WIDTH = 20  # [characters]
 _MINUTE_S, _HOUR_S = 60.0, 3600.0
-_FEW = 2  # number of minutes or hours below which the smaller unit is shown
+_SWITCH = 2  # number of minutes or hours below which a time is shown in the smaller unit
 
 
 class Work:
-    """The work of a command: a call begins a piece of work, and `count` sets its finished parts."""
+    """The progress of a command. Calling it begins the next task, and `count` sets how many parts are finished."""
 
     def __init__(self, name: str) -> None:
-        """Begin a piece of work with a name."""
+        """Begin the first task."""
         self._start = time.monotonic()
         self._name = name
-        self._counted_from: tuple[int, float] | None = None  # finished parts when the count began, and its time
+        # Number of finished parts at the first call of `count`, and the time of this call.
+        self._counted_from: tuple[int, float] | None = None
         self.ended = self.parts = 0
 
     def __call__(self, name: str) -> None:
-        """Begin the next piece of work."""
+        """Begin the next task."""
         self._name = name
         self._counted_from = None
         self.ended = self.parts = 0
 
     def count(self, ended: int, parts: int) -> None:
-        """Set the number of finished parts of this piece of work, and their total."""
+        """Set the number of finished parts of the current task, and the total number of its parts."""
         if self._counted_from is None:
             self._counted_from = ended, time.monotonic()
         self.ended, self.parts = ended, parts
 
     @property
     def elapsed(self) -> float:
-        """Return the seconds since the command began to work."""
+        """Return the time since the command began its first task [s]."""
         return time.monotonic() - self._start
 
     @property
     def remaining(self) -> float | None:
-        """Return the seconds for the remaining parts at the current pace; None if no part has finished."""
+        """Return the time for the remaining parts at the average pace until now [s]; None if no part has finished."""
         if self._counted_from is None:
             return None
-        before, since = self._counted_from
-        if self.ended <= before:
+        first_ended, first_time = self._counted_from
+        if self.ended <= first_ended:
             return None
-        return (time.monotonic() - since) / (self.ended - before) * (self.parts - self.ended)
+        return (time.monotonic() - first_time) / (self.ended - first_ended) * (self.parts - self.ended)
 
     def __str__(self) -> str:
-        """Return elapsed time, finished parts, remaining time, and the name of the work as text."""
+        """Return the elapsed time, the finished parts, the remaining time, and the name of the task as text."""
         pieces = [duration(self.elapsed)]
         if self.parts:
             pieces.append(f"{self.ended} of {self.parts}")
@@ -70,32 +71,35 @@ class Work:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as text in whole seconds or minutes, or in hours."""
-    if seconds < _FEW * _MINUTE_S:
+    """Return a time as text, in whole seconds, in whole minutes, or in hours with one decimal."""
+    if seconds < _SWITCH * _MINUTE_S:
         return f"{seconds:.0f} s"
-    if seconds < _FEW * _HOUR_S:
+    if seconds < _SWITCH * _HOUR_S:
         return f"{seconds / _MINUTE_S:.0f} min"
     return f"{seconds / _HOUR_S:.1f} h"
 
 
 @contextmanager
 def showing_progress(name: str) -> Iterator[Work]:
-    """Show progress on stderr until the block ends; the block updates the yielded work."""
+    """Show progress on stderr until the block ends. The block updates the `Work` that is yielded."""
     work = Work(name)
     with _progress_bar(work) if _is_capable_terminal() else _progress_lines(work):
         yield work
 
 
 def _is_capable_terminal() -> bool:
-    """Return whether stderr is a terminal that can erase a line; those of notebooks and editors cannot."""
-    # set in child processes of a notebook's kernel
-    is_bare = os.environ.get("TERM") in ("dumb", "unknown") or "JPY_PARENT_PID" in os.environ
-    return sys.stderr.isatty() and not is_bare
+    """Return whether stderr is a terminal that can erase a line. The terminals of notebooks and editors cannot."""
+    # Jupyter sets JPY_PARENT_PID in the child processes of a kernel.
+    is_limited = os.environ.get("TERM") in ("dumb", "unknown") or "JPY_PARENT_PID" in os.environ
+    return sys.stderr.isatty() and not is_limited
 
 
 @contextmanager
 def _progress_bar(work: Work) -> Iterator[None]:
-    """Draw a line at the bottom of the terminal, with a bar if parts are counted; it vanishes when the block ends."""
+    """Draw a status line at the bottom of the terminal, and erase it when the block ends.
+
+    The line has a bar if the parts of the task are counted, and a spinner if not.
+    """
     from rich.console import Console
     from rich.live import Live
     from rich.progress_bar import ProgressBar
@@ -105,15 +109,16 @@ def _progress_bar(work: Work) -> Iterator[None]:
 
     spinner = Spinner("dots")
 
-    def frame() -> "RenderableType":
+    def status_line() -> "RenderableType":
         line = Table.grid(padding=(0, 1))
         bar = ProgressBar(total=work.parts, completed=work.ended, width=_BAR_WIDTH) if work.parts else spinner
         line.add_row(bar, Text(str(work), no_wrap=True, overflow="ellipsis"))
         return line
 
-    live = Live(get_renderable=frame, console=Console(stderr=True), transient=True, refresh_per_second=_FRAMES_PER_S)
+    console = Console(stderr=True)
+    live = Live(get_renderable=status_line, console=console, transient=True, refresh_per_second=_FRAMES_PER_S)
     try:
-        with signals_for_this_thread():  # it starts a thread that draws
+        with signals_for_this_thread():  # rich starts a thread that draws
             live.start(refresh=True)
         yield
     finally:
@@ -122,17 +127,17 @@ def _progress_bar(work: Work) -> Iterator[None]:
 
 @contextmanager
 def _progress_lines(work: Work) -> Iterator[None]:
-    """Print a line after 5 s, 10 s, 20 s and 40 s of work, and then each minute."""
+    """Print a line after 5 s, 10 s, 20 s and 40 s of work, and then about once a minute."""
     has_ended = threading.Event()
 
-    def tell() -> None:
-        due = FIRST_LINE_S
-        while not has_ended.wait(due - work.elapsed):
-            with suppress(OSError, ValueError):  # nobody reads it, or it is closed
+    def print_lines() -> None:
+        next_line_s = FIRST_LINE_S
+        while not has_ended.wait(next_line_s - work.elapsed):
+            with suppress(OSError, ValueError):  # the reader of stderr has ended, or stderr is closed
                 print(f"pipeline: {work}", file=sys.stderr, flush=True)
-            due += min(due, _LONGEST_PAUSE_S)
+            next_line_s += min(next_line_s, _LONGEST_PAUSE_S)
 
-    thread = threading.Thread(target=tell, daemon=True)
+    thread = threading.Thread(target=print_lines, daemon=True)
     try:
         with signals_for_this_thread():
             thread.start()

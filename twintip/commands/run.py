@@ -1,4 +1,4 @@
-"""`pipeline run`: from flags to a design and options, the run, and its answer on one screen."""
+"""`pipeline run`: build a design and options from the flags, run it, and print the answer on one screen."""
 
 import json
 import time
@@ -30,14 +30,14 @@ from twintip.commands.console import (
 )
 from twintip.commands.progress import showing_progress
 
-_POLL_S = 0.1
-_SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
+_POLL_S = 0.1  # time between two checks of a watched file [s]
+_KEY_OF_FLAG = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Run or look at the design in the flags; with --watch, again whenever its file is written.
+    """Run the design that the flags specify. With --watch, repeat a quick run whenever the design file is written.
 
-    If the folder holds the answer already, nothing is solved.
+    If the output folder already holds the answer, nothing is solved.
     """
     if arguments.watch is not None:
         yield from watch(arguments, arguments.watch)
@@ -46,19 +46,19 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
     refuse_unmakeable(design, options)
-    file_date()  # refuses an invalid file date
+    file_date()  # raises an error if the date that files are given is invalid
     report = _report_of_same_run(design, options, folder)
     if report is None:
-        with showing_progress("loads the solvers") as work, refusing_what_cannot_be_solved():
-            # The solvers are imported after all refusals.
+        with showing_progress("loading the solvers") as work, refusing_what_cannot_be_solved():
+            # The solvers are slow to import, so they are imported only after all checks of the input.
             from pipeline import run as whole_run
             from pipeline.report.outputs import earlier_answer
 
             before = earlier_answer(folder)
             report = whole_run(design, options, progress=work).report
-        lost = before.lost_files_text(folder, options.command)
-        if lost is not None:
-            print_error(f"note: {lost}")
+        lost_files = before.lost_files_text(folder, options.command)
+        if lost_files is not None:
+            print_error(f"note: {lost_files}")
     from pipeline.report.answer import every_section, report_passed, summary
 
     parts = every_section(report) if arguments.verbose else summary(report, folder)
@@ -66,32 +66,34 @@ def run(arguments: Namespace) -> Iterator[Answer]:
 
 
 def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
-    """Look at a design file, and again whenever it is written; later errors are printed as one line.
+    """Make a quick run of a design file, and repeat it whenever the file is written.
 
-    Raises InputError for an error at the start.
+    An error in the first run is raised as InputError. In later runs it is printed as one line, so that the user can
+    correct the file.
     """
     if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
         raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
     if not file.endswith(".toml"):
         raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
-    out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # does not change with the name in the file
-    look = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
-    seen = _stamp(file)
-    yield from run(look)
+    # The folder is named after the file, because the name of the design may change between two runs.
+    out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"
+    look_arguments = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
+    last_stamp = _file_stamp(file)
+    yield from run(look_arguments)
     while True:
         time.sleep(_POLL_S)
-        stamp = _stamp(file)
-        if stamp in (seen, None):  # an editor that writes aside removes the file for a moment
+        stamp = _file_stamp(file)
+        if stamp in (last_stamp, None):  # some editors replace the file, so it may be missing for a moment
             continue
-        seen = stamp
+        last_stamp = stamp
         try:
-            yield from run(look)
+            yield from run(look_arguments)
         except (InputError, OSError) as error:
             print_error(str(error))
 
 
-def _stamp(file: str) -> tuple[int, int] | None:
-    """Return the time and size of a file, which change when it is written; None if it does not exist."""
+def _file_stamp(file: str) -> tuple[int, int] | None:
+    """Return the modification time [ns] and the size [bytes] of a file, or None if it does not exist."""
     try:
         status = Path(file).stat()
     except OSError:
@@ -100,7 +102,7 @@ def _stamp(file: str) -> tuple[int, int] | None:
 
 
 def _options(arguments: Namespace, folder: Path) -> RunOptions:
-    """Return the options of a run that writes into `folder`; raises InputError if `--tol` is no number."""
+    """Return the options of a run that writes to `folder`. Raises InputError if `--tol` is not a number."""
     default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE
     tolerance = default if arguments.tol is None else parse_number(arguments.tol)
     if tolerance is None:
@@ -117,9 +119,10 @@ def _options(arguments: Namespace, folder: Path) -> RunOptions:
 
 
 def _report_of_same_run(design: Design, options: RunOptions, folder: Path) -> Json | None:
-    """Return the report in a folder if the same design, options and code wrote it and nothing has changed; else None.
+    """Return the report in a folder if it is still valid, or None.
 
-    Raises OutputError for an unusable folder.
+    It is valid if it was written by the same code for the same design and options, and if no file of the folder has
+    changed since. Raises OutputError for an unusable folder.
     """
     content = unchanged_report(folder)
     if content is None:
@@ -130,7 +133,7 @@ def _report_of_same_run(design: Design, options: RunOptions, folder: Path) -> Js
 
 
 def named_design(arguments: Namespace) -> str:
-    """Return the preset or file in DESIGN or --design; raises InputError for both."""
+    """Return the preset or design file given as DESIGN or by --design. Raises InputError if both are given."""
     if arguments.named is None:
         return str(arguments.design)
     if arguments.design != DEFAULT_DESIGN:
@@ -139,12 +142,12 @@ def named_design(arguments: Namespace) -> str:
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:
-    """Return the design keys set by flags, by TABLE.KEY; raises InputError for a key that is set twice."""
+    """Return the values of design keys that flags set, by TABLE.KEY. Raises InputError if a key is set twice."""
     pairs = []
-    for flag, key in _SETTING_OF.items():
+    for flag, key in _KEY_OF_FLAG.items():
         value = getattr(arguments, flag)
         if value is not None:
-            pairs.append((key, value or '""'))  # an empty flag is an empty text; an empty --set unsets its key
+            pairs.append((key, value or '""'))  # an empty flag means an empty string, while an empty --set unsets a key
     for text in arguments.set:
         key, equals, value = text.partition("=")
         if not equals:
@@ -153,7 +156,7 @@ def settings_of(arguments: Namespace) -> dict[str, str]:
     settings: dict[str, str] = {}
     for key, value in pairs:
         if key in settings:
-            bound = f"given once; it is {settings[key]!r} already"
-            raise validation_error(key, value, "", bound, "keep one of the two")
+            bound = f"given once; it has already been set to {settings[key]!r}"
+            raise validation_error(key, value, "", bound, "keep only one of them")
         settings[key] = value
     return settings

@@ -1,4 +1,7 @@
-"""`pipeline simulate`: files that a unit of a design would write on fruit and on the bench, and proof of the design."""
+"""`pipeline simulate`: the files that a unit of a design would write on fruit and on the bench, or a proof of a design.
+
+A proof reads many simulated presses and checks whether the errors of the readings agree with their error bars.
+"""
 
 import math
 import shlex
@@ -37,8 +40,8 @@ from twintip.flags import parse_radii
 _RADIUS = Bounds(at_least=5.0, at_most=1e6)
 
 
-class _Number(NamedTuple):
-    """A flag with a number: its unit, its bounds, and a hint."""
+class _NumberFlag(NamedTuple):
+    """The unit and the bounds of a flag's number, and the hint in the message if the number is out of bounds."""
 
     unit: str
     bounds: Bounds
@@ -46,29 +49,29 @@ class _Number(NamedTuple):
 
 
 _ANGLE = Bounds(at_least=-360.0, at_most=360.0)
-_NUMBERS = {
-    "E": _Number("MPa", MODULUS, "a ripe mango has 0.5"),
-    "azimuth": _Number("deg", _ANGLE, "count it from +x of the housing"),
-    "thickness": _Number("mm", Bounds(at_least=2.0, at_most=1000.0), "a mango has some 12 over its stone"),
-    "tilt": _Number("deg", Bounds(at_least=0.0, at_most=10.0), "a hand keeps within 4"),
-    "towards": _Number("deg", _ANGLE, "count it from +x of the housing"),
-    "off_centre": _Number("mm", Bounds(at_least=0.0, at_most=10.0), "a hand keeps within 1"),
-    "presses": _Number("", Bounds(at_least=1.0, at_most=100.0), "three presses of a fruit are usual"),
-    "rate": _Number("Hz", Bounds(at_least=5.0, at_most=1e4), "leave it out for the rate of the read-out"),
-    "bruise": _Number("mm", LENGTH, "a bruise has a radius of 3 to 6"),
-    "seed": _Number("", Bounds(at_least=0.0, at_most=2.0**32), "any whole number is good"),
-    "prove": _Number("", Bounds(at_least=1.0, at_most=10000.0), "60 presses take two minutes"),
+_NUMBER_FLAGS = {
+    "E": _NumberFlag("MPa", MODULUS, "a ripe mango has 0.5 MPa"),
+    "azimuth": _NumberFlag("deg", _ANGLE, "measure it from +x of the housing"),
+    "thickness": _NumberFlag("mm", Bounds(at_least=2.0, at_most=1000.0), "a mango has about 12 mm over its stone"),
+    "tilt": _NumberFlag("deg", Bounds(at_least=0.0, at_most=10.0), "a sensor held by hand tilts by up to 4 degrees"),
+    "towards": _NumberFlag("deg", _ANGLE, "measure it from +x of the housing"),
+    "off_centre": _NumberFlag("mm", Bounds(at_least=0.0, at_most=10.0), "a sensor held by hand is off by up to 1 mm"),
+    "presses": _NumberFlag("", Bounds(at_least=1.0, at_most=100.0), "three presses on each fruit are usual"),
+    "rate": _NumberFlag("Hz", Bounds(at_least=5.0, at_most=1e4), "leave it out to use the rate of the read-out"),
+    "bruise": _NumberFlag("mm", LENGTH, "a typical bruise has a radius of 3 to 6 mm"),
+    "seed": _NumberFlag("", Bounds(at_least=0.0, at_most=2.0**32), "any whole number in this range will do"),
+    "prove": _NumberFlag("", Bounds(at_least=1.0, at_most=10000.0), "60 presses take two minutes"),
 }
-_DRAWN = (
+_FLAGS_WITHOUT_PROOF = (
     *("E", "radius", "azimuth", "thickness", "tilt", "towards", "off_centre", "presses", "rate", "noise", "uneven"),
     *("bruise", "relax", "unit", *FILES),
 )
-"""Flags that a proof does not accept, because it draws their values and writes no files."""
+"""Flags that cannot be combined with `--prove`, because a proof draws their values and writes no files."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Simulation:
-    """The answer of a simulation: the truth, the files, and the commands that calibrate and read them."""
+    """The result of a simulation: the true values, the files, and the commands that use the files."""
 
     E: float = report_field("MPa", "true modulus of the fruit", key="E_MPa")
     radii: tuple[float, ...] = report_field("mm", "principal radii of the fruit", key="radii_mm")
@@ -77,14 +80,17 @@ class Simulation:
         "N/m", "true stiffness of each spring under a weight", key="K_N_per_m", times=1e3
     )
     dome_radius: float = report_field("mm", "true radius of the domes", key="dome_radius_mm")
-    seed: int = report_field("1", "seed of all that was drawn")
+    seed: int = report_field("1", "seed of all random numbers")
     outside: tuple[str, ...] = report_field("", "what lies outside the ranges of the design")
     files: tuple[str, ...] = report_field("", "the files that were written")
     commands: tuple[str, ...] = report_field("", "the commands that calibrate and read with them")
 
 
 def run(arguments: Namespace) -> Answer:
-    """Write the files of a simulation, or prove a design; the exit code is 1 if its readings are worse than stated."""
+    """Write the files of a simulation, or prove a design.
+
+    The exit code is 1 if the readings of a proof have larger errors than their error bars state.
+    """
     _check_flags(arguments)
     report = read_report(arguments.folder)
     refuse_unsimulated(report)
@@ -102,12 +108,12 @@ def _flag(name: str) -> str:
 
 
 def _check_flags(arguments: Namespace) -> None:
-    """Raise InputError for a number out of bounds, and for incompatible flags."""
-    for name, (unit, bounds, hint) in _NUMBERS.items():
+    """Raise InputError for a number out of bounds, or for a flag that cannot be combined with `--prove`."""
+    for name, (unit, bounds, hint) in _NUMBER_FLAGS.items():
         value = getattr(arguments, name)
         if value is not None and not bounds.hold(value):
             raise validation_error(_flag(name), value, unit, str(bounds), hint)
-    for name in _DRAWN if arguments.prove is not None else ():
+    for name in _FLAGS_WITHOUT_PROOF if arguments.prove is not None else ():
         value = getattr(arguments, name)
         if value not in (None, False):
             bound = "left out if --prove is given, which draws fruits, presses and units, and writes no file"
@@ -115,13 +121,13 @@ def _check_flags(arguments: Namespace) -> None:
 
 
 def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Answer:
-    """Simulate every file that a flag requests, then write all of them.
+    """Simulate every file that a flag requests, and then write all of them.
 
-    Nothing is written if a simulation fails. Raises InputError if two flags name one file.
+    Nothing is written if a simulation fails. Raises InputError if two flags name the same file.
     """
     if len({path.resolve() for path in paths.values()}) < len(paths):
         first, second = list(paths)[-2:]
-        bound = f"another file than for {_flag(first)}"
+        bound = f"a different file from that of {_flag(first)}"
         raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
     for flag, path in paths.items():
         refuse_taken([path], _flag(flag), force=arguments.force)
@@ -129,14 +135,14 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
     unit = _simulated_unit(arguments, report, paths)
     outside = tuple(beyond_design(settings.fruit, report)) if arguments.out is not None else ()
     lines = {}
-    with showing_progress("simulates") as work:
+    with showing_progress("simulating") as work:
         for flag, path in paths.items():
-            work(f"simulates {path.name}")
+            work(f"simulating {path.name}")
             lines[flag] = FILES[flag](report, unit, settings, work.count)
     for flag, path in paths.items():
         write_files({path: ("\n".join(lines[flag]) + "\n").encode()}, _flag(flag), force=arguments.force)
-    for each in outside:
-        print_error(f"note: {each}")
+    for note in outside:
+        print_error(f"note: {note}")
     simulation = Simulation(
         E=settings.fruit.E,
         radii=settings.fruit.radii,
@@ -153,7 +159,7 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
 
 
 def _simulation_settings(arguments: Namespace, report: Report) -> SimulationSettings:
-    """Return the fruit and the conditions of the presses that the flags describe; raises InputError."""
+    """Return the fruit and the conditions of the presses from the flags. Raises InputError for invalid values."""
     return SimulationSettings(
         fruit=_pressed_fruit(arguments, report),
         presses=arguments.presses or 1,
@@ -167,27 +173,30 @@ def _simulation_settings(arguments: Namespace, report: Report) -> SimulationSett
 
 
 def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
-    """Return the fruit and the pose of the sensor on it; values without a flag come from the design."""
+    """Return the fruit and the pose of the sensor on it. Values for which no flag is given come from the design."""
     usual = usual_fruit(report)
-    given = {name: value for name in ("E", "azimuth", "thickness") if (value := getattr(arguments, name)) is not None}
+    changes = {name: value for name in ("E", "azimuth", "thickness") if (value := getattr(arguments, name)) is not None}
     if arguments.radius is not None:
-        bound = f"one or two numbers with a comma between, each {_RADIUS}"
-        given["radii"] = parse_radii(arguments.radius, _RADIUS, bound, "write for instance --radius 45,65")
-    towards = math.radians(arguments.towards or 0.0)
+        bound = f"one number or two numbers separated by a comma, each {_RADIUS}"
+        changes["radii"] = parse_radii(arguments.radius, _RADIUS, bound, "write for instance --radius 45,65")
+    direction = math.radians(arguments.towards or 0.0)
 
-    def in_direction(length: float | None) -> tuple[float, float]:
-        return (length or 0.0) * math.cos(towards), (length or 0.0) * math.sin(towards)
+    def components(length: float | None) -> tuple[float, float]:
+        return (length or 0.0) * math.cos(direction), (length or 0.0) * math.sin(direction)
 
-    return replace(usual, **given, tilt=in_direction(arguments.tilt), off_centre=in_direction(arguments.off_centre))
+    return replace(usual, **changes, tilt=components(arguments.tilt), off_centre=components(arguments.off_centre))
 
 
 def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float]]:
-    """Return shares [1] and times [s] of relaxing flesh, from the flag or else from the design; raises InputError."""
+    """Return the fractions [1] and times [s] by which the force relaxes, from the flag or else from the design.
+
+    Raises InputError if the flag does not hold valid pairs of numbers.
+    """
     if text is None:
         return report.design.fruit.relaxation or ()
     pairs = [tuple(map(parse_number, pair.split(":"))) for pair in text.split(",")]
     try:
-        return Relaxation(tuple(pairs)).arms  # type: ignore[arg-type]  # it refuses what is no pair of numbers
+        return Relaxation(tuple(pairs)).arms  # type: ignore[arg-type]  # it rejects everything but pairs of numbers
     except InputError as error:
         raise validation_error("--relax", text, "", FORM, "write SHARE:SECONDS,..., as in 0.25:5,0.33:120") from error
 
@@ -195,20 +204,21 @@ def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float
 def _simulated_unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> SimulatedUnit:
     """Return the unit that is simulated.
 
-    It is the unit of `--unit`. Otherwise, it has random errors if a table of the bench is requested, and is as designed
-    if not. Raises InputError for `--unit` together with a table of the bench, which draws a unit of its own.
+    This is the unit of `--unit` if the flag is given. Otherwise, the unit has random errors if a bench table is
+    requested, and is as designed if not. Raises InputError for `--unit` together with a bench table, because such a
+    table is written for a unit with random errors.
     """
     bench_flags = [flag for flag in paths if flag != "out"]
     if arguments.unit is None:
         return unit_of_seed(report, arguments.seed) if bench_flags else designed_unit(report)
     if bench_flags:
-        bound = f"left out if {_flag(bench_flags[0])} is given, which draws a unit"
-        raise validation_error("--unit", str(arguments.unit), "", bound, "simulate one of the two")
+        bound = f"left out if {_flag(bench_flags[0])} is given, which draws a unit at random"
+        raise validation_error("--unit", str(arguments.unit), "", bound, "give only one of these flags")
     return given_unit(report, read_unit(arguments.unit, report))
 
 
 def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Iterator[str]:
-    """Yield the commands that calibrate with the tables and read the log."""
+    """Yield the commands that calibrate the unit with the written tables, and that read the log of the presses."""
     folder = str(arguments.folder)
     unit = None if arguments.unit is None else str(arguments.unit)
     if "weights" in paths:
@@ -232,24 +242,24 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
 
 
 def _prove_design(arguments: Namespace, report: Report) -> Answer:
-    """Prove the design; the exit code is 1 if its readings are worse than their error bars state."""
+    """Compare many simulated readings with the true moduli. The exit code is 1 if the error bars are too small."""
     count = arguments.prove
-    with showing_progress("presses drawn units on drawn fruit") as work:
+    with showing_progress("pressing random units on random fruit") as work:
         work.count(0, count)
         proof = prove(report, count, arguments.seed, lambda done: work.count(done, count))
     return Answer(code=PASSED if proof.passed else FAILED, data=as_data(proof), text="\n".join(_proof_lines(proof)))
 
 
-_HEAD = ("true MPa", "radii mm", "flesh mm", "tilt deg", "read MPa", "error", "bar", "")
+_HEADINGS = ("true MPa", "radii mm", "flesh mm", "tilt deg", "read MPa", "error", "bar", "")
 
 
 def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
-    """Yield the table of true and read values, and a summary of all presses."""
-    rows = [_HEAD, *map(_reading_cells, proof.readings)]
+    """Yield the lines of a table of true and read values, and a summary of all presses."""
+    rows = [_HEADINGS, *map(_reading_cells, proof.readings)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for *numbers, last in rows:
-        cells = [cell.rjust(width) for cell, width in zip(numbers, widths, strict=False)]
-        yield "  ".join([*cells, last]).rstrip()
+    for *number_cells, flags_cell in rows:
+        cells = [cell.rjust(width) for cell, width in zip(number_cells, widths, strict=False)]
+        yield "  ".join([*cells, flags_cell]).rstrip()
     yield (
         f"{proof.design}: {proof.presses - proof.flagged - proof.outside} of {proof.presses} inside their 95 % bars, "
         f"{proof.outside} outside (at most {proof.most_outside}), {proof.flagged} flagged, "
@@ -258,22 +268,22 @@ def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
     yield "proved" if proof.passed else f"not proved: {'; '.join(proof.failures)}"
 
 
-def _reading_cells(each: ProvedReading) -> tuple[str, ...]:
-    """Return the table cells of one press; error and error bar are relative to the true modulus."""
-    answer = ("-", "-", "-")
-    if each.told is not None and each.error is not None and each.u is not None:
-        answer = (
-            f"{each.told:.3f}",
-            f"{100.0 * each.error:+.1f} %",
-            f"{100.0 * each.u * each.told / each.E:.1f} %",
+def _reading_cells(reading: ProvedReading) -> tuple[str, ...]:
+    """Return the table cells of one press. The error and the error bar are relative to the true modulus."""
+    result_cells = ("-", "-", "-")  # for a press from which no modulus could be read
+    if reading.told is not None and reading.error is not None and reading.u is not None:
+        result_cells = (
+            f"{reading.told:.3f}",
+            f"{100.0 * reading.error:+.1f} %",
+            f"{100.0 * reading.u * reading.told / reading.E:.1f} %",
         )
-    beyond = "outside" if each.bars > 1.0 and not each.is_flagged else ""
-    thickness = "-" if each.thickness is None else f"{each.thickness:.1f}"
+    outside = "outside" if reading.bars > 1.0 and not reading.is_flagged else ""
+    thickness = "-" if reading.thickness is None else f"{reading.thickness:.1f}"
     return (
-        f"{each.E:.3f}",
-        f"{each.radii[0]:.0f} x {each.radii[1]:.0f}",
+        f"{reading.E:.3f}",
+        f"{reading.radii[0]:.0f} x {reading.radii[1]:.0f}",
         thickness,
-        f"{each.tilt:.1f}",
-        *answer,
-        " ".join(filter(None, [beyond, *each.flags])),
+        f"{reading.tilt:.1f}",
+        *result_cells,
+        " ".join(filter(None, [outside, *reading.flags])),
     )

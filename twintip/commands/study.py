@@ -18,9 +18,9 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Solve the points of a study that are not stored yet; the exit code is 0 if no point failed, else 1.
+    """Solve the points of a study that are not stored yet. The exit code is 1 if a point failed.
 
-    Raises MachineError after the answer if points failed because of the machine, for instance a full disk.
+    After the answer, MachineError is raised if points failed because of the machine, for instance a full disk.
     """
     study = read_study(arguments.file)
     folder = arguments.out or Path("outputs") / study.name
@@ -29,7 +29,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     if arguments.html:
         refuse_page(folder, force=arguments.force)
     with (
-        showing_progress("solves points") as work,
+        showing_progress("solving points") as work,
         chosen_engine(arguments.processes, arguments.scheduler) as engine,
     ):
         summary = run_study(study, folder, engine, work.count)
@@ -54,24 +54,26 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         text="\n".join(lines),
     )
     if machine_faults:
-        failed = f"{machine_faults} of {summary.points} points"
-        msg = f"{failed} failed by a fault of the machine, the first reason above; the same command tries them again"
+        msg = (
+            f"{machine_faults} of {summary.points} points failed because of the machine, for the first reason above. "
+            "Run the same command again to solve them."
+        )
         raise MachineError(msg)
 
 
 def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tuple[Sensitivity, ...]) -> list[str]:
-    """Return lines on a study: how its points ended, why some were rejected, the rate, and the Sobol indices.
+    """Return the lines that summarise a study: its points, their errors, the rate of solution, and the Sobol indices.
 
-    `messages` counts the points that were rejected for each reason.
+    `messages` maps the reasons for which points were refused or failed to the numbers of such points.
     """
     lines = [f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed"]
     for message, count in messages.items():
         lines.append(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:
         rate = summary.solved / summary.seconds
-        lines.append(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")
+        lines.append(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points per second")
     for index in indices:
-        alone = "alone {:.3f} ({:.3f} to {:.3f})".format(index.first, *index.first_interval)
+        first_order = "alone {:.3f} ({:.3f} to {:.3f})".format(index.first, *index.first_interval)
         total = "with others {:.3f} ({:.3f} to {:.3f})".format(index.total, *index.total_interval)
-        lines.append(f"{index.wanted} by {index.key}: {alone}, {total}")
+        lines.append(f"{index.wanted} by {index.key}: {first_order}, {total}")
     return lines

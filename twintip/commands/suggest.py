@@ -1,4 +1,4 @@
-"""`pipeline suggest`: the nearest design that passes, as a command, a table and a design file."""
+"""`pipeline suggest`: the nearest design that passes its verdicts, as a command, a table and a design file."""
 
 import dataclasses
 import shlex
@@ -29,46 +29,47 @@ if TYPE_CHECKING:
 
 
 def run(arguments: Namespace) -> Answer:
-    """Search for the nearest design that passes, and prove it; the exit code is 0 if one passes, else 1."""
+    """Search for the nearest design that passes, and verify it by a run. The exit code is 0 if there is one, else 1."""
     fruit, preset_or_file = _starting_point(arguments)
     settings = settings_of(arguments)
     design = load_design(preset_or_file, settings)
     _check_flags(arguments)
-    found, nearest_fruit = _search(arguments, design, fruit, preset_or_file, frozenset(settings))
-    changes = _change_rows(found)
-    lines = _suggestion_lines(found, changes)
-    if fruit is not None and found.changes is None:
+    suggestion, nearest_fruit = _search(arguments, design, fruit, preset_or_file, frozenset(settings))
+    changes = _change_rows(suggestion)
+    lines = _suggestion_lines(suggestion, changes)
+    if fruit is not None and suggestion.changes is None:
         lines.append(_nearest_fruit_line(nearest_fruit, preset_or_file, arguments, settings))
     command = None
-    if found.changes is not None:
+    if suggestion.changes is not None:
         if fruit is not None and fruit.thickness_mm is None:
-            depth = f"{found.changed.fruit.depth_mm:g} mm"
+            depth = f"{suggestion.changed.fruit.depth_mm:g} mm"
             lines.append(f"The flesh is taken to be {depth} thick. Give its range to --fruit, as in 'flesh 14 to 27'.")
         command = _run_command(preset_or_file, settings, changes)
         lines.append(command)
         if arguments.out is not None:
-            content = f"# {command}\n{design_as_toml(found.changed)}".encode()
+            content = f"# {command}\n{design_as_toml(suggestion.changed)}".encode()
             write_files({arguments.out: content}, "--out", force=arguments.force)
             lines.append(f"written to {arguments.out}")
     data = {
-        "design": design_as_mapping(found.changed),
+        "design": design_as_mapping(suggestion.changed),
         "passes": command is not None,
         "changes": changes,
         "command": command,
-        "reason": found.reason,
+        "reason": suggestion.reason,
         "preset": None if fruit is None else preset_or_file,
         "nearest_fruit": None if nearest_fruit is None else nearest_fruit.in_words,
-        "tried": found.tried,
-        "runs": found.runs,
-        "verdicts": [dataclasses.asdict(verdict) for verdict in found.verdicts],
+        "tried": suggestion.tried,
+        "runs": suggestion.runs,
+        "verdicts": [dataclasses.asdict(verdict) for verdict in suggestion.verdicts],
     }
     return Answer(code=FAILED if command is None else PASSED, data=data, text="\n".join(lines))
 
 
 def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
-    """Return the fruit of `--fruit`, or None, and the preset or file from which the search starts.
+    """Return the fruit given by `--fruit`, or None, and the preset or design file from which the search starts.
 
-    Raises InputError if both a fruit and a design are given.
+    For a fruit, the search starts from the preset that is most similar to it. Raises InputError if both a fruit and a
+    design are given.
     """
     preset_or_file = named_design(arguments)
     if arguments.fruit is None:
@@ -77,23 +78,23 @@ def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     from pipeline.find.fruit_range import fruit_range
 
     if preset_or_file != DEFAULT_DESIGN:
-        hint = "give one of the two: --fruit starts from the preset most like the fruit"
+        hint = "give only one of them, because --fruit starts from the most similar preset"
         raise validation_error("DESIGN", preset_or_file, "", "left out if --fruit is given", hint)
     is_preset = arguments.fruit in PRESETS
     fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
     return fruit, most_similar_preset(fruit)
 
 
-def _change_rows(found: "Suggestion") -> list[Json]:
-    """Return a row for each key that a suggestion changes: the key, and its values before and after."""
+def _change_rows(suggestion: "Suggestion") -> list[Json]:
+    """Return a row for each key that a suggestion changes: the key, its original value and its new value."""
     from pipeline.find.changes import value_of
 
-    changes = found.changes or {}
-    return [{"key": key, "from": value_of(found.design, key), "to": value} for key, value in changes.items()]
+    changes = suggestion.changes or {}
+    return [{"key": key, "from": value_of(suggestion.design, key), "to": value} for key, value in changes.items()]
 
 
 def _run_command(preset_or_file: str, settings: dict[str, str], changes: list[Json]) -> str:
-    """Return the command that runs a suggestion: its starting design with all changed keys."""
+    """Return the command that runs a suggested design: the starting design with all settings and changes."""
     words = ["pipeline", "run", "--design", preset_or_file]
     for key, text in {**settings, **{row["key"]: setting_text(row["key"], row["to"]) for row in changes}}.items():
         words += ["--set", f"{key}={text}"]
@@ -101,7 +102,7 @@ def _run_command(preset_or_file: str, settings: dict[str, str], changes: list[Js
 
 
 def _check_flags(arguments: Namespace) -> None:
-    """Raise InputError before the search for an unknown key, and for a file that could not be written after it."""
+    """Raise InputError for an unknown key, or for a file that could not be written after the search."""
     refuse_gone(*arguments.keep)
     for key in arguments.keep:
         if key not in every_key():
@@ -118,34 +119,34 @@ def _check_flags(arguments: Namespace) -> None:
 def _search(
     arguments: Namespace, design: Design, fruit: "FruitRange | None", preset_or_file: str, given: frozenset[str]
 ) -> "tuple[Suggestion, FruitRange | None]":
-    """Search for a design that passes, for the given design or for a fruit.
+    """Search for the nearest design that passes, starting from the given design or from a preset for the fruit.
 
-    The keys in `given` stay unchanged. `preset_or_file` names the design from which the search starts. If no design
-    passes for the fruit, the nearest fruit for which one passes is returned too, or None.
+    For a fruit, the keys in `given` are not changed. `preset_or_file` names the design from which the search starts. If
+    no design passes for the fruit, the second result is the most similar fruit for which one passes, or None.
     """
     keep = frozenset(arguments.keep)
-    with showing_progress("loads the solvers") as progress, refusing_what_cannot_be_solved():
+    with showing_progress("loading the solvers") as progress, refusing_what_cannot_be_solved():
         from pipeline.find.demand import nearest_demand
         from pipeline.find.fruit_design import fruit_suggestion
         from pipeline.find.suggestion import suggestion
 
         if fruit is None:
             return suggestion(design, RunOptions(), keep, progress), None
-        progress(f"starts from the preset {preset_or_file} in the size of the fruit")
+        progress(f"starting from the preset {preset_or_file}, scaled to the size of the fruit")
         preset = dataclasses.replace(design, name=design.name if arguments.out is None else arguments.out.stem)
         found = fruit_suggestion(fruit, preset, keep | given, progress)
         if found.changes is not None:
             return found, None
-        failed = [verdict for verdict in found.verdicts if verdict.passed is not True]
-        return found, nearest_demand(fruit, failed, preset, keep | given, progress)
+        not_passed = [verdict for verdict in found.verdicts if verdict.passed is not True]
+        return found, nearest_demand(fruit, not_passed, preset, keep | given, progress)
 
 
 def _nearest_fruit_line(
     nearest_fruit: "FruitRange | None", preset_or_file: str, arguments: Namespace, settings: dict[str, str]
 ) -> str:
-    """Return a line with the command for the nearest fruit that has a sensor, or that there is none."""
+    """Return the line with the command for the most similar fruit that has a sensor, or state that there is none."""
     if nearest_fruit is None:
-        return f"nor was one found for narrower ranges, from the preset {preset_or_file}"
+        return f"no design was found for narrower ranges of the fruit either, from the preset {preset_or_file}"
     words = ["pipeline", "suggest", "--fruit", nearest_fruit.in_words]
     for key, text in settings.items():
         words += ["--set", f"{key}={text}"]
@@ -153,17 +154,18 @@ def _nearest_fruit_line(
         words += ["--keep", key]
     if arguments.out is not None:
         words += ["--out", str(arguments.out)]
-    return f"a sensor passes for narrower ranges: {shlex.join(words)}"
+    return f"a design passes for narrower ranges of the fruit: {shlex.join(words)}"
 
 
-def _suggestion_lines(found: "Suggestion", changes: list[Json]) -> list[str]:
-    """Return lines with the outcome of a search: its reason, and a table of the changed keys.
+def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str]:
+    """Return the lines that state the outcome of a search.
 
-    If no design passes, the verdicts that do not pass take the place of the table.
+    They are the reason for the outcome, followed by a table of the changed keys. If no design passes, they end with the
+    verdicts that do not pass.
     """
-    lines = [f"{found.design.name}: {found.reason}"]
-    if found.changes is None:
-        for verdict in found.verdicts:
+    lines = [f"{suggestion.design.name}: {suggestion.reason}"]
+    if suggestion.changes is None:
+        for verdict in suggestion.verdicts:
             if verdict.passed is not True:
                 lines.append(
                     f"{OUTCOMES[verdict.passed]} {verdict.name}: {value_and_limit(verdict)}{verdict.reference}"
