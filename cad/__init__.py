@@ -1,1 +1,1 @@
-"""WHAT the part is: solids, drawings, files."""
+"""The part itself: its solids, drawings and files."""

@@ -1,4 +1,7 @@
-"""A faster import of the CAD kernel, which takes a second: before it is needed, and without unneeded modules."""
+"""A faster import of the CAD kernel, which takes a second.
+
+The kernel is imported before it is needed, and without the modules that this project does not use.
+"""
 
 import gc
 import importlib
@@ -10,9 +13,10 @@ from typing import NoReturn
 
 from cad.parts.housing import Housing, PartSize
 
-# Each of these imports all 140 modules of VTK only to find out whether VTK is installed.
-_ASK_FOR_VTK = ("OCP.IVtk", "OCP.IVtkOCC", "OCP.IVtkTools", "OCP.IVtkVTK")
-# Modules that CadQuery needs only for pictures, DXF and constraints, or trimesh only for searches, fits and formats.
+# Each of these would import all 140 modules of VTK, only to find out whether VTK is installed.
+_MODULES_THAT_IMPORT_VTK = ("OCP.IVtk", "OCP.IVtkOCC", "OCP.IVtkTools", "OCP.IVtkVTK")
+# CadQuery needs these modules only for pictures, DXF files and constraints. trimesh needs them only for searches, fits
+# and other file formats.
 _UNNEEDED = (
     "PIL",
     "casadi",
@@ -36,15 +40,15 @@ _UNNEEDED = (
 
 
 def load_kernel() -> None:
-    """Import all modules that draw, write and check a sensor, in a worker process that does nothing else.
+    """Import all modules that draw, write and check a sensor. This is called in a worker process at its start.
 
-    The garbage collector is paused during the imports, where it took a third of the CPU time. Later it never visits the
-    imported objects, because they exist until the process ends.
+    The garbage collector is disabled during the imports, because it would take a third of their CPU time. Afterwards it
+    ignores the imported objects, because they exist until the process ends.
     """
     gc.disable()
     try:
-        with _replace_unneeded():
-            for name in (*_ASK_FOR_VTK, "cadquery", "trimesh"):
+        with _stub_unneeded_modules():
+            for name in (*_MODULES_THAT_IMPORT_VTK, "cadquery", "trimesh"):
                 importlib.import_module(name)
         importlib.import_module("cad.checks.sensor_checks")
     finally:
@@ -53,35 +57,38 @@ def load_kernel() -> None:
 
 
 def solid_size(housing: Housing) -> PartSize:
-    """Return the volume [mm^3], the surface and the areas of named faces [mm^2] of the solid of a housing."""
-    from cad.parts.housing_solid import housing_part  # only the worker that runs this needs the kernel
+    """Draw the solid of a housing, and return its volume, its surface area and the areas of its named faces."""
+    from cad.parts.housing_solid import housing_part  # loads the kernel, which only a worker process needs
 
     return housing_part(housing).size
 
 
 @contextmanager
-def _replace_unneeded() -> Iterator[None]:
-    """Replace the modules of `_UNNEEDED` by stand-ins inside a `with` block; a later import loads the real module.
+def _stub_unneeded_modules() -> Iterator[None]:
+    """Replace the modules in `_UNNEEDED` by stubs inside a `with` block. A later import loads the real module.
 
-    Modules that are already imported are kept.
+    Modules that have already been imported are not replaced.
     """
-    absent = [name for name in _UNNEEDED if name not in sys.modules]
-    sys.modules.update({name: _StandIn(name) for name in absent})
+    stubbed = [name for name in _UNNEEDED if name not in sys.modules]
+    sys.modules.update({name: _Stub(name) for name in stubbed})
     try:
         yield
     finally:
-        for name in absent:
+        for name in stubbed:
             del sys.modules[name]
 
 
-class _StandIn(ModuleType):
-    """A stand-in for a module and for every name in it, which can be imported but not called."""
+class _Stub(ModuleType):
+    """A substitute for a module and for every name in it, which can be imported but not called."""
 
-    def __getattr__(self, name: str) -> "_StandIn":
+    def __getattr__(self, name: str) -> "_Stub":
         if name.startswith("__"):
             raise AttributeError(name)
-        return _StandIn(f"{self.__name__}.{name}")
+        return _Stub(f"{self.__name__}.{name}")
 
     def __call__(self, *_: object, **__: object) -> NoReturn:
-        msg = f"{self.__name__} is a stand-in while the CAD kernel is loaded ahead; import CadQuery directly to use it"
+        msg = (
+            f"{self.__name__} cannot be called, because `load_kernel` has replaced it by a stub. "
+            "Import CadQuery directly to use it."
+        )
         raise ImportError(msg)

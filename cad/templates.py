@@ -1,4 +1,4 @@
-"""Jinja templates of texts, pictures, pages and source code."""
+"""The Jinja environment for templates of texts, pictures, pages and source code."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 
 def template_environment(folder: Path, *, autoescape: bool = False) -> Environment:
-    """Return the Jinja environment of the templates in a folder, in which a missing value raises an error."""
+    """Return the Jinja environment for the templates in a folder. In it, an undefined variable raises an error."""
     return Environment(
         loader=FileSystemLoader(folder),
         autoescape=autoescape,

@@ -1,1 +1,1 @@
-"""The solids: housing, tips, fruit, cover and coupon, and their places in the sensor."""
+"""The solids of the housing, the tips, the fruit, the cover and the coupon, and their locations in the sensor."""

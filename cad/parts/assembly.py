@@ -1,8 +1,9 @@
-"""The assembly of a sensor over its fruit: a housing, or the two plates of a square, with covers and fasteners.
+"""The assembly of a sensor over its fruit: one housing or two back-to-back plates, with covers and fasteners.
 
-The plates of a square are equal. One stands on the side -y with its back to the centre; the other is the same plate
-rotated by 180 degrees about the press axis. So low and high change sides, and equal springs are on each diagonal. The
-pads meet at y = 0. All coordinates are in the sensor frame [mm].
+A sensor with a square of four tips has two equal plates. The first plate is on the side -y, with its back towards the
+centre. The second plate is the first one rotated by 180 degrees about the press axis. The low and the high side are
+therefore swapped, and the springs on each diagonal of the square are equal. The pads of the two plates meet at y = 0.
+All coordinates are in the sensor frame [mm].
 """
 
 from __future__ import annotations
@@ -26,22 +27,22 @@ PRINTED_COLOUR = cq.Color(0.22, 0.40, 0.62)
 COVER_COLOUR = cq.Color(0.60, 0.60, 0.62)
 STEEL_COLOUR = cq.Color(0.75, 0.77, 0.80)
 FRUIT_COLOUR = cq.Color(0.95, 0.66, 0.20)
-SCREW_MM = 3.0  # diameter of M3
-HEAD_MM = 5.5  # diameter of the head of M3, ISO 4762
-HEAD_HEIGHT_MM = 3.0  # height of the head of M3, ISO 4762
-NUT_ACROSS_FLATS_MM = 5.5  # M3 nut, ISO 4032
+SCREW_MM = 3.0  # nominal diameter of an M3 screw
+HEAD_MM = 5.5  # diameter of the head of an M3 screw, ISO 4762
+HEAD_HEIGHT_MM = 3.0  # height of the head of an M3 screw, ISO 4762
+NUT_ACROSS_FLATS_MM = 5.5  # width across flats of an M3 nut, ISO 4032
 NUT_MM = 2.4  # thickness of an M3 nut, ISO 4032
-WASHER_THICKNESS_MM = 0.5  # M3 washer, ISO 7089
-WASHER_HOLE_MM = 3.2  # M3 washer, ISO 7089
-SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # M3 screws, ISO 4762
-DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # dowels of 3 mm, ISO 8734
+WASHER_THICKNESS_MM = 0.5  # thickness of an M3 washer, ISO 7089
+WASHER_HOLE_MM = 3.2  # inner diameter of an M3 washer, ISO 7089
+SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # standard lengths of M3 screws, ISO 4762
+DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # standard lengths of 3 mm dowels, ISO 8734
 APART = 2.5  # displacement of a body in exploded views, as a multiple of its distance from the plane y = 0
-_MARGIN = 1.0  # extension of a cut beyond the plate
+_MARGIN = 1.0  # extension of a cut beyond the plate [mm]
 _HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
 
 
 def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
-    """Return the housing as manufactured: with domes, pockets for pins and magnets, and pads on a plate of a square."""
+    """Return the housing as manufactured, with its domes, its pockets for pins and magnets, and its pads."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
         part = named_housing(_with_pads(part.shape, housing, housing.back_to_back), housing)
@@ -49,16 +50,16 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
 
 
 def tagged_workplane(part: Part) -> cq.Workplane:
-    """Return a part [mm] as a CadQuery workplane, with its named faces as tags, to be edited with CadQuery."""
-    plane = cq.Workplane(part.shape)
+    """Convert a part [mm] to a CadQuery workplane for further editing. The named faces become tags."""
+    workplane = cq.Workplane(part.shape)
     faces = part.shape.Faces()
     for name, indices in part.faces.items():
-        plane.newObject([faces[index] for index in indices]).tag(name)
-    return plane
+        workplane.newObject([faces[index] for index in indices]).tag(name)
+    return workplane
 
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
-    """Return the solids of a sensor, for a design and the housing made for it."""
+    """Return the solids of the sensor of a design, whose `housing` has been sized for it."""
     seats = seats_of(design, housing)
     return SensorSolids(
         housing=housing,
@@ -72,10 +73,10 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
 
 
 def _with_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
-    """Return a plate with a pad on its back, and with holes for screws and dowels through both [mm].
+    """Add a pad to the back of a plate, and cut the holes for screws and dowels through both [mm].
 
     The pad is a frame that is open towards the tips. Like the rim of a cover, it lies on the posts and the bar. It is
-    set back from the edges beside which something moves.
+    set back from the edges beside moving parts.
     """
     back = 0.5 * housing.depth
     height = pads.pad_height
@@ -101,7 +102,7 @@ def _with_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
 
 
 def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
-    """Return the location of the housing in the sensor [mm], or the locations of both plates of a square."""
+    """Return the location of the housing in the sensor [mm], or the locations of both back-to-back plates."""
     if not housing.back_to_back:
         return (cq.Location(),)
     front_plate = cq.Location(cq.Vector(0.0, -0.5 * housing.spacing, 0.0))
@@ -109,7 +110,7 @@ def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
 
 
 def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
-    """Return the locations of the front and the back cover in the sensor [mm], for a cover drawn behind its plate."""
+    """Return the locations of the front and the back cover in the sensor [mm]. A cover is drawn behind its plate."""
     plates = plate_places(housing)
     half_turn = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0)) * _HALF_TURN
     front = plates[0] * half_turn
@@ -117,10 +118,11 @@ def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
 
 
 def assembly_of(sensor: SensorSolids) -> cq.Assembly:
-    """Return the assembly of a sensor before the press [mm]; every part has a name, a colour, and tags on named faces.
+    """Return the assembly of a sensor over its fruit before the press [mm].
 
-    The parts are housing or plates, covers, pins, screws, nuts, washers, dowels and fruit. Equal parts share one shape.
-    Names have no spaces, because CadQuery's selectors such as `front_cover?rim` do not allow them.
+    The parts are the housing or the plates, covers, pins, screws, nuts, washers, dowels and the fruit. Each part has a
+    name and a colour, and its named faces have tags. Equal parts share one shape. Names have no spaces, because
+    CadQuery's selectors such as `front_cover?rim` do not allow them.
     """
     housing = sensor.housing
     plates = plate_places(housing)
@@ -140,6 +142,7 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
             for suffix, plate in zip(suffixes, plates, strict=True):
                 assembly.add(pin, name=f"{name}{suffix}", loc=plate * location, color=STEEL_COLOUR)
     _add_fasteners(assembly, sensor)
+    # The origin of the fruit is its apex, which is a gap below the faces that touch it first.
     fruit_origin = cq.Vector(-sensor.tips.offset_mm, 0.0, -sensor.tips.gap_mm - housing.beyond_face)
     fruit = whole_fruit(sensor.fruit, sensor.tips)
     return assembly.add(fruit, name="fruit", loc=cq.Location(fruit_origin), color=FRUIT_COLOUR)
@@ -151,45 +154,45 @@ def placed_shape(part: cq.Assembly) -> cq.Shape:
 
 
 def product_of(part: cq.Assembly) -> str:
-    """Return the product of which a part of an assembly is an instance, such as `washer` for `front_washer_1`."""
+    """Return the kind of product that a part of an assembly is, for example `washer` for `front_washer_1`."""
     return part.name.rstrip("_0123456789").rpartition("_")[2]
 
 
 def colour_of(part: cq.Assembly) -> tuple[float, ...]:
-    """Return the colour of a part of an assembly as red, green and blue from 0 to 1; grey if the part has no colour."""
+    """Return the colour of a part as red, green and blue from 0 to 1. A part without a colour is steel grey."""
     return (part.color or STEEL_COLOUR).toTuple()[:3]
 
 
 def outwards(part: cq.Assembly) -> float:
     """Return the displacement of a part along y in exploded views [mm]."""
     box = placed_shape(part).BoundingBox()
-    if part.name.startswith("screw"):  # a screw moves out of all clamped parts, towards its head
+    if part.name.startswith("screw"):  # a screw moves out of all clamped parts, in the direction of its head
         return APART * float(box.ymin) - float(box.ylen)
     return APART * float(box.center.y)
 
 
 def grip(sensor: SensorSolids) -> float:
-    """Return the grip of the screws [mm]: the thickness of everything that they clamp, plates and covers."""
+    """Return the grip of the screws [mm], which is the thickness of the plates and covers that they clamp."""
     housing = sensor.housing
     return housing.stack + (2.0 * COVER_MM if housing.mount == "covers" else 0.0)
 
 
 def screw_length(grip_mm: float) -> int | None:
-    """Return the length [mm] of the shortest standard M3 screw for a grip, a nut and two washers.
+    """Return the length [mm] of the shortest standard M3 screw that is long enough for a grip, a nut and two washers.
 
     The result is None if all standard screws are too short.
     """
-    needed = grip_mm + NUT_MM + 2.0 * WASHER_THICKNESS_MM
-    return next((length for length in SCREW_LENGTHS_MM if length >= needed), None)
+    required_length = grip_mm + NUT_MM + 2.0 * WASHER_THICKNESS_MM
+    return next((length for length in SCREW_LENGTHS_MM if length >= required_length), None)
 
 
 def dowel_length(housing: Housing) -> int | None:
-    """Return the length of the longest standard dowel that fits into both plates [mm]; None if all are too long."""
+    """Return the length of the longest standard dowel that fits into both plates [mm], or None if all are too long."""
     return max((length for length in DOWEL_LENGTHS_MM if length <= housing.stack), default=None)
 
 
 def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
-    """Add screws, nuts, washers and dowels to an assembly; the heads of the screws are on the front, at -y."""
+    """Add screws, nuts, washers and dowels to an assembly. The heads of the screws are on the front, at -y."""
     housing = sensor.housing
     screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
@@ -204,10 +207,10 @@ def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
 
 
 def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
-    """Return screw, nut and washers about the y axis, each with the y [mm] at which its shape is placed.
+    """Return the screw, its nut and its washers on the y axis, each with the y [mm] at which its shape is placed.
 
-    The grip is centred on y = 0, and the head is on the front, at -y. If all standard screws are too short, a threaded
-    rod of sufficient length, rounded up to 1 mm, is drawn.
+    The grip is centred on y = 0, and the head is on the front, at -y. If all standard screws are too short, a screw is
+    drawn that is just long enough, rounded up to 1 mm. It represents a threaded rod.
     """
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm
@@ -217,7 +220,7 @@ def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
     head = _cylinder(HEAD_MM, head_level - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)
     washer = _cylinder(WASHER_MM, 0.0, WASHER_THICKNESS_MM).cut(_cylinder(WASHER_HOLE_MM, 0.0, WASHER_THICKNESS_MM))
 
-    # The normal of a workplane XZ is -y, so extrusions grow towards -y.
+    # The normal of the workplane "XZ" is -y, so the nut is extruded from its back towards -y.
     nut_back = cq.Workplane("XZ", origin=(0.0, back + WASHER_THICKNESS_MM + NUT_MM, 0.0))
     across_corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
     nut = nut_back.polygon(6, across_corners).circle(0.5 * SCREW_MM).extrude(NUT_MM)
@@ -230,5 +233,5 @@ def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
 
 
 def _cylinder(diameter: float, start: float, length: float) -> cq.Solid:
-    """Return a cylinder about the y axis from y = `start` towards +y; all arguments in mm."""
+    """Return a cylinder on the y axis that extends from y = `start` towards +y. All arguments are in mm."""
     return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(0.0, start, 0.0), cq.Vector(0.0, 1.0, 0.0))

@@ -1,14 +1,15 @@
-"""A test beam with the leaves of the housing, clamped in the middle; its sag under weights gives E of the print.
+"""A test beam (coupon) with leaves like those of the housing, from which the modulus of the print is measured.
 
-One leaf of every arm protrudes from a block and ends in a pad with a hole for a weight. The axes are those of the
-housing; the origin is the centre of the clamped block.
+The coupon is clamped at a block in its middle, and weights are hung on its leaves. The modulus follows from the sag.
+One leaf of each arm protrudes from the block, and ends in a pad with a hole for a weight. The axes are those of the
+housing, and the origin is the centre of the clamped block.
 """
 
 import numpy as np
 
 from sensor.theory.leaf_spring import Flexure
 
-_POINTS = 24  # Gauss points in each fillet and in the straight part
+_POINTS = 24  # number of Gauss points in each fillet and in the straight part
 BLOCK_WIDTH_MM = 24.0
 BLOCK_HEIGHT_MM = 12.0
 PAD_MM = 7.0
@@ -17,35 +18,37 @@ CLAMP_HOLE_MM = 3.4
 CLAMP_INSET_MM = 6.0  # distance of a clamp hole from the side of the block
 BEYOND_LEAF_MM = 0.5 * PAD_MM  # distance from the end of a leaf to the centre of its hole
 FARTHEST_SAG = 0.09
-"""Largest ratio of the sag to the distance of the weight [1]; beyond it a leaf is 1 % stiffer than for small sags."""
+"""Largest ratio of the sag to the distance of the weight [1]. At this sag, a leaf is 1 % stiffer than at small sags."""
 
 
 def modulus_factor(flexure: Flexure) -> float:
     """Return the factor C [1/mm] in E = C F / d, where F [N] is a weight at the hole and d [mm] the sag of the hole.
 
     The leaf is an Euler-Bernoulli cantilever with a rigid pad. C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over
-    the leaf with its fillets. Here s is the distance from the block, a that of the hole, w the width and t(s) the
-    thickness of the leaf. See S. Timoshenko, Strength of Materials I, 1930, art. 34.
+    the leaf with its fillets. Here s is the distance from the block, a the distance of the hole from the block, w the
+    width of the leaf, and t(s) its thickness. See S. Timoshenko, Strength of Materials I, 1930, art. 34.
     """
     r = flexure.fillet
     length = flexure.length
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     factor = 0.0
+    # The integral is split at the ends of the fillets, where the thickness is not smooth.
     for start, end in ((0.0, r), (r, length - r), (length - r, length)):
-        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)  # distance from the block
-        into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
-        # Height of the circular fillet above the straight leaf.
-        rise = r - np.sqrt(np.maximum(r**2 - into_fillet**2, 0.0))
-        thickness = flexure.thickness + 2.0 * rise  # both sides are rounded
+        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)
+        distance_into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
+        # Height of the circular fillet above the face of the straight leaf. Both faces have fillets.
+        fillet_height = r - np.sqrt(np.maximum(r**2 - distance_into_fillet**2, 0.0))
+        thickness = flexure.thickness + 2.0 * fillet_height
         integrand = 12.0 * (length + BEYOND_LEAF_MM - s) ** 2 / (flexure.depth * thickness**3)
         factor += 0.5 * (end - start) * float(weights @ integrand)
     return factor
 
 
 def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
-    """Return the largest force [N] for a leaf of modulus E [MPa].
+    """Return the largest weight [N] for a leaf of modulus E [MPa].
 
-    At this force the root reaches `strain` [1], or the sag reaches the limit of small deflections.
+    It is limited by the strain at the root, `strain` [1], which is 6 F a / (E w t^2) for a weight F at the distance a.
+    It is also limited by the sag, so that small-deflection theory holds.
     """
     hole_distance = flexure.length + BEYOND_LEAF_MM
     strain_limit = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * hole_distance)

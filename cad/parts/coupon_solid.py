@@ -1,4 +1,4 @@
-"""The solid of a coupon in the axes of the housing, with the centre of the clamped block at x = 0, z = 0."""
+"""The solid of a coupon in the axes of the housing. The centre of the clamped block is at x = 0 and z = 0."""
 
 import cadquery as cq
 
@@ -16,10 +16,10 @@ from cad.parts.part import FaceTest, Part, is_hole, named_part, round_upright_ed
 
 
 def coupon_part(housing: Housing) -> Part:
-    """Return the coupon of a housing, a test beam, as one solid with the faces clamp_holes, low_weight and high_weight.
+    """Return the coupon of a housing as one solid with the faces clamp_holes, low_weight and high_weight.
 
-    The block in the middle carries one leaf of each arm, on the side of that arm. A pad at the end of each leaf has a
-    hole for a weight.
+    The block in the middle carries a leaf on each side, with the dimensions of the leaves of the arm on that side. A
+    pad at the end of each leaf has a hole for a weight.
     """
     depth = housing.depth
     half_block = 0.5 * BLOCK_WIDTH_MM
@@ -49,5 +49,5 @@ def coupon_part(housing: Housing) -> Part:
 
 
 def _weight_test(arm: Arm) -> FaceTest:
-    """Return a test that accepts the hole for the weight on the side of an arm."""
+    """Return a test that accepts the weight hole on the side of an arm."""
     return lambda face: is_hole(face, WEIGHT_HOLE_MM) and arm.sign * face.Center().x > 0.0

@@ -1,7 +1,7 @@
-"""The cover that closes the frame: a flat plate with a rim, printed twice, for the front and for the back.
+"""The cover that closes the frame: a flat plate with a rim. It is printed twice, for the front and for the back.
 
-It is drawn as the back cover, behind the face y = depth / 2 of the housing. Rotated by 180 degrees about its vertical
-centre line it is the front cover. The rim keeps the plate at a distance from the moving parts.
+The cover is drawn as the back cover, behind the face y = depth / 2 of the housing. Rotated by 180 degrees about its
+vertical centre line, it becomes the front cover. The rim keeps the plate away from the moving parts.
 """
 
 import cadquery as cq
@@ -17,8 +17,8 @@ _MARGIN = 1.0  # extension of a cut beyond the cover [mm]
 def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
 
-    With the `seats` of a Hall read-out, the cover has windows for the sensors, which fit when the cover is on the
-    front.
+    If `seats` of a Hall read-out are given, the cover has windows for the sensors. Their positions are right when the
+    cover is mounted on the front.
     """
     frame_face = 0.5 * housing.depth
     width = housing.right - housing.left
@@ -26,7 +26,7 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     corner = cq.Vector(housing.left, frame_face, housing.cover_level)
     plate = cq.Workplane(obj=cq.Solid.makeBox(width, COVER_MM, height, corner))
 
-    # The recess inside the rim is open towards the tips; its cut extends beyond the plate by its own depth.
+    # The recess inside the rim is open towards the tips. Its cutter extends beyond the plate by its own depth.
     rim_width = housing.wall_width - SETBACK_MM
     recess_level = housing.cover_level - RECESS_MM
     recess_corner = cq.Vector(housing.left + rim_width, frame_face - RECESS_MM, recess_level)
@@ -48,10 +48,10 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
 
 
 def _window_boxes(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
-    """Return the boxes that cut the windows of a back cover: a pocket from the outside, and a slot in its bottom.
+    """Return the boxes that cut the windows into a back cover.
 
-    The ledges above and below the slot hold the sensor. Without a Hall read-out, `seats` is None and there are no
-    boxes.
+    Each window consists of a pocket from the outside, and of a slot in the bottom of the pocket. The ledges above and
+    below the slot hold the sensor. There are no boxes without a Hall read-out, for which `seats` is None.
     """
     if seats is None:
         return []
@@ -60,7 +60,7 @@ def _window_boxes(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
     middle = 0.5 * (housing.left + housing.right)
     boxes = []
     for centre in seats.windows:
-        # The cover is drawn at the back and rotated to the front, so its windows are mirrored.
+        # The cover is drawn at the back but is mounted at the front, so the windows are mirrored here.
         left = 2.0 * middle - centre - 0.5 * seats.window_width
         for depth, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
             corner = cq.Vector(left, frame_face + depth, lower_level + ledge)

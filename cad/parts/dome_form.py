@@ -1,4 +1,4 @@
-"""Form errors of printed domes: the errors of outline and radius, and flat caps at the apex."""
+"""Form errors of printed domes: errors of the outline and the radius, and flat caps at the apex."""
 
 import math
 
@@ -7,17 +7,17 @@ from sensor.design.processes import Process
 from sensor.design.tips import Tips
 
 CAPS = (2.0, 3.0)
-"""Range of equally likely cap radii [mm]; a judgement, from five printed lines to the width of a contact.
+"""Range of equally likely radii of a flat cap [mm]. It is an estimate: from five printed lines to the contact width.
 
-A narrower cap is not centred in the contact with a round fruit, and then the law of a cap does not hold.
+A narrower cap is not centred in the contact with a round fruit, so that the formula for a cap does not hold.
 """
 
 
 def form_deviations(tips: Tips, process: Process) -> tuple[float, float]:
-    """Return the standard deviation of the outline of domes [mm], and the relative one of their radius [1].
+    """Return the standard deviation of the outline of domes [mm], and the relative standard deviation of their radius.
 
-    The outline error is half the accuracy of the process, or of ground steel for pins. The radius error is that of a
-    spherical face whose rim has this outline error. The tips must be domes.
+    The outline error is half the accuracy of the process, or half the tolerance of ground steel for pins. The radius
+    error is that of a spherical face whose rim has this outline error. The tips must be domes.
     """
     outline_error = 0.5 * tip_accuracy_mm(tips, process)
     radius = tips.dome_radius_mm or math.inf

@@ -1,7 +1,8 @@
-"""Engraved marks on the frame, which does not bend: L and H beside the springs, and the name on the bar above.
+"""Marks engraved on the frame: L and H beside the springs, and the name of the design on the bar above them.
 
-They are in the face that is up in print pose, y = -depth / 2. In a plate of a square they are in the pads on its back.
-Letters consist of straight strokes at 0, 45 or 90 degrees, so they do not depend on installed fonts.
+The frame does not bend, so the marks do not affect the springs. They are on the face that is up in print pose,
+y = -depth / 2, or on the pads at the back of a back-to-back plate. The letters consist of straight strokes, so they do
+not depend on installed fonts.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from cad.parts.housing import ENGRAVED_MM, SETBACK_MM, Housing, Point
 from cad.parts.housing_solid import named_housing
 from cad.parts.part import Part
 
-PEN_MM = 0.5  # width of a stroke: the largest `min_gap_mm` of all processes
+PEN_MM = 0.5  # width of a stroke, which is the largest `min_gap_mm` of all processes
 TALLEST_MM = 4.0  # largest height of letters
-SMALLEST_MM = 3.0  # smallest height of letters; smaller ones have walls under 0.8 mm between their strokes
-_EDGE_MM = 1.0  # free margin around a text
-_PAD_EDGE_MM = 0.95  # free margin on a pad: the largest `min_wall_mm`, and room for corners of oblique strokes
+SMALLEST_MM = 3.0  # smallest height of letters; in smaller ones, the walls between strokes are thinner than 0.8 mm
+_EDGE_MM = 1.0  # blank margin around a text
+_PAD_EDGE_MM = 0.95  # blank margin on a pad: the largest `min_wall_mm`, plus room for the corners of oblique strokes
 
 
 class _Panel(NamedTuple):
-    """A rectangle on the frame for one text: its centre (x, z), width and height [mm]."""
+    """A rectangle on the frame that is reserved for one text: its centre (x, z), its width and its height [mm]."""
 
     x: float
     z: float
@@ -33,10 +34,10 @@ class _Panel(NamedTuple):
 
 
 def engrave_name(part: Part, housing: Housing, name: str) -> Part:
-    """Return the housing with L, H and its name (letters, digits, - and _) engraved 0.3 mm deep.
+    """Engrave L, H and a name into the housing, 0.3 mm deep.
 
-    The named faces of the part are kept. A name that is too long is truncated. A panel that is too small for letters of
-    3 mm is left blank.
+    `name` consists of letters, digits, - and _. If it is too long, it is truncated. A panel that is too small for
+    letters of 3 mm is left blank. The named faces of the part are kept.
     """
     panels = [(name, _name_panel(housing))]
     for letter, arm in zip(("L", "H"), housing.arms, strict=True):
@@ -48,14 +49,14 @@ def engrave_name(part: Part, housing: Housing, name: str) -> Part:
         height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if height >= SMALLEST_MM:
             visible_text = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
-            cutters += [_cutter(area, panel, housing) for area in outlines(visible_text, height, PEN_MM)]
+            cutters += [_engraving_cutter(area, panel, housing) for area in outlines(visible_text, height, PEN_MM)]
     if not cutters:
         return part
     return named_housing(part.shape.cut(*cutters), housing)
 
 
 def _name_panel(housing: Housing) -> _Panel:
-    """Return the panel for the name: the bar above the springs, or the pad on this bar in a plate of a square."""
+    """Return the panel for the name, which is on the bar above the springs, or on the pad that covers this bar."""
     lower_level = housing.cavity_level
     width = housing.right - housing.left - 2.0 * housing.wall_width
     height = housing.top_level - lower_level
@@ -66,11 +67,12 @@ def _name_panel(housing: Housing) -> _Panel:
     return _Panel(0.5 * (housing.left + housing.right), 0.5 * (lower_level + housing.top_level), width, height)
 
 
-def _cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
+def _engraving_cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
     """Return the solid that is cut from the frame to engrave an area [mm].
 
-    `area` is in x and z relative to the centre of its panel. On the back of a plate of a square x is mirrored, so that
-    the text can be read from behind. The solid extends as far out of the face as into it.
+    `area` is given in x and z, relative to the centre of its panel. On the back of a plate, x is mirrored, so that the
+    text can be read from behind. The solid extends from the bottom of the engraving to the same distance outside the
+    face, because a cutter that ends in the face could leave a thin layer.
     """
     if housing.back_to_back:
         direction = -1.0
@@ -80,7 +82,7 @@ def _cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
         face_y = -0.5 * housing.depth
 
     def make_wire(ring: shapely.LinearRing) -> cq.Wire:
-        """Return a wire at the bottom of the engraving; the last point of a shapely ring repeats the first."""
+        """Return a wire on the bottom of the engraving. The last point of a ring, a copy of the first, is omitted."""
         points = [cq.Vector(panel.x + direction * x, face_y - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
@@ -89,12 +91,12 @@ def _cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
 
 
 Stroke = tuple[Point, ...]
-# Sizes in units of the grid on which letters are drawn.
+# These sizes are in units of the grid on which the letters are drawn.
 _LETTER_HEIGHT = 6
 _GAP = 3  # gap between letters
-_STEP = 7  # advance from one letter to the next: a width of 4 and a gap
+_STEP = 7  # distance from one letter to the next: a width of 4 and a gap
 
-# A letter has strokes between commas. A stroke has points of two digits, x and y on a grid 4 wide and 6 tall.
+# Commas separate the strokes of a letter. Each point of a stroke has two digits, x from 0 to 4 and y from 0 to 6.
 _STROKES = {
     "A": "00 04 26 44 40, 02 42", "B": "00 06 36 45 44 33 03, 33 42 41 30 00", "C": "45 36 16 05 01 10 30 41",
     "D": "00 06 26 44 42 20 00", "E": "46 06 00 40, 03 33", "F": "46 06 00, 03 33",
@@ -112,9 +114,10 @@ _STROKES = {
 
 
 def strokes(text: str, height: float) -> Sequence[Stroke]:
-    """Return the strokes of a text, each a row of points [mm], in capitals of this height [mm] centred on the origin.
+    """Return the strokes of a text in capital letters, each as a sequence of points [mm].
 
-    Raises KeyError for a character without strokes.
+    `height` [mm] is the height of the letters, and the text is centred on the origin. Raises KeyError for a character
+    that is not in the alphabet of `_STROKES`.
     """
     unit = height / _LETTER_HEIGHT
     left = -0.5 * unit * (_STEP * len(text) - _GAP)
@@ -128,16 +131,16 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
 
 
 def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon]:
-    """Return the areas covered by a text drawn with a square pen, from left to right [mm].
+    """Return the areas [mm] that a text covers if it is drawn with a square pen, ordered from left to right.
 
-    `height` [mm] is that of the letters, and `width` [mm] that of the pen.
+    `height` [mm] is the height of the letters, and `width` [mm] the width of the pen.
     """
     lines = [shapely.LineString(stroke) for stroke in strokes(text, height)]
     covered = shapely.union_all([line.buffer(0.5 * width, cap_style="square", join_style="mitre") for line in lines])
     return sorted(shapely.get_parts(covered), key=lambda piece: piece.bounds)
 
 
-def letters_that_fit(text: str, height: float, room: float) -> str:
-    """Return the longest beginning of a text whose letters of this height fit into a width `room` [mm]."""
+def letters_that_fit(text: str, height: float, width: float) -> str:
+    """Return as many of the first letters of a text as fit into a width [mm], for letters of a height [mm]."""
     unit = height / _LETTER_HEIGHT
-    return text[: max(0, int((room + _GAP * unit) // (_STEP * unit)))]
+    return text[: max(0, int((width + _GAP * unit) // (_STEP * unit)))]

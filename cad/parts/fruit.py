@@ -1,7 +1,7 @@
-"""The solid of a fruit: a block, or a piece of a sphere or an ellipsoid, with the outlines of the tips on its top.
+"""The solid of a fruit: a block, or part of a sphere or an ellipsoid, with the outlines of the tips on its top.
 
-x runs along the tips, y across, and z against the press. The origin is the apex of a curved fruit, or the centre of the
-top face of a block. All lengths in mm.
+x runs along the tips, y across them, and z is opposite to the direction of the press. The origin is the apex of a
+curved fruit, or the centre of the top face of a block. All lengths are in mm.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from sensor.design.tips import Tips
 def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
     """Return the solid of a fruit [mm].
 
-    If there are two tips, its top face is split along their outlines, so that a mesh conforms to them.
+    If there are two tips, the top face is split along their outlines, so that a mesh conforms to them.
     """
     body = outer_box(fruit) if fruit.radius_mm is None else _curved_piece(fruit, fruit.radius_mm)
     if not tips.tip_layout.is_pair:
@@ -25,9 +25,9 @@ def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
 
 
 def footprint(tips: Tips, x: float) -> cq.Face:
-    """Return the outline of a tip centred at `x` [mm] as a face in the plane z = 0: a square or a circle.
+    """Return the outline of a tip centred at `x` [mm], a square or a circle, as a face in the plane z = 0.
 
-    A circle consists of four arcs, so that a mesh has nodes at its extreme points.
+    A circle consists of four arcs, so that a mesh has nodes at its extreme points in x and y.
     """
     centre = cq.Vector(x, 0.0, 0.0)
     if not tips.tip_shape.is_round:
@@ -38,21 +38,21 @@ def footprint(tips: Tips, x: float) -> cq.Face:
 
 
 def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:
-    """Return the box around a fruit: its length and width, from its depth below z = 0 up to z = `top` [mm]."""
+    """Return the box with the length and the width of a fruit, from its depth below z = 0 up to z = `top` [mm]."""
     corner = cq.Vector(-0.5 * fruit.length_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
     return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm + top, corner)
 
 
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
-    """Return the solid of a curved fruit with its apex at the origin; `radius` [mm] is its radius along the tips.
+    """Return the solid of a curved fruit with its apex at the origin. `radius` [mm] is its radius along the tips.
 
-    The poles and the seam of its surface are away from the top, because the outlines of the tips split the top.
+    The surface is oriented so that its poles and its seam are away from the top, which the tip outlines split.
     """
     if fruit.radius_across_mm is None:
         sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
         solid = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
     else:
-        half_width = (radius * fruit.radius_across_mm) ** 0.5  # semi-axis with this radius of curvature
+        half_width = (radius * fruit.radius_across_mm) ** 0.5  # semi-axis b from the radius of curvature b^2 / radius
         solid = _ellipsoid(radius, half_width, beyond_equator=fruit.depth_mm > radius)
     lowered = solid.translate(cq.Vector(0.0, 0.0, -radius))
     if fruit.azimuth_deg:
@@ -61,11 +61,11 @@ def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
 
 
 def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq.Shape:
-    """Return the upper half of an ellipsoid, or all of it if `beyond_equator`, centred on the origin [mm].
+    """Return the upper half of an ellipsoid centred on the origin [mm], or all of it if `beyond_equator`.
 
-    The semi-axes are `radius` in x and z, and `semi_axis_y` in y. The solid is half an ellipse revolved about y. The
-    whole ellipsoid consists of two surfaces, revolved from a spline. Other constructions, with one closed surface or
-    with poles at the ends of an ellipse, are read back incorrectly from STEP files.
+    The semi-axes are `radius` in x and z, and `semi_axis_y` in y. The solid is made by revolving half an ellipse about
+    y. The whole ellipsoid consists of two such surfaces, and the half ellipse is a spline. Other constructions, with
+    one closed surface or with poles at the ends of an ellipse, are read back incorrectly from STEP files.
     """
     centre, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
     half_ellipse = cq.Edge.makeEllipse(semi_axis_y, radius, centre, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
@@ -79,14 +79,16 @@ def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq
 
 
 def _outline(fruit: cq.Shape, tips: Tips, x: float) -> cq.Face:
-    """Return the part of the curved top of a fruit that lies under the tip at `x` [mm], as a face."""
+    """Return the face on the curved top of a fruit that lies under the tip at `x` [mm].
+
+    It is the intersection of the top face with a column that has the outline of the tip.
+    """
     side = tips.side_mm
-    reach = fruit.BoundingBox().DiagonalLength
+    half_height = fruit.BoundingBox().DiagonalLength  # the column is higher than the fruit
     if tips.tip_shape.is_round:
-        column = cq.Solid.makeCylinder(0.5 * side, 2.0 * reach, cq.Vector(x, 0.0, -reach))
+        column = cq.Solid.makeCylinder(0.5 * side, 2.0 * half_height, cq.Vector(x, 0.0, -half_height))
     else:
-        column = cq.Solid.makeBox(side, side, 2.0 * reach, cq.Vector(x - 0.5 * side, -0.5 * side, -reach))
+        column = cq.Solid.makeBox(side, side, 2.0 * half_height, cq.Vector(x - 0.5 * side, -0.5 * side, -half_height))
     curved_faces = [face for face in fruit.Faces() if face.geomType() != "PLANE"]
-    # A column through the whole fruit cuts the face of the tip out of the top face.
     top = max(curved_faces, key=lambda face: face.BoundingBox().zmax)
     return top.intersect(column).Faces()[0]

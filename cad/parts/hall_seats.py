@@ -1,4 +1,4 @@
-"""Seats of a Hall read-out: pockets for two magnets in each shuttle, and windows in the cover for the sensors."""
+"""Seats of a Hall read-out: pockets for two magnets in each shuttle, and windows for the sensors in the cover."""
 
 from dataclasses import dataclass
 
@@ -8,19 +8,20 @@ from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.design.tips import PressMotion
 
-LEDGE_MM = 0.9  # height of each ledge that holds a sensor; a ledge under 1 mm prints without support
-POINT_MM = 0.25  # radius of the flat end of a cone, because the CAD kernel cannot mesh a sharp apex
+LEDGE_MM = 0.9  # height of each ledge that holds a sensor; a ledge of less than 1 mm prints without support
+POINT_MM = 0.25  # radius of the flat end of a cone, which is not sharp because the CAD kernel cannot mesh an apex
 
 
 @dataclass(frozen=True, kw_only=True)
 class HallSeats:
-    """Positions and sizes of the seats [mm]; levels are measured down from the upper edge of the frame.
+    """Positions and sizes of the seats [mm]. Levels are measured downwards from the upper edge of the frame.
 
-    The pockets at `upper_disc` and `lower_disc` are in the front of the shuttle, y = -depth / 2, above its tip. If this
-    face is down in print, a cone of 45 degrees closes the pocket without support (`is_pointed`).
+    The pockets at the levels `upper_disc` and `lower_disc` are in the front of the shuttle, y = -depth / 2, above its
+    tip. If this face is down in print, each pocket ends in a cone of 45 degrees, which needs no support (`is_pointed`).
 
-    The cover has a window for each sensor, or one for both if the wall between them would be too thin. `windows` are
-    the x of their centres. Ledges hold the marked face of a sensor at the distance `face_out` in front of the frame.
+    The cover has a window for each sensor, or one window for both if the wall between two windows would be too thin.
+    `windows` are the x coordinates of their centres, and `sensor` is the level of the sensors. Ledges hold the marked
+    face of a sensor at the distance `face_out` in front of the frame.
     """
 
     upper_disc: float
@@ -37,26 +38,26 @@ class HallSeats:
 
     @property
     def discs(self) -> tuple[float, float]:
-        """Return the levels of both magnets [mm], below the upper edge of the frame."""
+        """Return the levels of both magnets below the upper edge of the frame [mm]."""
         return self.upper_disc, self.lower_disc
 
     def depth_at(self, radius: float) -> float:
-        """Return the depth of a pocket at a distance `radius` from its axis, including the cone [mm]."""
+        """Return the depth of a pocket, including its cone, at the distance `radius` from its axis [mm]."""
         return self.pocket_depth + (0.5 * self.pocket_diameter - max(radius, POINT_MM) if self.is_pointed else 0.0)
 
 
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
-    """Return the seats in a housing, with the magnets midway between the leaves.
+    """Return the seats in a housing, with the magnets centred between the leaves.
 
-    The sensor is half a travel higher, and thus in the middle of the motion of the magnets. Pockets and windows are
-    wider than magnets and sensors by twice the accuracy of the process.
+    The sensor is higher by half the travel, which is in the middle of the motion of the magnets. Pockets and windows
+    are wider than magnets and sensors by twice the accuracy of the process.
     """
     leaf_middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     clearance = 2.0 * process.accuracy_mm
     windows = tuple(arm.centre for arm in housing.arms)
     width = PROBE.package_width_mm + clearance
     if housing.spacing - width < process.min_wall_mm:
-        # The wall between two windows would be too thin, so one window holds both sensors.
+        # The wall between two windows would be too thin, so both sensors are in one window.
         windows = (0.0,)
         width += housing.spacing
     return HallSeats(
@@ -75,7 +76,7 @@ def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSe
 
 
 def seats_of(design: Design, housing: Housing) -> HallSeats | None:
-    """Return the seats that the read-out of a design needs in a housing, or None without a read-out."""
+    """Return the seats that the read-out of a design requires in a housing, or None if there is no read-out."""
     if design.readout is None:
         return None
     return hall_seats(housing, design.press, design.process)

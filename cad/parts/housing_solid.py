@@ -1,7 +1,7 @@
 """The solid of a housing with its named faces.
 
-The solid for the analysis of stiffness has flat tips. Domes would change the compliance 1 / K_h of the high spring by
-less than 5e-4 (tests/cad/parts/test_domes.py).
+The solid for the stiffness analysis has flat tips. Domes would change the compliance 1 / K_h of the high spring by a
+relative amount of less than 5e-4 (tests/cad/parts/test_domes.py).
 """
 
 from __future__ import annotations
@@ -15,16 +15,18 @@ from cad.parts.hall_seats import POINT_MM, HallSeats
 from cad.parts.housing import Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, plane_face_test, round_upright_edges
 
-_BALL_SHARE = 0.98  # largest ratio of the height of a cap to its radius, so that the poles of the ball are beyond it
+# Largest ratio of the height of a cap to its radius, so that the poles of the ball are not on the cap.
+_MAX_CAP_HEIGHT_RATIO = 0.98
 _MARGIN = 1.0  # extension of a cut beyond the plate [mm]
 _BESIDE_TIP = 0.1  # extension of a cut beyond a tip or a face [mm]
 
 
-@functools.lru_cache(maxsize=1)  # a run needs its size first, and later the same part for the files
+@functools.lru_cache(maxsize=1)  # a run first needs the size of the part, and later the same part for the files
 def housing_part(housing: Housing) -> Part:
     """Return the housing as one solid with the faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
     back_plane = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
-    plate = back_plane.polyline(profile(housing)).close().extrude(housing.depth)  # a workplane XZ looks along -y
+    # The normal of the workplane "XZ" is -y, so the plate is extruded from its back to its front.
+    plate = back_plane.polyline(profile(housing)).close().extrude(housing.depth)
 
     for arm in housing.arms:
         left, right = arm.roots
@@ -43,7 +45,10 @@ def housing_part(housing: Housing) -> Part:
 
 
 def _neck_cut(housing: Housing) -> cq.Workplane:
-    """Return the solid to be cut from the plate so that both necks taper in the direction of the depth [mm]."""
+    """Return the solid that is cut from the plate, so that both necks taper in the direction of the depth [mm].
+
+    It consists of two wedges, one on the front and one on the back, which extend along x over both shuttles.
+    """
     half_depth = 0.5 * housing.depth
     half_tip = 0.5 * housing.tip_side
     outer_y = half_depth + _MARGIN
@@ -56,18 +61,18 @@ def _neck_cut(housing: Housing) -> cq.Workplane:
 
 
 def cut_domes(part: Part, housing: Housing) -> Part:
-    """Return the housing with tips cut to spherical caps, whose apexes are at z = 0; unchanged without domes.
+    """Cut the tips of a housing to spherical caps with their apexes at z = 0. A housing without domes is not changed.
 
-    A tip stays square above its cap, because a round one would overhang in print. The cut body is a box around the end
-    of a tip, minus the ball.
+    A tip remains square above its cap, because a round tip would overhang in print. The material that is removed from a
+    tip is a box around its end, minus a ball.
     """
     if housing.dome is None:
         return part
     radius = housing.dome.radius
     width = housing.tip_side + 2.0 * _BESIDE_TIP
     depth = housing.depth + 2.0 * _BESIDE_TIP
-    height = min(_BALL_SHARE * radius, housing.tip_height) + _BESIDE_TIP
-    poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # so that the poles are not on the cap
+    height = min(_MAX_CAP_HEIGHT_RATIO * radius, housing.tip_height) + _BESIDE_TIP
+    poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # with the poles on the x axis, they are not on the cap
     shape = part.shape
     for arm in housing.arms:
         tip_box = cq.Solid.makeBox(
@@ -80,9 +85,9 @@ def cut_domes(part: Part, housing: Housing) -> Part:
 
 
 def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) -> Part:
-    """Return the housing with magnet pockets in the fronts of its shuttles; unchanged without a Hall read-out.
+    """Cut magnet pockets into the fronts of the shuttles. Without a Hall read-out, the housing is not changed.
 
-    The pockets are where the bending moment in a shuttle changes sign, so the analysis of stiffness leaves them out.
+    The pockets are where the bending moment in a shuttle changes sign, so the stiffness analysis can neglect them.
     """
     if seats is None:
         return part
@@ -101,7 +106,7 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
 
 
 def named_housing(shape: cq.Shape, housing: Housing) -> Part:
-    """Return the part for a solid of the housing, whose named faces are identified by their geometry.
+    """Identify the named faces of a housing by their geometry, and return it as a part.
 
     The solid may therefore have been cut, or read from a file. The side faces are those that covers or washers clamp.
     Raises ValueError if a name matches no face.

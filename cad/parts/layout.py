@@ -1,4 +1,4 @@
-"""The layout rules: every dimension of the housing [mm] from a design and its springs."""
+"""The layout rules, which determine every dimension of the housing [mm] from a design and its springs."""
 
 import math
 from typing import NamedTuple
@@ -11,14 +11,15 @@ from sensor.design.tip_mount import pad_height, plate_depth, tip_mount
 from sensor.design.tips import Tips
 from sensor.theory.leaf_spring import Flexure
 
+# Lengths are in mm.
 LEDGE = 1.0  # straight wall between a fillet and the next corner; also the longest tip that prints without support
-CLEARANCE = 0.5  # clearance of the frame above the fruit in the worst press
+CLEARANCE = 0.5  # clearance between the frame and the fruit in the worst press
 STOP_MARGIN = 1.5  # ratio of the gap at a stop to the deflection at full travel
 POCKET_SIDES = 3.0  # ratio of the depth of the pocket for a pin to the side of the pin
 BESIDE_BALL = 0.2  # difference between the width of a tip and the diameter of its hemisphere
-_LEAST_PROTRUSION = 0.1  # smallest height of printed tips or feet below the frame
-_BEYOND_LEAVES = 20.0  # upper bound for the length of shuttle and wall beside the leaf of an arm
-_TRAVELS_OF_TIP = 1.5  # smallest ratio of the length of a tip to the travel, so that no other part touches the fruit
+_MIN_PROTRUSION = 0.1  # smallest distance by which printed tips or feet protrude below the frame
+_BESIDE_LEAF = 20.0  # upper bound for the combined width of the shuttle and the wall of an arm
+_MIN_TIP_TRAVELS = 1.5  # smallest ratio of the length of a tip to the travel, so that no other part touches the fruit
 
 
 def housing_for(
@@ -27,11 +28,13 @@ def housing_for(
     lengths: tuple[float, ...],
     deflections: tuple[float, ...],
 ) -> Housing:
-    """Return the housing of a design for leaf lengths and deflections at full travel [mm], each for low and then high.
+    """Return the housing of a design.
 
-    The tips protrude from the frame so far that the frame clears the fruit at full travel and 3 degrees of tilt. Levels
-    are stacked from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The stops are above the deflections.
-    Raises InputError if a leaf is too short for its fillets.
+    `lengths` are the leaf lengths and `deflections` the deflections of the springs at full travel [mm]. Each holds the
+    value of the low spring and then the value of the high spring. The tips protrude far enough for the frame to clear
+    the fruit at full travel and at a tilt of 3 degrees or, if it is larger, that of the press. The levels are stacked
+    from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The stops are reached only beyond the deflections
+    at full travel. Raises InputError if a leaf is too short for its fillets.
     """
     tips = design.tips
     layout = tips.tip_layout
@@ -45,11 +48,12 @@ def housing_for(
     end = _shuttle_end(design, process, depth)
     shuttle_width = max(end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
     neck_level = end.height + _neck_height(depth, shuttle_width, end.side)
-    protrusion = max(_tip_protrusion(design, lengths, depth) - end.beyond_face, _LEAST_PROTRUSION)
+    protrusion = max(_tip_protrusion(design, lengths, depth) - end.beyond_face, _MIN_PROTRUSION)
 
-    # A fillet and a straight ledge separate a leaf from the next corner.
+    # Each leaf is separated from the next corner by a fillet and a straight ledge.
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
     lower_leaf_level = max(neck_level, protrusion) + LEDGE + half_leaf
+    # The gaps at the stops, rounded to 0.01 mm.
     low_stop, high_stop = (round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
     cavity_level = lower_leaf_level + separation + half_leaf + LEDGE + max(low_stop, high_stop)
     pin = _pin(tips, end, neck_level - process.min_wall_mm)
@@ -77,17 +81,18 @@ def housing_for(
 
 
 def _back_to_back(process: Process) -> BackToBack:
-    """Return the pads and dowel holes of a plate of a square.
+    """Return the pads and dowel holes of a back-to-back plate.
 
-    The holes are smaller than the dowels by the accuracy of the process, so that dowels are never loose.
+    The holes are smaller than the dowels by the accuracy of the process, so that the dowels are never loose.
     """
     return BackToBack(pad_height=pad_height(process), dowel_hole=round(DOWEL_MM - process.accuracy_mm, 3))
 
 
 class _ShuttleEnd(NamedTuple):
-    """The printed end of a shuttle [mm]: a tip, or a foot with the pocket for a pin.
+    """The printed end of a shuttle [mm]: a tip, or a foot with a pocket for a pin.
 
-    `beyond_face` is the distance from the printed face down to the face that touches the fruit; 0 for printed tips.
+    `beyond_face` is the distance from the printed face down to the face that touches the fruit. It is 0 for printed
+    tips. `pocket_side` is the width of the pocket, or None for printed tips.
     """
 
     side: float
@@ -96,11 +101,8 @@ class _ShuttleEnd(NamedTuple):
     pocket_side: float | None = None
 
 
-def _pin(tips: Tips, end: _ShuttleEnd, deepest: float) -> Pin | None:
-    """Return the pin at the end of a shuttle, or None for a printed tip.
-
-    `deepest` [mm] is the largest possible depth of its pocket.
-    """
+def _pin(tips: Tips, end: _ShuttleEnd, max_pocket_depth: float) -> Pin | None:
+    """Return the pin at the end of a shuttle, or None for a printed tip. `max_pocket_depth` is in mm."""
     if end.pocket_side is None:
         return None
     return Pin(
@@ -108,18 +110,18 @@ def _pin(tips: Tips, end: _ShuttleEnd, deepest: float) -> Pin | None:
         is_round=tips.tip_shape.is_round,
         outside=end.beyond_face,
         pocket_side=end.pocket_side,
-        pocket_depth=min(POCKET_SIDES * tips.side_mm, deepest),
+        pocket_depth=min(POCKET_SIDES * tips.side_mm, max_pocket_depth),
     )
 
 
 def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
-    """Return the end of a shuttle in a plate of this depth [mm].
+    """Return the dimensions of the end of a shuttle in a plate of this depth [mm].
 
-    A tip or pin protrudes by at least 1.5 travels, so that nothing else of the arm touches the fruit.
+    A tip or pin protrudes by at least 1.5 times the travel, so that no other part of the arm touches the fruit.
     """
     tips = design.tips
     mount = tip_mount(design, process)
-    protrusion = max(min(tips.side_mm, LEDGE), _TRAVELS_OF_TIP * design.press.travel_mm)
+    protrusion = max(min(tips.side_mm, LEDGE), _MIN_TIP_TRAVELS * design.press.travel_mm)
     if mount.pocket_side is not None:
         outside = max(protrusion, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
         return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=outside, pocket_side=mount.pocket_side)
@@ -129,10 +131,10 @@ def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
 
 
 def _tip_side(tips: Tips, depth: float) -> float:
-    """Return the side of a printed tip [mm], which can exceed the side of the design for two reasons.
+    """Return the side of a printed tip [mm], which can exceed the side in the design for two reasons.
 
-    A hemisphere needs a wider tip. In a plate of a square, a tip nearly as deep as the plate gets the whole depth;
-    otherwise the small step between them would be printed without support.
+    A hemisphere needs a wider tip. In a back-to-back plate, a tip that is nearly as deep as the plate gets the full
+    depth, because the small step between them would need support in print.
     """
     side = tips.side_mm
     if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:
@@ -143,37 +145,41 @@ def _tip_side(tips: Tips, depth: float) -> float:
 def _cap_height(tips: Tips, side: float) -> float:
     """Return the height [mm] of the corners of a square tip above the apex of its dome, rounded up to 0.1 mm.
 
-    It is 0 without a dome.
+    Without a dome, the height is 0.
     """
     radius = tips.dome_radius_mm or 0.0
-    corner_distance = min(radius, math.sqrt(0.5) * side)
-    # The subtrahend keeps a height that is a multiple of 0.1 mm from being rounded up because of round-off.
+    corner_distance = min(radius, math.sqrt(0.5) * side)  # distance of a corner from the axis of the tip
+    # Without the term 1e-9, round-off could raise a height that is a multiple of 0.1 mm to the next multiple.
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner_distance**2)) - 1e-9) / 10.0
 
 
 def _neck_height(depth: float, shuttle_width: float, tip_side: float) -> float:
     """Return the height of a neck [mm], which tapers from the shuttle to the tip.
 
-    `depth`, `shuttle_width` and `tip_side` are the depth of the plate and the widths of shuttle and tip [mm]. In the
-    direction of the depth the neck leans by at most 45 degrees, which is printable. Its height is at least `LEDGE`,
-    except where the step in this direction is between half of `LEDGE` and `LEDGE`.
+    `depth` is the depth of the plate, and `shuttle_width` and `tip_side` are the widths of the shuttle and the tip
+    [mm]. In the direction of the depth, the neck slopes by at most 45 degrees from the press axis, which is printable.
+    The height is at least `LEDGE`, unless the step in this direction is between half of `LEDGE` and `LEDGE`.
     """
-    step = 0.5 * (depth - tip_side)
-    return step if 0.5 * LEDGE <= step < LEDGE else max(step, 0.5 * (shuttle_width - tip_side), LEDGE)
+    depth_step = 0.5 * (depth - tip_side)
+    if 0.5 * LEDGE <= depth_step < LEDGE:
+        return depth_step
+    return max(depth_step, 0.5 * (shuttle_width - tip_side), LEDGE)
 
 
 def _tip_protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
     """Return the distance by which the tips must protrude below the frame [mm], rounded up to 0.1 mm.
 
-    It is the sum of the full travel, the drop of the frame's edge in a tilt, and a clearance. The edge matters only as
-    far out as there is fruit below it.
+    It is the sum of the full travel, a clearance, and the distance by which a tilt lowers the edge of the frame. Only
+    the part of the frame above the fruit matters. `lengths` are the leaf lengths of the two springs, and `depth` is the
+    depth of the plate [mm].
     """
     fruit = design.fruit
     tips = design.tips
     press = design.press
-    frame_length = 0.5 * tips.spacing_mm + max(lengths) + _BEYOND_LEAVES  # measured from the centre
-    reach_along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), frame_length)
-    frame_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm
-    reach_across = min(0.5 * fruit.width_mm, frame_width)
+    # Distances from the centre of the sensor to the farthest point of the frame that is above the fruit.
+    half_length = 0.5 * tips.spacing_mm + max(lengths) + _BESIDE_LEAF
+    reach_along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), half_length)
+    half_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm
+    reach_across = min(0.5 * fruit.width_mm, half_width)
     drop = math.tan(math.radians(max(TILT_DEG, abs(press.tilt_deg)))) * max(reach_along, reach_across)
     return math.ceil(10.0 * (press.travel_mm + drop + CLEARANCE)) / 10.0

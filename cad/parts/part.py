@@ -1,4 +1,4 @@
-"""A solid with named faces, and tests that identify faces by their geometry."""
+"""A solid with named faces, and functions that identify faces by their geometry."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from OCP.TopoDS import TopoDS
 from cad.parts.housing import PartSize, Point
 
 FaceTest = Callable[["cq.Face"], bool]
-_NEAR_RAD = 1e-6  # tolerance of the angle of a full circle
-NEAR_MM = 1e-6  # far below any length of a design, and far above the tolerance of the CAD kernel
+_NEAR_RAD = 1e-6  # largest difference of the angle of a hole from a full circle
+NEAR_MM = 1e-6  # distance below which points coincide: far below all lengths of a design, far above round-off
 _MARGIN_MM = 1.0  # extension of a cut beyond a plate
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A valid solid [mm] with named faces, whose names become gmsh groups, mesh boundaries and load cases.
+    """A valid solid [mm] with named faces. Their names become mesh boundaries and load cases.
 
     Faces are stored as indices into `shape.Faces()`, because a BREP file preserves their order but not their names.
     """
@@ -34,90 +34,92 @@ class Part:
     faces: Mapping[str, tuple[int, ...]]
 
     def face_area(self, name: str) -> float:
-        """Return the total area of the faces of this name [mm^2].
-
-        Raises KeyError for an unknown name; the message lists the known names.
-        """
+        """Return the total area of the faces with this name [mm^2]. Raises KeyError for an unknown name."""
         if name not in self.faces:
-            msg = f"face {name!r} is unknown on part {self.name!r}; known faces: {', '.join(self.faces)}"
+            msg = f"part {self.name!r} has no face {name!r}; its faces are {', '.join(self.faces)}"
             raise KeyError(msg)
         all_faces = self.shape.Faces()
         return sum(all_faces[index].Area() for index in self.faces[name])
 
     def face_distance(self, name: str, other: str) -> float:
-        """Return the smallest distance [mm] between the centres of two faces, one of each name."""
+        """Return the smallest distance [mm] between the centres of two faces, one with each of the two names."""
         all_faces = self.shape.Faces()
         centres = [[all_faces[index].Center() for index in self.faces[face_name]] for face_name in (name, other)]
         return min((a - b).Length for a in centres[0] for b in centres[1])
 
     @property
     def size(self) -> PartSize:
-        """Return the volume, the surface and the areas of named faces, with which a mesh of the solid is compared."""
+        """Return the volume, the surface area and the areas of the named faces, which a mesh must reproduce."""
         areas = {name: self.face_area(name) for name in self.faces}
         return PartSize(volume=float(self.shape.Volume()), surface=float(self.shape.Area()), areas=areas)
 
     def write_brep(self, path: Path) -> None:
-        """Write the solid as a BREP file [mm], which preserves the order of the faces; raises OSError."""
+        """Write the solid to a BREP file [mm], which preserves the order of the faces. Raises OSError if this fails."""
         if not self.shape.exportBrep(str(path)):
-            msg = f"part {self.name!r}: cannot write {path}; check that the folder exists and has room"
+            msg = f"part {self.name!r}: cannot write {path}; check that the folder exists and that the disk is not full"
             raise OSError(msg)
 
 
 def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Part:
-    """Return a part with named faces; `faces` holds for each name a test that selects its faces.
+    """Name the faces of a shape, and return it as a part.
 
-    Raises ValueError if a name matches no face, or if two names match the same face.
+    `faces` maps each name to a test that selects its faces. Raises ValueError if a name matches no face, or if two
+    names match the same face.
     """
     solids = shape.Solids()
-    if len(solids) == 1:  # CadQuery returns a cut solid as a compound
+    if len(solids) == 1:  # the result of a cut is a compound, even if it contains only one solid
         shape = solids[0]
     all_faces = shape.Faces()
     indices: dict[str, tuple[int, ...]] = {}
-    names: dict[int, str] = {}
+    name_of_face: dict[int, str] = {}
     for face_name, is_match in faces.items():
         indices[face_name] = tuple(index for index, face in enumerate(all_faces) if is_match(face))
         if not indices[face_name]:
-            msg = f"part {name!r}: the name {face_name!r} matches no face; known names: {', '.join(faces)}"
+            msg = f"part {name!r}: the name {face_name!r} matches no face; the names are {', '.join(faces)}"
             raise ValueError(msg)
         for index in indices[face_name]:
-            if index in names:
-                msg = f"part {name!r}: face {index} is named both {names[index]!r} and {face_name!r}"
+            if index in name_of_face:
+                msg = f"part {name!r}: face {index} is named both {name_of_face[index]!r} and {face_name!r}"
                 raise ValueError(msg)
-            names[index] = face_name
+            name_of_face[index] = face_name
     return Part(name=name, shape=shape, faces=indices)
 
 
 def box_through(depth: float, x: tuple[float, float], z: tuple[float, float]) -> cq.Solid:
-    """Return a box between two x and two z [mm] that extends 1 mm beyond both faces of a plate of this depth [mm]."""
+    """Return a box between two x and two z coordinates [mm] that cuts through a plate of this depth [mm].
+
+    It extends 1 mm beyond both faces of the plate.
+    """
     length = depth + 2.0 * _MARGIN_MM
     return cq.Solid.makeBox(x[1] - x[0], length, z[1] - z[0], cq.Vector(x[0], -0.5 * length, z[0]))
 
 
-def plane_face_test(axis: int, place: float) -> FaceTest:
-    """Return a test that accepts plane faces normal to an axis at the coordinate `place` [mm].
+def plane_face_test(axis: int, coordinate: float) -> FaceTest:
+    """Return a test that accepts the faces in a plane normal to an axis, at the given coordinate [mm].
 
     `axis` is 0 for x, 1 for y and 2 for z.
     """
 
     def is_on_plane(face: cq.Face) -> bool:
+        # One corner rules out most faces, and is found in a tenth of the time of a bounding box.
         vertex = TopExp_Explorer(face.wrapped, TopAbs_VERTEX)
-        if vertex.More():  # one corner rules out most faces, in a tenth of the time of a bounding box
-            coordinates = BRep_Tool.Pnt_s(TopoDS.Vertex_s(vertex.Current()))
-            if abs(coordinates.Coord(axis + 1) - place) > 2.0 * NEAR_MM:
+        if vertex.More():
+            corner = BRep_Tool.Pnt_s(TopoDS.Vertex_s(vertex.Current()))
+            if abs(corner.Coord(axis + 1) - coordinate) > 2.0 * NEAR_MM:
                 return False
         box = face.BoundingBox()
         lowest = (box.xmin, box.ymin, box.zmin)[axis]
         highest = (box.xmax, box.ymax, box.zmax)[axis]
-        return abs(lowest - place) < NEAR_MM and abs(highest - place) < NEAR_MM
+        return abs(lowest - coordinate) < NEAR_MM and abs(highest - coordinate) < NEAR_MM
 
     return is_on_plane
 
 
 def is_hole(face: cq.Face, diameter: float) -> bool:
-    """Return whether a face is a round hole of this diameter [mm]: a full cylinder, in contrast to a fillet."""
+    """Return whether a face is a round hole of this diameter [mm]. Unlike a fillet, a hole is a full cylinder."""
     if face.geomType() != "CYLINDER":
         return False
-    # The bounding box is not used, because it grows when the face is divided into triangles.
+    # The bounding box is not used, because it becomes larger when the face is divided into triangles.
     surface = BRepAdaptor_Surface(face.wrapped)
     angle: float = surface.LastUParameter() - surface.FirstUParameter()
     radius: float = surface.Cylinder().Radius()
@@ -125,15 +127,15 @@ def is_hole(face: cq.Face, diameter: float) -> bool:
 
 
 def round_upright_edges(plate: cq.Workplane, corners: Sequence[Point], radius: float) -> cq.Workplane:
-    """Return a plate whose edges along y at the given corners (x, z) [mm] are rounded by a fillet of this radius [mm].
+    """Round the edges of a plate that run along y at the given corners (x, z), with a fillet of this radius [mm].
 
-    Raises ValueError if there is not exactly one edge for each corner.
+    Raises ValueError unless there is exactly one edge for each corner.
     """
     edges = []
     for edge in plate.findSolid().Edges():
         box = edge.BoundingBox()
-        is_upright = edge.geomType() == "LINE" and math.hypot(box.xlen, box.zlen) <= NEAR_MM
-        if is_upright and any(math.dist((box.center.x, box.center.z), corner) < NEAR_MM for corner in corners):
+        is_along_y = edge.geomType() == "LINE" and math.hypot(box.xlen, box.zlen) <= NEAR_MM
+        if is_along_y and any(math.dist((box.center.x, box.center.z), corner) < NEAR_MM for corner in corners):
             edges.append(edge)
     if len(edges) != len(corners):
         msg = f"number of edges to round = {len(edges)}: must be {len(corners)}; check the levels of the leaves"

@@ -1,6 +1,7 @@
 """Pin sockets: a pocket in the foot of each shuttle, and the ground steel pin that is glued into it.
 
-Printed edges are rounded, and a radius of 0.1 mm changes the force ratio by 10 %. The edges of a ground pin are exact.
+Printed edges are rounded, and an edge radius of 0.1 mm changes the force ratio by 10 %. The edges of a ground pin are
+sharp.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ _MARGIN = 1.0  # extension of a cut beyond the face that it opens [mm]
 
 
 def cut_pin_sockets(part: Part, housing: Housing) -> Part:
-    """Return the housing with a pocket for a pin in each foot; a housing without pins is returned unchanged.
+    """Cut a pocket for a pin into each foot of a housing. A housing without pins is not changed.
 
-    In print, a gable closes the pocket on top, because a gable needs no support.
+    The pocket is closed by a gable on the side that is up in print, because a gable needs no support.
     """
     if housing.pin is None:
         return part
     half_width = 0.5 * housing.pin.pocket_side
     eaves = gable_side(housing) * half_width
-    # The section of a pocket in x, y: a square with a gable of 45 degrees on the side that is up in print.
+    # The section of a pocket in x and y is a square with a gable of 45 degrees on the side that is up in print.
     section = [
         (-half_width, -eaves),
         (half_width, -eaves),
@@ -44,12 +45,12 @@ def cut_pin_sockets(part: Part, housing: Housing) -> Part:
 
 
 def gable_side(housing: Housing) -> float:
-    """Return the sign of y [1] on the side that is up in print, to which the gables of pockets point."""
+    """Return the sign of y [1] on the side that is up in print, where the pockets have their gables."""
     return 1.0 if housing.back_to_back else -1.0
 
 
 def pin_places(housing: Housing) -> dict[str, cq.Location]:
-    """Return the location of each pin in a plate [mm], by the name of the pin; empty for printed tips."""
+    """Return the location of each pin in a plate [mm], by the name of the pin. There are none for printed tips."""
     if housing.pin is None:
         return {}
     end = -housing.pin.outside
@@ -57,48 +58,48 @@ def pin_places(housing: Housing) -> dict[str, cq.Location]:
 
 
 def pin_solid(pin: Pin, tips: Tips) -> cq.Shape:
-    """Return one of the equal pins of a sensor, with the face that touches the fruit at z = 0 [mm]."""
+    """Return the solid of a pin [mm], with the face that touches the fruit at z = 0. All pins of a sensor are equal."""
     return tip_solid(tips.tip_shape, pin.length)
 
 
 def tip_solid(shape: TipShape, height: float) -> cq.Shape:
-    """Return a tip of at least this height [mm], with the face or point that touches the fruit at z = 0.
+    """Return the solid of a tip of at least this height [mm], with the face or point that touches the fruit at z = 0.
 
-    Raises ValueError for a square tip that `_square_solid` cannot draw.
+    Raises ValueError for a square tip whose flanks are slanted.
     """
     top = max(height, shape.height_mm + NEAR_MM)
     return _round_solid(shape, top) if shape.is_round else _square_solid(shape, top)
 
 
 def _round_solid(shape: TipShape, top: float) -> cq.Shape:
-    """Return a round tip up to z = `top` [mm], the body of revolution of its meridian."""
-    outline = cq.Workplane("XZ").moveTo(0.0, 0.0)
+    """Revolve the meridian of a round tip about the z axis, and return the solid up to z = `top` [mm]."""
+    outline = cq.Workplane("XZ").moveTo(0.0, 0.0)  # the meridian begins at the apex
     for segment in shape.meridian:
         if isinstance(segment, Arc):
-            middle = 0.5 * (segment.start.r + segment.end.r)
-            # An arc is given to the kernel by its ends and the point half way between them in r. The lowest point of
-            # its circle is at z = 0, so that the centre of the circle is at the height of its radius.
-            arc_level = segment.radius - math.sqrt(segment.radius**2 - (middle - segment.centre_r) ** 2)
-            outline = outline.threePointArc((middle, arc_level), segment.end)
+            # CadQuery needs a third point on the arc. It is taken halfway between the ends in r. The circle of the arc
+            # touches the plane z = 0, so its centre is at z = radius.
+            middle_r = 0.5 * (segment.start.r + segment.end.r)
+            middle_z = segment.radius - math.sqrt(segment.radius**2 - (middle_r - segment.centre_r) ** 2)
+            outline = outline.threePointArc((middle_r, middle_z), segment.end)
         else:
             outline = outline.lineTo(*segment.end)
-    rim = 0.5 * shape.side_mm
-    solid: cq.Shape = outline.lineTo(rim, top).lineTo(0.0, top).close().revolve().findSolid()
+    rim_r = 0.5 * shape.side_mm
+    solid: cq.Shape = outline.lineTo(rim_r, top).lineTo(0.0, top).close().revolve().findSolid()
     return solid
 
 
 def _square_solid(shape: TipShape, top: float) -> cq.Shape:
-    """Return a square tip up to z = `top` [mm]: a box whose lower edges are rounded by the arc of the meridian.
+    """Return the solid of a square tip up to z = `top` [mm]: a box whose lower edges may be rounded.
 
-    The meridian must be a level face, with or without a quarter circle at its edge. Raises ValueError for any other
-    meridian, such as the flank of a pyramid, because a fillet of a box cannot represent it.
+    The meridian must be a flat face, with or without a quarter circle at its edge. Raises ValueError for any other
+    meridian, for example the flank of a pyramid, because a box with fillets cannot represent it.
     """
     half_side = 0.5 * shape.side_mm
     solid: cq.Shape = cq.Solid.makeBox(2.0 * half_side, 2.0 * half_side, top, cq.Vector(-half_side, -half_side, 0.0))
     for segment in shape.meridian:
         is_quarter_circle = isinstance(segment, Arc) and abs(segment.end.z - segment.radius) < NEAR_MM
         if not is_quarter_circle and segment.end.z > segment.start.z:
-            msg = f"tip shape {shape.name!r}: a square tip has a flat face and perhaps a rounded edge."
+            msg = f"tip shape {shape.name!r}: a square tip must have a flat face, with sharp or rounded edges."
             raise ValueError(msg)
         if isinstance(segment, Arc):
             edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]

@@ -1,7 +1,8 @@
 """The solids of a sensor.
 
-Sensor frame: x runs along the tips with their midpoint at 0, y across, and z against the press with both tip faces at
-z = 0. Before a press the fruit is below the tips by the gap. Units: mm, degrees.
+In the sensor frame, x runs along the tips, with their midpoint at 0, and y across them. z is opposite to the direction
+of the press, with both tip faces at z = 0. Before a press, the fruit is below the tips by the gap. The units are mm and
+degrees.
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ from sensor.design.tips import PressMotion, Tips
 
 @dataclass(frozen=True, kw_only=True)
 class SensorSolids:
-    """A housing with its solid, its fruit, tips and press, and the seats of a Hall read-out, if any."""
+    """A housing and its solid, with the fruit, the tips and the press of its design.
+
+    `name` is the name of the design. `seats` are the seats of a Hall read-out, or None.
+    """
 
     housing: Housing
     part: Part
@@ -33,20 +37,20 @@ class SensorSolids:
     seats: HallSeats | None = None
 
     def printed_part(self) -> Part:
-        """Return the part for the print files, with L, H and the name of the design engraved if there is a name.
+        """Return the part for the print files. If the design has a name, L, H and the name are engraved.
 
-        The engraving is 0.3 mm deep and lies between the clamped holes, so the analysis of stiffness leaves it out.
+        The engraving is 0.3 mm deep and lies between the clamped holes, so the stiffness analysis can neglect it.
         """
         return self._engraved_part
 
     @cached_property
     def _engraved_part(self) -> Part:
-        """Return the engraved part, cached."""
         return engrave_name(self.part, self.housing, self.name) if self.name else self.part
 
     def fruit_box(self) -> cq.Shape:
-        """Return a box around the undeformed fruit with its top at z = 0, at the offset of the tips [mm].
+        """Return a box around the undeformed fruit [mm], with its top at z = 0, shifted by the offset of the tips.
 
-        A curved fruit lies inside this box, so distances from the box are not larger than those from the fruit.
+        A curved fruit lies inside this box, so the distance of a part from the box is a lower bound for its distance
+        from the fruit.
         """
         return outer_box(self.fruit).translate(cq.Vector(-self.tips.offset_mm, 0.0, 0.0))
