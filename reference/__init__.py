@@ -1,1 +1,1 @@
-"""Published solutions and independent programs that tests, benchmarks and documents compare the product with."""
+"""Published solutions and independent programs with which tests, benchmarks and documents compare the product."""

@@ -1,7 +1,8 @@
 """A level sensor with two springs at deep indentation: its force ratio, and the error of the linear law.
 
-The fruit under a tip carries the force K_m g(d) d, and the spring of the tip K (x - d). Here d is the indentation, x
-the travel, and g the factor of large strain, a function of d over the side of the tip. Lengths in mm, forces in N.
+The force of the fruit on a tip is K_m g(d / s) d, and the force of the tip's spring is K (x - d). Here d is the
+indentation, x the travel, s the side of the tip, and g the factor of large strain. The two forces are equal, which
+determines d. Lengths are in mm and forces in N.
 """
 
 from collections.abc import Iterator
@@ -17,7 +18,7 @@ from solve.fruit.split import split_compliance
 
 @dataclass(frozen=True, kw_only=True)
 class DeepPress:
-    """Two springs with square tips of this `side` [mm], on flesh with a Poisson's ratio and a law of large strain."""
+    """Two springs with square tips of a `side` [mm], pressed on flesh that follows a large-strain law."""
 
     springs: Springs
     side: float
@@ -25,34 +26,39 @@ class DeepPress:
     law: FleshLawName = "neo-hooke"
 
     def force(self, K: float, K_m: float, travel: float) -> float:
-        """Return the force on a tip [N] at a travel [mm]; K is its spring and K_m the fruit under it [N/mm]."""
+        """Return the force on a tip [N] at a travel [mm].
+
+        K is the stiffness of its spring, and K_m the stiffness of the fruit under it [N/mm].
+        """
         return K * (travel - self._depth(K, K_m, travel))
 
     def ratio(self, K_m: float, travel: float) -> float:
-        """Return the force ratio P, stiff over soft tip [1], at a travel [mm] on a fruit of stiffness K_m [N/mm]."""
+        """Return the force ratio P [1] at a travel [mm] on a fruit of stiffness K_m [N/mm].
+
+        P is the force on the stiff spring divided by the force on the soft spring.
+        """
         soft, stiff = (self.force(K, K_m, travel) for K in self.springs.stiffnesses)
         return stiff / soft
 
     def drift(self, K_m: float, travels: tuple[float, ...]) -> float:
-        """Return the relative change of P from the first to the last travel [1]; travels in mm."""
+        """Return the relative change of P [1] from the first to the last of the travels [mm]."""
         return self.ratio(K_m, travels[-1]) / self.ratio(K_m, travels[0]) - 1.0
 
     def bias(self, K_m: float, travel: float) -> float:
-        """Return the relative error of E [1] if the linear law (4) of the paper reads it from P at a travel [mm].
+        """Return the relative error of E [1] if E is computed from P at a travel [mm] by equation (4) of the paper.
 
-        Raises ValueError if P is outside the range of the springs.
+        This equation is linear in the indentation. Raises ValueError if P is outside the range of the springs.
         """
         return fruit_stiffness(self.springs, self.ratio(K_m, travel)) / K_m - 1.0
 
     def _depth(self, K: float, K_m: float, travel: float) -> float:
-        """Return the indentation [mm] at which spring and fruit carry equal forces."""
+        """Return the indentation [mm] at which the forces of the spring and the fruit are equal."""
 
-        def spring_bears_more(depth: float) -> bool:
-            """Return whether the spring carries more force than the fruit at an indentation [mm]."""
-            flesh = K_m * float(large_strain_factor(depth / self.side, self.poisson, self.law)) * depth
-            return flesh < K * (travel - depth)
+        def is_spring_force_larger(depth: float) -> bool:
+            fruit_force = K_m * float(large_strain_factor(depth / self.side, self.poisson, self.law)) * depth
+            return fruit_force < K * (travel - depth)
 
-        return last_holding(spring_bears_more, 0.0, travel)
+        return last_holding(is_spring_force_larger, 0.0, travel)
 
 
 POISSONS = (0.3, 0.4, 0.45, 0.49)
@@ -62,8 +68,9 @@ FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
 def accuracy_rows() -> Iterator[str]:
     """Yield the rows of the table on large strain in docs/measurements.md, for the paper's press at 1 MPa.
 
-    Each row has a Poisson's ratio, a law, and P by the linear law and at both ends of the travel. Then follow the
-    change of P along the travel, and the errors of E at `TRAVELS`.
+    The cells of a row are Poisson's ratio, the large-strain law, P by the linear law, and P at the first and the last
+    travel. They are followed by the change of P between these travels by the linear law, which is 0, and by this law.
+    The last cells are the errors of E, again 0 by the linear law and then the errors at each of `TRAVELS`.
     """
     for poisson in POISSONS:
         K_m = split_compliance(Fruit(poisson=poisson), Tips(), 1e-3).K_m_over_E()

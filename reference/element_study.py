@@ -1,6 +1,6 @@
-"""Stiffness of both flexures by other finite elements, to compare the product's choice with its alternatives.
+"""The stiffness of both flexures with different finite elements, to compare the product's element with alternatives.
 
-The assembly and the linear solver are the product's; elements, integration and loads are not.
+The assembly and the linear solver are those of the product, but the elements, the integration and the loads are not.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,8 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
 from solve.linear import factorise
 
-# Elements, each with the polynomial degree of its quadrature. In a hexahedron, 3 means 2^3 Gauss points, 5 means 3^3.
+# Each element has the polynomial degree up to which its quadrature is exact. In a hexahedron, degree 3 means 2^3 Gauss
+# points, and degree 5 means 3^3.
 CHOICES = {
     "hex 20, reduced": (ElementHexS2, 3),
     "hex 20, full": (ElementHexS2, 5),
@@ -36,30 +37,32 @@ CHOICES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ElementStiffness:
-    """Stiffness of each tip [N/mm] on one mesh with one kind of element, and the number of dofs."""
+    """The stiffness of each tip, `K` [N/mm], with one kind of element on one mesh, and the number of dofs."""
 
     K: tuple[float, ...]
     dofs: int
 
 
 def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> ElementStiffness:
-    """Return the stiffnesses of a housing [N/mm] from a mesh [mm] of it, or of its half with a boundary `symmetry`.
+    """Solve the stiffness of each tip of a housing [N/mm] with the element `choice` of `CHOICES`.
 
-    E is in MPa. Raises InputError for an unknown element, and SolveError if a solve is not accurate.
+    The mesh [mm] is that of the whole housing, or of half of it with a boundary `symmetry`. E is in MPa. Raises
+    InputError for an unknown element, and SolveError if the solution is not accurate.
     """
     basis = element_basis(mesh, choice)
     is_half = "symmetry" in (mesh.boundaries or {})
-    held = basis.get_dofs("mounting_holes").all()
-    held = np.union1d(held, basis.get_dofs("symmetry").all("u^2")) if is_half else held
-    factor = factorise(stiffness_matrix(basis, E, poisson), held)
-    mean = np.column_stack([face_mean(basis, tip_face(spring)) for spring in SPRINGS])
-    # A newton on half a tip is two newtons on the whole.
-    C = (0.5 if is_half else 1.0) * (mean.T @ factor.solve(mean))
+    held_dofs = basis.get_dofs("mounting_holes").all()
+    if is_half:
+        held_dofs = np.union1d(held_dofs, basis.get_dofs("symmetry").all("u^2"))
+    factor = factorise(stiffness_matrix(basis, E, poisson), held_dofs)
+    mean_vectors = np.column_stack([face_mean(basis, tip_face(spring)) for spring in SPRINGS])
+    # 1 N on half of a tip corresponds to 2 N on the whole tip.
+    C = (0.5 if is_half else 1.0) * (mean_vectors.T @ factor.solve(mean_vectors))
     return ElementStiffness(K=tip_stiffnesses(C), dofs=int(basis.N))
 
 
 def element_basis(mesh: Mesh, choice: str) -> CellBasis:
-    """Return the displacement basis of an element of `CHOICES` on a mesh; raises InputError for an unknown element."""
+    """Return the displacement basis of an element in `CHOICES` on a mesh. Raises InputError for an unknown element."""
     if choice not in CHOICES:
         raise validation_error("element", choice, "", f"one of {', '.join(CHOICES)}", "choose one of these")
     element, order = CHOICES[choice]
@@ -69,7 +72,7 @@ def element_basis(mesh: Mesh, choice: str) -> CellBasis:
 def face_mean(basis: CellBasis, name: str) -> Floats:
     """Return the vector (dofs,) whose scalar product with the displacements is the mean of u_z over a face.
 
-    The same vector is the load of 1 N that is distributed uniformly over the face.
+    This vector is also the nodal load of 1 N that is distributed uniformly over the face.
     """
     face = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundaries[name], intorder=4)
     total = np.zeros(basis.N)

@@ -1,4 +1,7 @@
-"""Meshes of the fruit, graded to the edges of the tips, in families of three whose error falls at a known rate."""
+"""Meshes of the fruit, refined at the edges of the tips.
+
+They come in families of three, whose errors decrease at a known rate.
+"""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,21 +18,24 @@ HALF = ("symmetry_y",)
 QUARTER = ("symmetry_x", "symmetry_y")
 MIRROR_PLANES = {"symmetry_x": plane_face_test(0, 0.0), "symmetry_y": plane_face_test(1, 0.0)}
 
-# At the edge of a sharp tip u ~ r^1/2, so the energy error is of first order in the element size h there. Away from the
-# edge, quadratic elements have an error h^4. So growth and largest size are scaled by h^1/4: both errors are then O(h).
+# At the edge of a sharp tip, the displacement is u ~ r^1/2, so the energy error is of first order in the element size h
+# there. Away from the edge, the error of quadratic elements is of fourth order in the element size. The growth and the
+# largest size are therefore proportional to h^1/4, so that both errors are O(h).
 REFINEMENTS = (1.0, 0.5, 0.25)
-_EDGE_SIZE = 0.1  # element size at the edge of a tip over the side of the tip, on the coarsest mesh
-_GROWTH = 0.5  # growth of the size per distance from an edge, on the coarsest mesh
-# Largest size on the coarsest mesh: a third of the shortest side of the block, but at least a sixtieth of the longest.
-_ACROSS = 3.0
-_ALONG = 60.0
+# The following sizes are those of the coarsest mesh.
+_EDGE_SIZE_RATIO = 0.1  # ratio of the element size at the edge of a tip to the side of the tip
+_GROWTH = 0.5  # growth of the size with distance from an edge [mm per mm]
+# The largest size is a third of the shortest side of the block, but at least a sixtieth of the longest side.
+_MIN_ELEMENTS_ACROSS = 3.0
+_MAX_ELEMENTS_ALONG = 60.0
 
 
 def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
-    """Return the block of a fruit [mm], or a half or quarter of it, with the faces base, top, low_tip and high_tip.
+    """Return the block of a fruit [mm], or a half or a quarter of it, with the faces base, top, low_tip and high_tip.
 
-    `mirrors` names planes of symmetry, at which the block is cut and which become faces. "symmetry_x" keeps x >= 0,
-    without the low tip, and "symmetry_y" keeps y >= 0. Raises InputError if a tip reaches beyond the fruit.
+    `mirrors` names the planes of symmetry at which the block is cut, and which become named faces. With "symmetry_x",
+    the half x >= 0 remains, which does not have the low tip. With "symmetry_y", the half y >= 0 remains. Raises
+    InputError if a tip extends beyond the fruit.
     """
     check_tips_on_fruit(fruit, tips)
     right = 0.5 * fruit.length_mm
@@ -49,53 +55,60 @@ def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
 
 
 def tip_centres(tips: Tips) -> dict[str, float]:
-    """Return the x coordinate of the centre of each tip [mm], by the name of the face under it."""
+    """Return the x coordinate of the centre of each tip [mm], by the name of the face under the tip."""
     return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
 
 
 def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: float) -> dict[str, FaceTest]:
-    """Return tests that select the faces of the top by name: the face under each tip, and "top" for all others.
+    """Return tests that select the faces of the top by name: the face under each tip, and "top" for all other faces.
 
-    `centres` holds x of each tip [mm] by the name of its face, and `on_top` selects all faces of the top. The bounding
-    box of a face may extend beyond its tip by `near` [mm] on each side.
+    `centres` holds the x coordinate of each tip [mm] by the name of its face, and `on_top` selects all faces of the
+    top. The bounding box of a face may extend beyond its tip by `near` [mm] on each side.
     """
-    reach = 0.5 * tips.side_mm + near
+    half_width = 0.5 * tips.side_mm + near
 
-    def under_tip(x: float) -> FaceTest:
-        def is_under(face: cq.Face) -> bool:
+    def make_tip_test(x: float) -> FaceTest:
+        def is_under_tip(face: cq.Face) -> bool:
             box = face.BoundingBox()
-            return on_top(face) and max(x - box.xmin, box.xmax - x, box.ymax) < reach
+            return on_top(face) and max(x - box.xmin, box.xmax - x, box.ymax) < half_width
 
-        return is_under
+        return is_under_tip
 
-    footprints = {name: under_tip(x) for name, x in centres.items()}
-    return {"top": lambda face: on_top(face) and not any(test(face) for test in footprints.values()), **footprints}
+    tip_tests = {name: make_tip_test(x) for name, x in centres.items()}
+    return {"top": lambda face: on_top(face) and not any(test(face) for test in tip_tests.values()), **tip_tests}
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
-    """Return the part of a block to be solved [mm]: the quarter x, y >= 0 for central tips, else the half y >= 0."""
+    """Return the part of a block that is solved [mm].
+
+    This is the quarter x, y >= 0 if the tips are centred on the block, and the half y >= 0 if they are not.
+    """
     return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
 
 
 def fruit_mesh(part: Part, fruit: Fruit, tips: Tips, scale: float) -> MeshTet1:
-    """Return the mesh [mm] of a part of the fruit; `scale` multiplies the coarsest size at the edges of the tips."""
+    """Return the mesh [mm] of a part of the fruit. `scale` is 1 for the coarsest mesh."""
     return volume_mesh(part, fruit_size(part, fruit, tips, scale))
 
 
 def edge_size(tips: Tips, scale: float) -> float:
-    """Return the element size at the edges of the tips [mm]; `scale` is 1 on the coarsest mesh."""
-    return _EDGE_SIZE * tips.side_mm * scale
+    """Return the element size at the edges of the tips [mm]. `scale` is 1 for the coarsest mesh."""
+    return _EDGE_SIZE_RATIO * tips.side_mm * scale
 
 
 def fruit_size(part: Part, fruit: Fruit, tips: Tips, scale: float) -> SizeField:
-    """Return the size field [mm] of one mesh; `scale` multiplies the coarsest size at the edges of the tips."""
+    """Return the size field of one mesh. `scale` is the relative element size at the tip edges."""
     lengths = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
-    smooth = scale**0.25
+    smooth_scale = scale**0.25  # scale of the sizes away from the edges, where the solution is smooth
     smallest = edge_size(tips, scale)
     return SizeField(
         smallest_mm=smallest,
-        growth=_GROWTH * smooth,
-        largest_mm=max(smooth * min(lengths) / _ACROSS, smooth * max(lengths) / _ALONG, smallest),
+        growth=_GROWTH * smooth_scale,
+        largest_mm=max(
+            smooth_scale * min(lengths) / _MIN_ELEMENTS_ACROSS,
+            smooth_scale * max(lengths) / _MAX_ELEMENTS_ALONG,
+            smallest,
+        ),
         faces=tuple(name for name in ("low_tip", "high_tip") if name in part.faces),
         cuts=tuple(name for name in ("symmetry_x", "symmetry_y") if name in part.faces),
     )

@@ -1,4 +1,4 @@
-"""A housing with short leaves, so that meshes of it for other programs are small."""
+"""A housing with short leaves, whose meshes for other programs are small."""
 
 from cad.parts.housing import Housing
 from sensor.theory.leaf_spring import Flexure

@@ -1,6 +1,6 @@
 """Results of programs that were removed from the repository, in full precision.
 
-Each file names the program, its commit, the versions, and the way to compute the results again.
+Each file names the program, the commit that has it, the versions, and how to compute the results again.
 """
 
 import json
@@ -11,6 +11,6 @@ HERE = Path(__file__).parent
 
 
 def stored(program: str) -> list[dict[str, Any]]:
-    """Return the results of a program, each with its inputs."""
+    """Return the results of a removed program, each with its inputs."""
     results: list[dict[str, Any]] = json.loads((HERE / f"{program}.json").read_text(encoding="utf-8"))["results"]
     return results
