@@ -48,8 +48,9 @@ _AREA_TOLERANCE = 0.02  # largest allowed relative difference in area between a 
 _FULL_DEPTH_FRACTION = 0.5
 _SHARP_TURN_RAD = np.radians(15.0)  # smallest change of direction of the outline at a sharp inner corner
 _TEST_DISTANCE = 1e-4  # distance of a test point from a corner, as a fraction of the span
+# Number of passes in which gmsh moves inner nodes to improve the angles.
+_RELOCATION_PASSES = 10
 _FRONTAL_DELAUNAY = 6.0  # gmsh's number for the Frontal-Delaunay algorithm
-_RELOCATION_PASSES = 10  # number of passes in which gmsh moves inner nodes to improve the angles
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,9 +137,9 @@ def swept_part(
 
     `scale` [1] is the relative element size: 1 for the mesh of the solution, 2 for the coarse mesh of its error
     estimate. `layers` is the number of layers of cells through half the depth. `presses` are the directions of the
-    loads, and `fine` lists the corners at which the mesh is refined. Only the upper half of the depth is meshed if the
-    part, its named faces and the loads allow it. Raises MeshError if no valid mesh is found, and MachineError if gmsh
-    fails.
+    loads, and `fine` lists the corners at which the mesh is refined. If the part, its named faces and the loads are
+    symmetric about the middle of the depth, only the upper half is meshed. Raises MeshError if no valid mesh is found,
+    and MachineError if gmsh fails.
     """
     section = _meshed_section(extrusion, scale, fine)
     profile = section.profile

@@ -25,10 +25,15 @@ _NECK_GROWTH = 1.5  # size ratio of successive elements, from the tip upwards
 class Counts:
     """The numbers of elements along the curves of the profile, and the element size in the frame, `frame_size` [mm].
 
-    `sector` is the number in each sector of a fan. `across_leaf` is the number across the thickness of a leaf, and
-    `along_leaf` along its straight part. `along_fillet` is the number along a fillet, and `beside_fillet` from there to
-    the edge of the fan. `neck` is the number along the height of a neck, and `ring` from a hole to the edge of the ring
-    of blocks around it.
+    The numbers are those of the following curves:
+
+    - `sector`: one sector of a fan
+    - `across_leaf`: the thickness of a leaf
+    - `along_leaf`: the straight part of a leaf
+    - `along_fillet`: a fillet at a leaf root
+    - `beside_fillet`: the face between such a fillet and the edge of the fan
+    - `neck`: the height of a neck
+    - `ring`: the distance from a hole to the edge of the ring of blocks around it
     """
 
     sector: int

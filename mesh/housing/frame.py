@@ -13,9 +13,10 @@ from mesh.housing import blocks
 from mesh.housing.blocks import Block, Counts, Point, Segment
 from mesh.session import MeshError
 
-# Distances from the centre of a hole to the edge of its ring, divided by the radius of the hole.
-_MIN_RING_RATIO = 1.3  # smallest distance to an edge
-_NEW_EDGE_RATIO = 1.7  # distance to an edge whose level is added only for the ring
+# Smallest distance from the centre of a hole to the edge of its ring, divided by the radius of the hole.
+_MIN_RING_RATIO = 1.3
+# The same ratio for an edge at a level that is added only for the ring.
+_NEW_EDGE_RATIO = 1.7
 # Largest extent of a fan in x, as a fraction of the distance from the post to the edge of the hole.
 _MAX_FAN_FRACTION = 0.65
 

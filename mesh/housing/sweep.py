@@ -99,8 +99,8 @@ def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
     """Raise MeshError unless the mesh agrees with the solid in volume, surface area and the areas of named faces.
 
     The values of the mesh are doubled, because it is half the housing. Relative differences of 1e-4 in volume and 2e-3
-    in area are allowed. The check of the surface area detects adjacent elements that do not share a facet, because
-    these add to it.
+    in area are allowed. The check of the surface area also detects adjacent elements that do not share a facet, because
+    their facets count as surface.
     """
     points, weights = get_quadrature(RefHex, _VOLUME_ORDER)
     volume = 2.0 * float((np.abs(determinant(cell_jacobian(mesh, points))) * weights).sum())

@@ -37,10 +37,11 @@ def run(arguments: Namespace) -> Answer:
     path: Path = arguments.path
     design_name: str | None = arguments.design
     process = _file_process(path, arguments.process, design_name)  # None for a folder
-    if arguments.solve and process is not None:
-        return _check_solved(path, process, arguments)
     if arguments.solve:
-        raise validation_error("--solve", path.name, "", "left out for a folder", "name a STEP file, and add --solve")
+        if process is None:
+            hint = "name a STEP file, and add --solve"
+            raise validation_error("--solve", path.name, "", "left out for a folder", hint)
+        return _check_solved(path, process, arguments)
     for flag, points in (("--held", arguments.held), ("--pressed", arguments.pressed)):
         if points:
             raise validation_error(flag, path.name, "", "given with --solve", "name a STEP file, and add --solve")
@@ -72,10 +73,12 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     with showing_progress(f"solving {path.name}") as work:
         from pipeline.springs.own_part import file_stiffness, refuse_part
 
-        refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})  # before springs are solved
+        # A wrong part is rejected before the springs of the design are solved, which takes a while.
+        refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})
         springs = None if design is None else _designed_springs(design)
         housing = None if springs is None or design_name is None else _housing_of_springs(springs, design_name)
         if springs is not None and pressed:
+            # The pressed faces get the names of the design's springs instead of numbers.
             pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         rules = process if design is None else design.process
         with refusing_what_cannot_be_solved():
@@ -111,7 +114,7 @@ def _require_solvable(
         )
     if design_name is not None and len(pressed) not in (0, TIPS):
         hint = "give the low tip first and then the high tip, or leave both to the design"
-        raise validation_error("--pressed", len(pressed), "", f"given {TIPS} times beside --design", hint)
+        raise validation_error("--pressed", len(pressed), "", f"given {TIPS} times together with --design", hint)
 
 
 def _parse_point(flag: str, text: str) -> "Place":

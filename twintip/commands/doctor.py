@@ -23,7 +23,7 @@ LOCK = Path(__file__).parents[2] / "requirements.lock"
 IMPORTS = ("numpy", "scipy", "skfem", "cadquery", "gmsh", "pyvista", "meshio", "trimesh", "manifold3d", "rtree")
 OPTIONAL_PROGRAMS = {
     "ccx": "optional: CalculiX, a second solver for comparison",
-    "prusa-slicer": "optional: PrusaSlicer, slices the parts in the tests",
+    "prusa-slicer": "optional: PrusaSlicer, which slices the parts in the tests",
 }
 LEAST_MEMORY_GIB = 2.0  # twice the resident memory of a run
 _IMPORT_SECONDS = 120

@@ -14,7 +14,7 @@ _OWN_PROCESS = 'To use your own printer, set process_file = "my-printer.toml" in
 
 
 def process_list(own: Process | None) -> Answer:
-    """List every print process in one column of a table, with the design's own process in the last column."""
+    """Return a table with one column for each print process. The design's own process is in the last column."""
     processes = [*PROCESSES.values(), *([] if own is None else [own])]
     records = [dataclasses.asdict(process) for process in processes]
     headings = ("", *(record["name"] for record in records))

@@ -55,7 +55,9 @@ _NUMBER_FLAGS = {
     "thickness": _NumberFlag("mm", Bounds(at_least=2.0, at_most=1000.0), "a mango has about 12 mm over its stone"),
     "tilt": _NumberFlag("deg", Bounds(at_least=0.0, at_most=10.0), "a sensor held by hand tilts by up to 4 degrees"),
     "towards": _NumberFlag("deg", _ANGLE, "measure it from +x of the housing"),
-    "off_centre": _NumberFlag("mm", Bounds(at_least=0.0, at_most=10.0), "a sensor held by hand is off by up to 1 mm"),
+    "off_centre": _NumberFlag(
+        "mm", Bounds(at_least=0.0, at_most=10.0), "a sensor held by hand is within 1 mm of the apex"
+    ),
     "presses": _NumberFlag("", Bounds(at_least=1.0, at_most=100.0), "three presses on each fruit are usual"),
     "rate": _NumberFlag("Hz", Bounds(at_least=5.0, at_most=1e4), "leave it out to use the rate of the read-out"),
     "bruise": _NumberFlag("mm", LENGTH, "a typical bruise has a radius of 3 to 6 mm"),

@@ -8,8 +8,8 @@ from pathlib import Path
 from pipeline.study.engines import chosen_engine
 from pipeline.study.execute import StudySummary, run_study
 from pipeline.study.sensitivity import Sensitivity, sensitivities
-from pipeline.study.store import stored_study
-from pipeline.study.study_file import read_study
+from pipeline.study.store import StudyStore, stored_study
+from pipeline.study.study_file import Study, read_study
 from pipeline.study.study_page import refuse_page, write_page
 from pipeline.study.study_table import export_table, refuse_export
 from sensor.machine_error import MachineError
@@ -34,23 +34,18 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     ):
         summary = run_study(study, folder, engine, work.count)
     with stored_study(folder) as store:
-        written = [store.path]
-        if arguments.export is not None:
-            export_table(store, arguments.export, force=arguments.force)
-            written.append(arguments.export)
-        if arguments.html:
-            written.append(write_page(store, study, force=arguments.force))
+        written = _write_requested_files(arguments, store, study)
         messages = store.messages()
         machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
-        spans = {key: span for key in study.wanted if (span := store.span(key)) is not None}
+        ranges = {key: span for key in study.wanted if (span := store.span(key)) is not None}
     lines = _summary_lines(summary, messages, indices)
-    lines += ["{}: {:.5g} to {:.5g}".format(key, *span) for key, span in spans.items()]
+    lines += ["{}: {:.5g} to {:.5g}".format(key, *span) for key, span in ranges.items()]
     lines += map(str, written)
-    sensitivity = [asdict(index) for index in indices]
+    index_records = [asdict(index) for index in indices]
     yield Answer(
         code=FAILED if summary.failed or not summary.done else PASSED,
-        data={**asdict(summary), "folder": str(folder), "messages": messages, "sensitivities": sensitivity},
+        data={**asdict(summary), "folder": str(folder), "messages": messages, "sensitivities": index_records},
         text="\n".join(lines),
     )
     if machine_faults:
@@ -61,10 +56,21 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         raise MachineError(msg)
 
 
+def _write_requested_files(arguments: Namespace, store: StudyStore, study: Study) -> list[Path]:
+    """Write the table and the page of a study if flags request them, and return the paths of all files of the study."""
+    paths = [store.path]
+    if arguments.export is not None:
+        export_table(store, arguments.export, force=arguments.force)
+        paths.append(arguments.export)
+    if arguments.html:
+        paths.append(write_page(store, study, force=arguments.force))
+    return paths
+
+
 def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tuple[Sensitivity, ...]) -> list[str]:
     """Return the lines that summarise a study: its points, their errors, the rate of solution, and the Sobol indices.
 
-    `messages` maps the reasons for which points were refused or failed to the numbers of such points.
+    `messages` maps each error message of refused and failed points to the number of points that have it.
     """
     lines = [f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed"]
     for message, count in messages.items():
@@ -72,6 +78,7 @@ def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tup
     if summary.solved:
         rate = summary.solved / summary.seconds
         lines.append(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points per second")
+    # "alone" is the first-order Sobol index of a key, and "with others" its total index.
     for index in indices:
         first_order = "alone {:.3f} ({:.3f} to {:.3f})".format(index.first, *index.first_interval)
         total = "with others {:.3f} ({:.3f} to {:.3f})".format(index.total, *index.total_interval)
