@@ -40,7 +40,7 @@ _UNNEEDED = (
 
 
 def load_kernel() -> None:
-    """Import all modules that draw, write and check a sensor. This is called in a worker process at its start.
+    """Import all modules that draw, write and check a sensor. A worker process calls this at its start.
 
     The garbage collector is disabled during the imports, because it would take a third of their CPU time. Afterwards it
     ignores the imported objects, because they exist until the process ends.

@@ -1,6 +1,6 @@
 """Shape functions, Jacobians and surface facets of hexahedra and tetrahedra, vectorised over the cells of a mesh.
 
-scikit-fem's own mapping would evaluate the shape functions again for each component, each mesh and each call.
+The mapping in scikit-fem would evaluate the shape functions again for each component, each mesh and each call.
 """
 
 import functools

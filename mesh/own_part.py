@@ -333,8 +333,9 @@ def _import_section(extrusion: "Extrusion") -> list[int]:
 class GradedSizes:
     """The element size at any position [mm], given the sizes required at some points.
 
-    The size h at a position x is the minimum over all points i of h_i + growth * |x - x_i|. gmsh calls `at` a million
-    times, so space is divided into cubic bins. Each bin has a list of the points that can determine the size in it.
+    The size h at a position x is the minimum over all points i of h_i + growth * |x - x_i|. Because gmsh calls `at` a
+    million times, space is divided into cubic bins. Each bin has a list of the points that can determine the size in
+    it.
     """
 
     def __init__(self, points: Floats, sizes: Floats, growth: float) -> None:

@@ -85,8 +85,8 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
     mesh = MeshTet2.from_mesh(straight)
     straight_nodes = mesh.doflocs
 
-    # Each of gmsh's midside nodes replaces scikit-fem's node on the edge with the same ends. gmsh numbers the midside
-    # nodes of a cell in the order of these edges.
+    # Each of gmsh's midside nodes replaces scikit-fem's node on the edge with the same ends. The midside nodes of a
+    # cell in gmsh are in the order of these edges.
     edges_of_cell = [cells[[0, 1]], cells[[1, 2]], cells[[2, 0]], cells[[3, 0]], cells[[2, 3]], cells[[1, 3]]]
     edge_ends = new_index[np.hstack(edges_of_cell)]
     midside_nodes = np.concatenate([cells[row] for row in range(4, 10)])

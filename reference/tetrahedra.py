@@ -27,7 +27,7 @@ _FRAME_SIZE_MM = 3.0  # size away from the leaves
 _LEAF_SIZE_RATIO = 0.6  # ratio of the size in a leaf to the thickness of the leaf
 _TIP_SIZE_RATIO = 0.5  # ratio of the size at a tip to the side of the tip
 _ROOT_SIZE_RATIO = 0.4  # ratio of the size at a leaf root to the radius of its fillet
-_ELEMENTS_PER_CIRCLE = 14.0  # number around a full circle; with fewer elements, some fold when they are curved
+_ELEMENTS_PER_CIRCLE = 14.0  # number of elements around a full circle; if there are fewer, curving may fold them
 _TRANSITION_MM = 6.0  # distance over which the size increases from a box to the frame
 _EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # corners at the ends of gmsh's edge nodes 4 to 9
 

@@ -45,7 +45,7 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the housing as manufactured, with its domes, its pockets for pins and magnets, and its pads."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
-        part = named_housing(_with_pads(part.shape, housing, housing.back_to_back), housing)
+        part = named_housing(_add_pads(part.shape, housing, housing.back_to_back), housing)
     return cut_magnet_pockets(part, housing, seats)
 
 
@@ -59,7 +59,7 @@ def tagged_workplane(part: Part) -> cq.Workplane:
 
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
-    """Return the solids of the sensor of a design, whose `housing` has been sized for it."""
+    """Draw the solids of a sensor. `housing` must be the housing that was sized for the design."""
     seats = seats_of(design, housing)
     return SensorSolids(
         housing=housing,
@@ -72,7 +72,7 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
     )
 
 
-def _with_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
+def _add_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
     """Add a pad to the back of a plate, and cut the holes for screws and dowels through both [mm].
 
     The pad is a frame that is open towards the tips. Like the rim of a cover, it lies on the posts and the bar. It is
@@ -154,7 +154,7 @@ def placed_shape(part: cq.Assembly) -> cq.Shape:
 
 
 def product_of(part: cq.Assembly) -> str:
-    """Return the kind of product that a part of an assembly is, for example `washer` for `front_washer_1`."""
+    """Return the type of a part from its name in the assembly, for example `washer` for `front_washer_1`."""
     return part.name.rstrip("_0123456789").rpartition("_")[2]
 
 

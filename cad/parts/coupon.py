@@ -10,11 +10,11 @@ import numpy as np
 from sensor.theory.leaf_spring import Flexure
 
 _POINTS = 24  # number of Gauss points in each fillet and in the straight part
-BLOCK_WIDTH_MM = 24.0
-BLOCK_HEIGHT_MM = 12.0
-PAD_MM = 7.0
-WEIGHT_HOLE_MM = 2.5
-CLAMP_HOLE_MM = 3.4
+BLOCK_WIDTH_MM = 24.0  # width of the clamped block
+BLOCK_HEIGHT_MM = 12.0  # height of the clamped block
+PAD_MM = 7.0  # side of the square pads
+WEIGHT_HOLE_MM = 2.5  # diameter of the hole for a weight
+CLAMP_HOLE_MM = 3.4  # diameter of the two holes for the clamping screws
 CLAMP_INSET_MM = 6.0  # distance of a clamp hole from the side of the block
 BEYOND_LEAF_MM = 0.5 * PAD_MM  # distance from the end of a leaf to the centre of its hole
 FARTHEST_SAG = 0.09

@@ -1,7 +1,7 @@
 """The solid of a fruit: a block, or part of a sphere or an ellipsoid, with the outlines of the tips on its top.
 
-x runs along the tips, y across them, and z is opposite to the direction of the press. The origin is the apex of a
-curved fruit, or the centre of the top face of a block. All lengths are in mm.
+The x axis runs along the tips and the y axis across them. The z axis is opposite to the direction of the press. The
+origin is the apex of a curved fruit, or the centre of the top face of a block. All lengths are in mm.
 """
 
 from __future__ import annotations

@@ -21,7 +21,8 @@ class HallSeats:
 
     The cover has a window for each sensor, or one window for both if the wall between two windows would be too thin.
     `windows` are the x coordinates of their centres, and `sensor` is the level of the sensors. Ledges hold the marked
-    face of a sensor at the distance `face_out` in front of the frame.
+    face of a sensor at the distance `face_out` in front of the frame. `least_wall` is the thinnest wall that the
+    process can print.
     """
 
     upper_disc: float
@@ -49,8 +50,8 @@ class HallSeats:
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
     """Return the seats in a housing, with the magnets centred between the leaves.
 
-    The sensor is higher by half the travel, which is in the middle of the motion of the magnets. Pockets and windows
-    are wider than magnets and sensors by twice the accuracy of the process.
+    The sensors are higher than this by half the travel, so that they are in the middle of the magnets' motion. Pockets
+    and windows are wider than magnets and sensors by twice the accuracy of the process.
     """
     leaf_middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     clearance = 2.0 * process.accuracy_mm

@@ -1,7 +1,8 @@
 """The dimensions and the profile of the printable housing: a frame, two flexures and two tips in one plate.
 
-In the sensor frame, x runs along the tips, with the low tip at -x. z is opposite to the direction of the press, with
-both tip faces at z = 0. y runs through the depth of the plate, which lies in |y| <= depth / 2. All lengths are in mm.
+In the sensor frame, the x axis runs along the tips, with the low tip at -x. The y axis runs through the depth of the
+plate, which lies in |y| <= depth / 2. The z axis is opposite to the direction of the press, with both tip faces at
+z = 0. All lengths are in mm.
 
 A sensor with a square of four tips consists of two such plates, mounted back to back.
 """
@@ -158,7 +159,7 @@ class Housing:
     wall_width: float = report_field("mm", "width of the frame's side walls", default=8.0)
     hole_diameter: float = report_field("mm", "diameter of the screw holes", default=3.4)
     hole_inset: float = report_field(
-        "mm", "distance of the centres of the screw holes from the lower and upper edge of the frame", default=4.5
+        "mm", "distance of the centres of the screw holes from the nearest horizontal edge of the frame", default=4.5
     )
     mount: HeldBy = report_field("", "parts that clamp the frame, `covers` or `washers`", default="holes")
     cover_level: float = report_field("mm", "level of the lower edge of the covers", default=0.0)

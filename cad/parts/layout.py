@@ -28,13 +28,14 @@ def housing_for(
     lengths: tuple[float, ...],
     deflections: tuple[float, ...],
 ) -> Housing:
-    """Return the housing of a design.
+    """Determine all dimensions of the housing of a design.
 
     `lengths` are the leaf lengths and `deflections` the deflections of the springs at full travel [mm]. Each holds the
-    value of the low spring and then the value of the high spring. The tips protrude far enough for the frame to clear
-    the fruit at full travel and at a tilt of 3 degrees or, if it is larger, that of the press. The levels are stacked
-    from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The stops are reached only beyond the deflections
-    at full travel. Raises InputError if a leaf is too short for its fillets.
+    value of the low spring and then the value of the high spring.
+
+    The tips protrude so far that the frame clears the fruit at full travel, even if the sensor is tilted. The levels
+    are stacked from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The springs reach their stops only
+    beyond full travel. Raises InputError if a leaf is too short for its fillets.
     """
     tips = design.tips
     layout = tips.tip_layout
@@ -102,7 +103,10 @@ class _ShuttleEnd(NamedTuple):
 
 
 def _pin(tips: Tips, end: _ShuttleEnd, max_pocket_depth: float) -> Pin | None:
-    """Return the pin at the end of a shuttle, or None for a printed tip. `max_pocket_depth` is in mm."""
+    """Return the pin at the end of a shuttle, or None for a printed tip.
+
+    `max_pocket_depth` [mm] is the largest depth of the pocket for which a wall remains above it.
+    """
     if end.pocket_side is None:
         return None
     return Pin(
@@ -134,7 +138,7 @@ def _tip_side(tips: Tips, depth: float) -> float:
     """Return the side of a printed tip [mm], which can exceed the side in the design for two reasons.
 
     A hemisphere needs a wider tip. In a back-to-back plate, a tip that is nearly as deep as the plate gets the full
-    depth, because the small step between them would need support in print.
+    depth, because the small step between them would have to be printed without support.
     """
     side = tips.side_mm
     if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:

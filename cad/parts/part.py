@@ -24,7 +24,7 @@ _MARGIN_MM = 1.0  # extension of a cut beyond a plate
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A valid solid [mm] with named faces. Their names become mesh boundaries and load cases.
+    """A valid solid [mm] with named faces. Meshes and load cases refer to the faces by these names.
 
     Faces are stored as indices into `shape.Faces()`, because a BREP file preserves their order but not their names.
     """

@@ -25,12 +25,15 @@ def tip_accuracy_mm(tips: Tips, process: Process) -> float:
 def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
     """Return the additional compliance of a foot due to its glued pin [mm/N].
 
-    `E` [MPa] and `poisson` are the elastic constants of the foot. The compliance is the sum of three terms: the
-    protruding steel as a bar in compression, l / (E_s A), the glue as a layer in shear on three sides of the pin,
-    t / (G A_glue), and the foot around the pin. The solution for the springs already contains a foot that is loaded on
-    its whole face, so only the small difference is added here. A pin with a spherical end is treated as a cylinder.
+    `E` [MPa] and `poisson` are the elastic constants of the foot. The compliance is the sum of three terms:
 
-    The error is half the compliance of the glue plus the range of the foot's term.
+    - the protruding steel, a bar in compression with the compliance l / (E_s A)
+    - the glue on three sides of the pin, a layer in shear with the compliance t / (G A_g)
+    - the foot around the pin. The solution for the springs already contains a foot that is loaded on its whole face, so
+      only the small difference is added here.
+
+    A pin with a spherical end is treated as a cylinder. The error is half the compliance of the glue plus the spread of
+    the third term.
     """
     side = pin.side
     bar_compliance = pin.outside / (STEEL_MPA * pin.share_of_square * side**2)

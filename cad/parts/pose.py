@@ -23,8 +23,8 @@ _MIDPOINT = cq.Vector(0.0, 0.0, 0.0)  # midpoint between the tips
 def pressed_pose(travel: float, tilt: float, heading: float) -> cq.Location:
     """Return the location of a sensor that is lowered by `travel` [mm] and tilted about the midpoint of its tips.
 
-    `tilt` [deg] is the angle of the rotation. `heading` [deg] is the direction, in the plane of the tips, of the side
-    that the tilt lowers: 0 for the side of the high tip, and 90 for the side at +y.
+    `tilt` [deg] is the angle of the rotation. `heading` [deg] is the direction in which the sensor leans: at 0, the
+    side of the high tip is lowered, and at 90, the side at +y.
     """
     azimuth = math.radians(heading)
     axis = cq.Vector(-math.sin(azimuth), math.cos(azimuth), 0.0)

@@ -1,8 +1,8 @@
 """The solids of a sensor.
 
-In the sensor frame, x runs along the tips, with their midpoint at 0, and y across them. z is opposite to the direction
-of the press, with both tip faces at z = 0. Before a press, the fruit is below the tips by the gap. The units are mm and
-degrees.
+In the sensor frame, the x axis runs along the tips, with their midpoint at x = 0, and the y axis runs across them. The
+z axis is opposite to the direction of the press, with both tip faces at z = 0. Before a press, there is a gap between
+the tips and the fruit below them. The units are mm and degrees.
 """
 
 from __future__ import annotations

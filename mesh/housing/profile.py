@@ -131,8 +131,8 @@ def _add_surface(block: Block, curves: _Curves) -> None:
 def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
     """Return the mesh of the profile from gmsh. `curves` are pairs of gmsh's tag of a curve and its segment.
 
-    gmsh's edges are straight. For edges on arcs, the point halfway along the arc is added, so that the elements can be
-    curved later. Raises MeshError if an element is not a quadrilateral.
+    The edges in gmsh are straight. For edges on arcs, the point halfway along the arc is added, so that the elements
+    can be curved later. Raises MeshError if an element is not a quadrilateral.
     """
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")

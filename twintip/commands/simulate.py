@@ -56,7 +56,7 @@ _NUMBER_FLAGS = {
     "tilt": _NumberFlag("deg", Bounds(at_least=0.0, at_most=10.0), "a sensor held by hand tilts by up to 4 degrees"),
     "towards": _NumberFlag("deg", _ANGLE, "measure it from +x of the housing"),
     "off_centre": _NumberFlag(
-        "mm", Bounds(at_least=0.0, at_most=10.0), "a sensor held by hand is within 1 mm of the apex"
+        "mm", Bounds(at_least=0.0, at_most=10.0), "a hand keeps the sensor within 1 mm of this point"
     ),
     "presses": _NumberFlag("", Bounds(at_least=1.0, at_most=100.0), "three presses on each fruit are usual"),
     "rate": _NumberFlag("Hz", Bounds(at_least=5.0, at_most=1e4), "leave it out to use the rate of the read-out"),
