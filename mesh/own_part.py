@@ -285,6 +285,8 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
         with stage("size", _HINT):
             gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
             gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1.0)
+            # Triangles are recombined to quadrilaterals by the blossom algorithm. Then all elements are divided into
+            # quadrilaterals, because some triangles may remain.
             gmsh.option.setNumber("Mesh.RecombineAll", 1.0)
             gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1.0)
             gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1.0)
@@ -307,6 +309,7 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
 def _import_section(extrusion: "Extrusion") -> list[int]:
     """Load the section into gmsh, split it along the edges of slanted faces, and return the tags of its surfaces."""
     occ = gmsh.model.occ
+    # The BREP file is kept in memory, because a file on disk would remain if the process were killed.
     with os.fdopen(os.memfd_create("section.brep")) as in_memory, stage("import", _HINT):
         path = Path(f"/proc/self/fd/{in_memory.fileno()}")
         extrusion.section.exportBrep(str(path))

@@ -45,6 +45,7 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
         return min(largest_size, sizes.at(x, y, z))
 
     with gmsh_session():
+        # The BREP file is kept in memory, because a file on disk would remain if the process were killed.
         with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", _HINT):
             path = Path(f"/proc/self/fd/{in_memory.fileno()}")
             part.write_brep(path)

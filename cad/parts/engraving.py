@@ -41,11 +41,13 @@ def engrave_name(part: Part, housing: Housing, name: str) -> Part:
     """
     panels = [(name, _name_panel(housing))]
     for letter, arm in zip(("L", "H"), housing.arms, strict=True):
-        (x, lower), (_, upper) = arm.holes
-        between_holes = upper - lower - 2.0 * housing.hole_inset
-        panels.append((letter, _Panel(x, 0.5 * (lower + upper), housing.wall_width, between_holes)))
+        # The letter of a spring is between the two screw holes of its wall.
+        (x, lower_z), (_, upper_z) = arm.holes
+        height = upper_z - lower_z - 2.0 * housing.hole_inset
+        panels.append((letter, _Panel(x, 0.5 * (lower_z + upper_z), housing.wall_width, height)))
     cutters: list[cq.Solid] = []
     for text, panel in panels:
+        # Half a stroke and a margin remain free on each side of the letters.
         height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if height >= SMALLEST_MM:
             visible_text = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)

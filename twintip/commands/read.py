@@ -97,7 +97,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         bound = f"one or two numbers from {_RADIUS.at_least:g} to {_RADIUS.at_most:g}, separated by a comma"
         hint = "write for instance --radius 47,110"
         sensor = replace(sensor, radii_mm=parse_radii(arguments.radius, _RADIUS, bound, hint))
-    firmware = _firmware(arguments, sensor)
+    firmware = _firmware_files(arguments, sensor)
     has_forces = arguments.forces is not None or arguments.signal is not None
     if not has_forces and not firmware:
         raise validation_error(
@@ -155,7 +155,7 @@ def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
     return MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
 
 
-def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:
+def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:
     """Return the contents of the requested firmware files, by flag and path. Nothing is written yet.
 
     Raises InputError if two flags name the same file, or if a file cannot be written.
@@ -175,15 +175,20 @@ def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Pat
         folder = out.with_name(f"{out.name}-board") if arguments.logger is True else arguments.logger
         programs = board_files(sensor, calibrated=arguments.unit is not None)
         texts["--logger"] = {folder / name: text for name, text in programs.items()}
+    _check_paths({flag: [*files] for flag, files in texts.items()}, force=arguments.force)
+    return {flag: {path: text.encode() for path, text in files.items()} for flag, files in texts.items()}
+
+
+def _check_paths(paths: dict[str, list[Path]], *, force: bool) -> None:
+    """Raise InputError if two flags name the same file, or if a file cannot be written. `paths` are given by flag."""
     flag_of_path: dict[Path, str] = {}
-    for flag, files in texts.items():
-        for path in files:
+    for flag, paths_of_flag in paths.items():
+        for path in paths_of_flag:
             if path.resolve() in flag_of_path:
                 bound = f"a different file from that of {flag_of_path[path.resolve()]}"
                 raise validation_error(flag, str(path), "", bound, "choose another name")
             flag_of_path[path.resolve()] = flag
-        refuse_taken(files, flag, force=arguments.force)
-    return {flag: {path: text.encode() for path, text in files.items()} for flag, files in texts.items()}
+        refuse_taken(paths_of_flag, flag, force=force)
 
 
 def _answer_text(answer: FruitReading | FruitAnswer) -> str:

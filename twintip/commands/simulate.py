@@ -224,23 +224,26 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
     folder = str(arguments.folder)
     unit = None if arguments.unit is None else str(arguments.unit)
     if "weights" in paths:
-        words = ["pipeline", "calibrate", folder, str(paths["weights"])]
+        command = ["pipeline", "calibrate", folder, str(paths["weights"])]
         if "plate" in paths:
-            words += ["--plate", str(paths["plate"])]
+            command += ["--plate", str(paths["plate"])]
         if "ball" in paths:
             ball = usual_ball(report)
             percent = (report.design.reading or ReadingRequirements()).ball_percent
-            words += ["--ball", str(paths["ball"]), "--ball-reduced-modulus", f"{ball.reduced:.6g}"]
-            words += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
+            command += ["--ball", str(paths["ball"]), "--ball-reduced-modulus", f"{ball.reduced:.6g}"]
+            command += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
         unit = "unit.toml"
-        yield shlex.join([*words, "--out", unit])
-    if "out" in paths and (unit is not None or not set(paths) - {"out"}):
-        words = ["pipeline", "read", folder, str(paths["out"])]
+        yield shlex.join([*command, "--out", unit])
+    # With bench tables, the log is that of a unit with random errors. It can be read only after a calibration, which
+    # needs the table of weights.
+    has_bench_tables = bool(set(paths) - {"out"})
+    if "out" in paths and (unit is not None or not has_bench_tables):
+        command = ["pipeline", "read", folder, str(paths["out"])]
         if unit is not None:
-            words += ["--unit", unit]
+            command += ["--unit", unit]
         if (arguments.presses or 1) > 1:
-            words += ["--fruit-presses", "0"]
-        yield shlex.join(words)
+            command += ["--fruit-presses", "0"]
+        yield shlex.join(command)
 
 
 def _prove_design(arguments: Namespace, report: Report) -> Answer:
