@@ -41,8 +41,8 @@ def run(arguments: Namespace) -> Answer:
         page = write_page(store, study, best, proved, force=arguments.force)
         messages = store.messages()
     possible = sum(candidate.passes for candidate in candidates)
-    lines = [f"{len(candidates)} candidates, of which {possible} pass the verdicts that the file names"]
-    lines += [f"  {count} x {message}" for message, count in messages.items()]
+    counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
+    lines = _search_lines(len(candidates), possible, messages)
     if solved or proved:
         for place, proof in proofs.items():
             lines += _best_design_lines(study, place, proof)
@@ -50,12 +50,21 @@ def run(arguments: Namespace) -> Answer:
         lines.append(
             "No candidate could be solved. Change the values that these messages name, in [vary], [set] or the base."
         )
-    counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
     return Answer(
         code=PASSED if len(proved) == len(proofs) else FAILED,
         data={**counts, **_best_design_data(study, proofs)},
         text="\n".join([*lines, str(page)]),
     )
+
+
+def _search_lines(candidates: int, possible: int, messages: dict[str, int]) -> list[str]:
+    """Return the lines on the search: the number of candidates, how many of them pass, and the messages of the others.
+
+    `messages` maps each error message to the number of candidates that have it.
+    """
+    lines = [f"{candidates} candidates, of which {possible} pass the verdicts that the file names"]
+    lines += [f"  {count} x {message}" for message, count in messages.items()]
+    return lines
 
 
 def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:

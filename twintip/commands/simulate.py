@@ -127,12 +127,7 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
 
     Nothing is written if a simulation fails. Raises InputError if two flags name the same file.
     """
-    if len({path.resolve() for path in paths.values()}) < len(paths):
-        first, second = list(paths)[-2:]
-        bound = f"a different file from that of {_flag(first)}"
-        raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
-    for flag, path in paths.items():
-        refuse_taken([path], _flag(flag), force=arguments.force)
+    _check_paths(paths, force=arguments.force)
     settings = _simulation_settings(arguments, report)
     unit = _simulated_unit(arguments, report, paths)
     outside = tuple(beyond_design(settings.fruit, report)) if arguments.out is not None else ()
@@ -158,6 +153,16 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
     )
     text = "\n".join([*simulation.files, *(f"then: {command}" for command in simulation.commands)])
     return Answer(code=PASSED, data=as_data(simulation), text=text)
+
+
+def _check_paths(paths: dict[str, Path], *, force: bool) -> None:
+    """Raise InputError if two flags name the same file, or if a file cannot be written. `paths` are given by flag."""
+    if len({path.resolve() for path in paths.values()}) < len(paths):
+        first, second = list(paths)[-2:]
+        bound = f"a different file from that of {_flag(first)}"
+        raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
+    for flag, path in paths.items():
+        refuse_taken([path], _flag(flag), force=force)
 
 
 def _simulation_settings(arguments: Namespace, report: Report) -> SimulationSettings:
