@@ -26,14 +26,14 @@ def clock(monkeypatch):
 
 
 def test_remaining_time_is_that_of_the_other_parts_at_the_pace_so_far(clock):
-    work = Work("solves points")
+    work = Work("solving points")
     clock[0] += 30.0  # before the count, as a library takes to load
     work.count(100, 144)  # a study that was begun by another run
     assert work.remaining is None
     clock[0] += 8.0
     work.count(104, 144)
     assert work.remaining == pytest.approx(8.0 / 4 * 40)
-    assert str(work) == "38 s, 104 of 144, about 80 s left: solves points"
+    assert str(work) == "38 s, 104 of 144, about 80 s left: solving points"
     work("writes the page")
     assert (work.remaining, str(work)) == (None, "38 s: writes the page")
 
