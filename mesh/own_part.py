@@ -228,15 +228,15 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
 def _feature_length_errors(
     extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the errors in column length caused by neglected pockets and ribs, and the errors equivalent in stiffness.
+    """Return the errors in column length that neglected pockets and ribs cause, and their equivalents in stiffness.
 
     The faces of these features are found from the solid, in small pieces, because a narrow feature may lie between the
     lines of `_sampled_length_errors`. A piece of area A_p, where mesh and part differ in length by d, adds d A_p / A to
     the error of a quadrilateral of area A.
 
     If the mesh fills a pocket of width w, the equivalent error is larger by the factor max(1, d / w) * L / l, where L
-    is the length of the mesh and l the length of the part. A pocket deeper than wide weakens the part as if it were as
-    wide as deep, and the stress in the remaining depth is L / l times as large.
+    is the length of the mesh and l the length of the part. A pocket that is deeper than wide weakens the part as much
+    as one that is as wide as deep. The stress in the remaining depth is L / l times as large.
 
     `depth` (points,) [mm] is the length of the mesh along y, and `area` (quadrilaterals,) [mm^2] the area of each
     quadrilateral. Both results [mm] have shape (quadrilaterals,).

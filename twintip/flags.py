@@ -55,8 +55,11 @@ def _add_counts(parser: ArgumentParser) -> None:
 
 
 def _add_force(parser: ArgumentParser) -> None:
-    help_text = "Rename foreign or changed files to NAME.bak instead of refusing to overwrite them"
-    parser.add_argument("--force", action="store_true", help=help_text)
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="Rename foreign or changed files to NAME.bak instead of refusing to overwrite them",
+    )
 
 
 def _add_design(parser: ArgumentParser) -> None:
@@ -67,8 +70,13 @@ def _add_design(parser: ArgumentParser) -> None:
     add("--p-max", metavar="P", help="Target force ratio at the largest modulus [1], greater than 1 and at most 100")
     add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help="Another way to give DESIGN")
     add("--process", metavar="NAME", help="Print process; pipeline design --list-processes lists them")
-    help_text = "Set any key of the design file, or unset it if VALUE is empty; may be repeated"
-    add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=help_text)
+    add(
+        "--set",
+        metavar="TABLE.KEY=VALUE",
+        action="append",
+        default=[],
+        help="Set any key of the design file, or unset it if VALUE is empty; may be repeated",
+    )
 
 
 def _add_whole_run(parser: ArgumentParser) -> None:
@@ -85,8 +93,11 @@ def _add_whole_run(parser: ArgumentParser) -> None:
         help="How the stiffness of the fruit is found: solved as a contact problem (contact, the default), "
         "or by equation (6) of the paper (hayes)",
     )
-    help_text = f"Allowed relative error of both spring stiffnesses (default {DEFAULT_TOLERANCE:g})"
-    add("--tol", metavar="TOL", help=help_text)
+    add(
+        "--tol",
+        metavar="TOL",
+        help=f"Allowed relative error of both spring stiffnesses (default {DEFAULT_TOLERANCE:g})",
+    )
     add("--fields", action="store_true", help="Write the fields in mm and MPa (VTU), and a CalculiX deck")
     add("--verbose", action="store_true", help="Print every verdict, error and note, instead of one screen")
     _add_json(parser)
@@ -96,8 +107,11 @@ def _add_run(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline run`."""
     _add_whole_run(parser)
     add = parser.add_argument
-    help_text = "Take seconds: write the report with errors of about 2 %%, but no solids"
-    add("--look", action="store_true", help=help_text)
+    add(
+        "--look",
+        action="store_true",
+        help="Write the report within seconds, with errors of about 2 %% and without solids",
+    )
     add("--watch", metavar="FILE.toml", help="Repeat a run with --look whenever this file is saved, until Ctrl-C")
 
 
@@ -112,11 +126,12 @@ def _add_suggest(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline suggest`."""
     add = parser.add_argument
     _add_design(parser)
-    help_text = (
-        "Find a sensor for this fruit, starting from the most similar preset. Give its sizes and moduli [mm, MPa] as "
-        "in 'radius 26, E 0.3 to 2', the name of a fruit such as pear, or the output of pipeline modulus --json"
+    add(
+        "--fruit",
+        metavar="TEXT|NAME|FILE.json",
+        help="Find a sensor for this fruit, starting from the most similar preset. Give its sizes and moduli in mm "
+        "and MPa, as in 'radius 26, E 0.3 to 2', a fruit such as pear, or the output of pipeline modulus --json",
     )
-    add("--fruit", metavar="TEXT|NAME|FILE.json", help=help_text)
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="Key that must not change; may be repeated")
     add("--out", metavar="FILE.toml", type=Path, help="Write the design that passes to this file")
     _add_force(parser)
@@ -125,8 +140,12 @@ def _add_suggest(parser: ArgumentParser) -> None:
 
 def _add_explain(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline explain`."""
-    help_text = "Verdict, symbol or key of report.json; without NAME, all verdicts and symbols are listed"
-    parser.add_argument("name", metavar="NAME", nargs="?", help=help_text)
+    parser.add_argument(
+        "name",
+        metavar="NAME",
+        nargs="?",
+        help="Verdict, symbol or key of report.json; without NAME, all verdicts and symbols are listed",
+    )
     parser.add_argument("--out", metavar="DIR", type=Path, help="Output folder whose value of NAME is also printed")
     _add_json(parser)
 
@@ -135,16 +154,35 @@ def _add_check(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline check`."""
     add = parser.add_argument
     add("path", metavar="PATH", type=Path, help="Output folder, or a STEP, STL or 3MF file in mm")
-    help_text = "Preset or design file; a file is also compared with the nearest part of this design"
-    add("--design", metavar="NAME|FILE.toml", help=help_text)
-    help_text = f"Process whose rules apply to a file (default {DEFAULT_PROCESS}); a folder has its own process"
-    add("--process", metavar="NAME", help=help_text)
-    help_text = "Solve a STEP file by finite elements for K_l and K_h, held and pressed like the housing of --design"
-    add("--solve", action="store_true", help=help_text)
-    help_text = "Hold the face at this point [mm] instead of the housing's; may be repeated"
-    add("--held", metavar="X,Y,Z", action="append", default=[], help=help_text)
-    help_text = "Press the face at this point [mm] instead; may be repeated. Give the low tip of --design first"
-    add("--pressed", metavar="X,Y,Z", action="append", default=[], help=help_text)
+    add(
+        "--design",
+        metavar="NAME|FILE.toml",
+        help="Preset or design file; a file is also compared with the nearest part of this design",
+    )
+    add(
+        "--process",
+        metavar="NAME",
+        help=f"Process whose rules apply to a file (default {DEFAULT_PROCESS}); a folder has its own process",
+    )
+    add(
+        "--solve",
+        action="store_true",
+        help="Solve a STEP file by finite elements for K_l and K_h, held and pressed like the housing of --design",
+    )
+    add(
+        "--held",
+        metavar="X,Y,Z",
+        action="append",
+        default=[],
+        help="Hold the face at this point [mm] instead of the housing's; may be repeated",
+    )
+    add(
+        "--pressed",
+        metavar="X,Y,Z",
+        action="append",
+        default=[],
+        help="Press the face at this point [mm] instead; may be repeated. Give the low tip of --design first",
+    )
     _add_json(parser)
 
 
@@ -153,36 +191,73 @@ def _add_view(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("folder", metavar="DIR", type=Path, help="Output folder to show")
     add("--png", metavar="DIR", type=Path, help="Write pictures to this folder instead of opening a window")
-    help_text = "Write bodies and fields as one web page that works without a network"
-    add("--html", metavar="FILE", type=Path, help=help_text)
+    add(
+        "--html", metavar="FILE", type=Path, help="Write bodies and fields as one web page that works without a network"
+    )
     _add_force(parser)
 
 
 def _add_modulus(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline modulus`."""
     add = parser.add_argument
-    help_text = "Table of force and travel, CSV or XLSX, as exported by the testing machine"
-    add("files", metavar="FILE", nargs="*", type=Path, help=help_text)
+    add(
+        "files",
+        metavar="FILE",
+        nargs="*",
+        type=Path,
+        help="Table of force and travel, CSV or XLSX, as exported by the testing machine",
+    )
     _add_pressed_body(parser)
     add("--poisson", metavar="NU", type=number, help="Poisson's ratio of the flesh (default 0.3)")
-    help_text = "Largest error of Poisson's ratio (default 0.05)"
-    add("--poisson-error", metavar="NU", type=number, default=0.05, help=help_text)
-    help_text = "Area by which the paper's modulus divides the force [mm^2] (default 900, or the area of a flat end)"
-    add("--plate-area", metavar="MM2", type=number, help=help_text)
-    help_text = "Measured compliance of the machine's frame and load cell [um/N] (default 0)"
-    add("--compliance", metavar="UM/N", type=number, default=0.0, help=help_text)
-    help_text = "Largest error of this compliance (default: a tenth of it)"
-    add("--compliance-error", metavar="UM/N", type=number, help=help_text)
-    help_text = "Strains of the secant and tangent moduli, relative to the height [%%] (default 5,2,10)"
-    add("--strain", metavar="PERCENT", default="5,2,10", help=help_text)
-    help_text = "Headers, or numbers of columns, as in force=Last,travel=3"
-    add("--columns", metavar="NAME=HEADER,...", help=help_text)
-    help_text = "Units of columns for which the file gives none, as in force=kN,travel=um"
-    add("--units", metavar="NAME=UNIT,...", help=help_text)
-    help_text = "Reverse the signs, because the machine records compression as negative"
-    add("--compression-negative", action="store_true", help=help_text)
-    help_text = "Whether one file or one folder holds the tests of one fruit (default file)"
-    add("--per", choices=("file", "folder"), default="file", help=help_text)
+    add(
+        "--poisson-error",
+        metavar="NU",
+        type=number,
+        default=0.05,
+        help="Largest error of Poisson's ratio (default 0.05)",
+    )
+    add(
+        "--plate-area",
+        metavar="MM2",
+        type=number,
+        help="Area by which the paper's modulus divides the force [mm^2] (default 900, or the area of a flat end)",
+    )
+    add(
+        "--compliance",
+        metavar="UM/N",
+        type=number,
+        default=0.0,
+        help="Measured compliance of the machine's frame and load cell [um/N] (default 0)",
+    )
+    add(
+        "--compliance-error",
+        metavar="UM/N",
+        type=number,
+        help="Largest error of this compliance (default: a tenth of it)",
+    )
+    add(
+        "--strain",
+        metavar="PERCENT",
+        default="5,2,10",
+        help="Strains of the secant and tangent moduli, relative to the height [%%] (default 5,2,10)",
+    )
+    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Last,travel=3")
+    add(
+        "--units",
+        metavar="NAME=UNIT,...",
+        help="Units of columns for which the file gives none, as in force=kN,travel=um",
+    )
+    add(
+        "--compression-negative",
+        action="store_true",
+        help="Reverse the signs, because the machine records compression as negative",
+    )
+    add(
+        "--per",
+        choices=("file", "folder"),
+        default="file",
+        help="Whether one file or one folder holds the tests of one fruit (default file)",
+    )
     add("--plot", metavar="FILE", type=Path, help="Write curves and fits to this web page, FILE.html")
     _add_force(parser)
     _add_json(parser)
@@ -191,19 +266,26 @@ def _add_modulus(parser: ArgumentParser) -> None:
 def _add_pressed_body(parser: ArgumentParser) -> None:
     """Add the flags for the shape of a compressed body, and for what presses and supports it."""
     add = parser.add_argument
-    help_text = (
-        f"Shape of the body, one of {', '.join(BODIES)} (default: ball if only --radius is given, "
-        "ellipsoid if --height is given too)"
+    add(
+        "--body",
+        choices=BODIES,
+        metavar="BODY",
+        help=f"Shape of the body, one of {', '.join(BODIES)} (default: ball if only --radius is given, "
+        "ellipsoid if --height is given too)",
     )
-    add("--body", choices=BODIES, metavar="BODY", help=help_text)
     add("--height", metavar="MM", type=number, help="Height of the body in the direction of the press [mm]")
-    help_text = "Radius of the body, or its radius of curvature at the contact [mm]"
-    add("--radius", metavar="MM", type=number, help=help_text)
+    add(
+        "--radius", metavar="MM", type=number, help="Radius of the body, or its radius of curvature at the contact [mm]"
+    )
     add("--radius-across", metavar="MM", type=number, help="Second radius of curvature at the contact [mm]")
     add("--length", metavar="MM", type=number, help="Length of a cylinder on its side, or of a block [mm]")
     add("--width", metavar="MM", type=number, help="Width of a block [mm]")
-    help_text = "Table of the sizes of each specimen [mm], with the columns file, height, radius, ..."
-    add("--sizes", metavar="FILE", type=Path, help=help_text)
+    add(
+        "--sizes",
+        metavar="FILE",
+        type=Path,
+        help="Table of the sizes of each specimen [mm], with the columns file, height, radius, ...",
+    )
     add("--plunger", choices=("flat", "ball"), help="End of the plunger that replaces the upper plate")
     add("--plunger-radius", metavar="MM", type=number, help="Radius of the plunger, or of its ball [mm]")
     add("--support", choices=SUPPORTS, help="What is under the body: a plate, a table, or a rigid seat")
@@ -213,41 +295,67 @@ def _add_calibrate(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline calibrate`."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="Output folder of the unit's design")
-    help_text = (
-        "Table with the columns tip,weight_g,deflection_mm, or with t_s or the counts of each channel; "
-        "or a table of a coupon, coupon,..."
+    add(
+        "measured",
+        metavar="MEASURED.csv",
+        type=Path,
+        help="Table of weights, with the columns tip,weight_g,deflection_mm and, if known, t_s and the counts of each "
+        "channel; or table of a coupon, with the columns coupon,weight_g,deflection_mm",
     )
-    add("measured", metavar="MEASURED.csv", type=Path, help=help_text)
-    help_text = (
-        "Time from hanging a weight to reading the deflection [s], for springs that creep (default 30); "
-        "a column t_s gives it for each row"
+    add(
+        "--after",
+        metavar="SECONDS",
+        type=number,
+        help="Time from hanging a weight to reading the deflection [s], for springs that creep (default 30); "
+        "a column t_s gives it for each row",
     )
-    add("--after", metavar="SECONDS", type=number, help=help_text)
-    help_text = (
-        "Table of fruit whose firmness another instrument measured, to find the scale of that instrument; its columns "
-        "are fruit,firmness_N (or E_MPa), a force for each tip, and t_s if known"
+    add(
+        "--fruit",
+        metavar="FRUIT.csv",
+        type=Path,
+        help="Table of fruit whose firmness another instrument measured, to find the scale of that instrument; "
+        "its columns are fruit,firmness_N (or E_MPa), a force for each tip, and t_s if known",
     )
-    add("--fruit", metavar="FRUIT.csv", type=Path, help=help_text)
-    help_text = (
-        "Press of all tips on a hard flat plate, to calibrate the deflections; "
-        "its columns are travel_mm and the counts of each channel"
+    add(
+        "--plate",
+        metavar="PLATE.csv",
+        type=Path,
+        help="Press of all tips on a hard flat plate, to calibrate the deflections; "
+        "its columns are travel_mm and the counts of each channel",
     )
-    add("--plate", metavar="PLATE.csv", type=Path, help=help_text)
-    help_text = "Presses on a rubber ball, to correct readings for the form of the domes; a file as for pipeline read"
-    add("--ball", metavar="PRESSES.csv", type=Path, help=help_text)
-    help_text = "E / (1 - nu^2) of the ball [MPa], measured by pipeline modulus"
-    add("--ball-reduced-modulus", metavar="MPA", type=number, help=help_text)
+    add(
+        "--ball",
+        metavar="PRESSES.csv",
+        type=Path,
+        help="Presses on a rubber ball, to correct readings for the form of the domes; a file as for pipeline read",
+    )
+    add(
+        "--ball-reduced-modulus",
+        metavar="MPA",
+        type=number,
+        help="E / (1 - nu^2) of the ball [MPa], measured by pipeline modulus",
+    )
     add("--ball-radius", metavar="MM", type=number, help="Radius of the ball [mm]")
-    help_text = "Error of this reduced modulus (95 %%), u_percent of pipeline modulus [%%]"
-    add("--ball-modulus-error", metavar="PERCENT", type=number, help=help_text)
-    help_text = "Headers, or numbers of columns, as in force=Gewicht,counts_l=4"
-    add("--columns", metavar="NAME=HEADER,...", help=help_text)
-    help_text = "Units of columns for which a table gives none, as in force=g,deflection=um"
-    add("--units", metavar="NAME=UNIT,...", help=help_text)
+    add(
+        "--ball-modulus-error",
+        metavar="PERCENT",
+        type=number,
+        help="Error of this reduced modulus (95 %%), u_percent of pipeline modulus [%%]",
+    )
+    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Gewicht,counts_l=4")
+    add(
+        "--units",
+        metavar="NAME=UNIT,...",
+        help="Units of columns for which a table gives none, as in force=g,deflection=um",
+    )
     _add_counts(parser)
     add("--out", metavar="unit.toml", type=Path, help="Write the unit to this file, for pipeline read --unit")
-    help_text = "Ripeness classes for the readings of the unit, as in ripe:0.8,unripe"
-    add("--classes", metavar="NAMES", default="", help=help_text)
+    add(
+        "--classes",
+        metavar="NAMES",
+        default="",
+        help="Ripeness classes for the readings of the unit, as in ripe:0.8,unripe",
+    )
     _add_force(parser)
     _add_json(parser)
 
@@ -256,37 +364,52 @@ def _add_read(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline read`."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="Output folder of the sensor's design")
-    help_text = (
-        "Presses, with the column t_s or a time for each channel, and a force or counts for each tip; "
-        "- reads the standard input"
+    add(
+        "signal",
+        metavar="FILE.csv",
+        nargs="?",
+        help="Presses, with the column t_s or a time for each channel, and a force or counts for each tip; "
+        "- reads the standard input",
     )
-    add("signal", metavar="FILE.csv", nargs="?", help=help_text)
-    help_text = "One reading of a pair of tips [N]; write --forces=-0.5,1 if the first force is negative"
-    add("--forces", metavar="F1,F2", help=help_text)
-    help_text = "Unit whose calibration is used, written by pipeline calibrate (default: the unit as designed)"
-    add("--unit", metavar="unit.toml", type=Path, help=help_text)
-    help_text = "Ripeness classes by modulus [MPa], as in ripe:0.8,turning:1.6,unripe"
-    add("--classes", metavar="NAMES", help=help_text)
-    help_text = "Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)"
-    add("--radius", metavar="R1,R2", help=help_text)
-    help_text = "Headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft"
-    add("--columns", metavar="NAME=HEADER,...", help=help_text)
-    help_text = "Units of columns for which FILE.csv gives none, as in t=ms,F_l=mN"
-    add("--units", metavar="NAME=UNIT,...", help=help_text)
+    add(
+        "--forces",
+        metavar="F1,F2",
+        help="One reading of a pair of tips [N]; write --forces=-0.5,1 if the first force is negative",
+    )
+    add(
+        "--unit",
+        metavar="unit.toml",
+        type=Path,
+        help="Unit whose calibration is used, written by pipeline calibrate (default: the unit as designed)",
+    )
+    add("--classes", metavar="NAMES", help="Ripeness classes by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
+    add(
+        "--radius",
+        metavar="R1,R2",
+        help="Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)",
+    )
+    add("--columns", metavar="NAME=HEADER,...", help="Headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft")
+    add("--units", metavar="NAME=UNIT,...", help="Units of columns for which FILE.csv gives none, as in t=ms,F_l=mN")
     _add_counts(parser)
     add("--each", action="store_true", help="Print a reading of the press up to each sample")
-    help_text = (
-        "Combine N presses of one fruit into one reading, or all presses if N is 0 "
-        "(default: one reading for each press, or for each fruit in a column fruit)"
+    add(
+        "--fruit-presses",
+        metavar="N",
+        type=int,
+        help="Combine N presses of one fruit into one reading, or all presses if N is 0 "
+        "(default: one reading for each press, or for each fruit in a column fruit)",
     )
-    add("--fruit-presses", metavar="N", type=int, help=help_text)
     add("--c-header", metavar="FILE.h", type=Path, help="Write the read-out of this unit as a C99 header")
     add("--micropython", metavar="FILE.py", type=Path, help="Write the read-out of this unit in MicroPython")
-    help_text = (
-        "Write the programs of the board in MicroPython and for Arduino (default DIR: OUT-board); "
-        "they print counts, or E if --unit is given"
+    add(
+        "--logger",
+        metavar="DIR",
+        type=Path,
+        nargs="?",
+        const=True,
+        help="Write the programs of the board in MicroPython and for Arduino (default DIR: OUT-board); "
+        "they print counts, or E if --unit is given",
     )
-    add("--logger", metavar="DIR", type=Path, nargs="?", const=True, help=help_text)
     _add_force(parser)
     add("--json", action="store_true", help="Print JSON; for FILE.csv, one object on each line")
 
@@ -295,21 +418,39 @@ def _add_simulate(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline simulate`."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="Output folder of the sensor's design")
-    help_text = (
-        "Draw N fruits, presses and units at random from all ranges of the design, "
-        "and compare the readings with the true moduli"
+    add(
+        "--prove",
+        metavar="N",
+        type=int,
+        help="Draw N fruits, presses and units at random from all ranges of the design, "
+        "and compare the readings with the true moduli",
     )
-    add("--prove", metavar="N", type=int, help=help_text)
     add("--out", metavar="FILE.csv", type=Path, help="Write the log of presses on a fruit, for pipeline read")
-    help_text = "Unit that presses the fruit, written by pipeline calibrate (default: the unit as designed)"
-    add("--unit", metavar="unit.toml", type=Path, help=help_text)
+    add(
+        "--unit",
+        metavar="unit.toml",
+        type=Path,
+        help="Unit that presses the fruit, written by pipeline calibrate (default: the unit as designed)",
+    )
     _add_simulated_press(parser)
-    help_text = "Write a table of weights on a unit with random errors, for pipeline calibrate"
-    add("--weights", metavar="FILE.csv", type=Path, help=help_text)
-    help_text = "Write the press of this unit on a hard plate, for pipeline calibrate"
-    add("--plate", metavar="FILE.csv", type=Path, help=help_text)
-    help_text = "Write the presses of this unit on a rubber ball, for pipeline calibrate"
-    add("--ball", metavar="FILE.csv", type=Path, help=help_text)
+    add(
+        "--weights",
+        metavar="FILE.csv",
+        type=Path,
+        help="Write a table of weights on a unit with random errors, for pipeline calibrate",
+    )
+    add(
+        "--plate",
+        metavar="FILE.csv",
+        type=Path,
+        help="Write the press of this unit on a hard plate, for pipeline calibrate",
+    )
+    add(
+        "--ball",
+        metavar="FILE.csv",
+        type=Path,
+        help="Write the presses of this unit on a rubber ball, for pipeline calibrate",
+    )
     add("--seed", metavar="N", type=int, default=1, help="Seed of all random numbers (default 1)")
     _add_force(parser)
     _add_json(parser)
@@ -318,40 +459,72 @@ def _add_simulate(parser: ArgumentParser) -> None:
 def _add_simulated_press(parser: ArgumentParser) -> None:
     """Add the flags for the fruit of a simulation, the pose of the sensor on it, and the presses."""
     add = parser.add_argument
-    help_text = "Modulus of the fruit [MPa] (default: the middle of the design's range)"
-    add("--E", metavar="MPA", type=number, help=help_text)
-    help_text = "Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)"
-    add("--radius", metavar="R1,R2", help=help_text)
-    help_text = "Direction of the first radius, from +x of the housing [deg] (default: as in the design)"
-    add("--azimuth", metavar="DEG", type=number, help=help_text)
-    help_text = "Thickness of the flesh over the stone [mm] (default: as in the design)"
-    add("--thickness", metavar="MM", type=number, help=help_text)
-    help_text = "Angle between the sensor's axis and the normal of the skin [deg] (default 0)"
-    add("--tilt", metavar="DEG", type=number, help=help_text)
+    add(
+        "--E", metavar="MPA", type=number, help="Modulus of the fruit [MPa] (default: the middle of the design's range)"
+    )
+    add(
+        "--radius",
+        metavar="R1,R2",
+        help="Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)",
+    )
+    add(
+        "--azimuth",
+        metavar="DEG",
+        type=number,
+        help="Direction of the first radius, from +x of the housing [deg] (default: as in the design)",
+    )
+    add(
+        "--thickness",
+        metavar="MM",
+        type=number,
+        help="Thickness of the flesh over the stone [mm] (default: as in the design)",
+    )
+    add(
+        "--tilt",
+        metavar="DEG",
+        type=number,
+        help="Angle between the sensor's axis and the normal of the skin [deg] (default 0)",
+    )
     add("--off-centre", metavar="MM", type=number, help="Distance of the sensor from the apex [mm] (default 0)")
-    help_text = "Direction of --tilt and --off-centre, from +x of the housing [deg] (default 0)"
-    add("--towards", metavar="DEG", type=number, help=help_text)
-    help_text = "Number of presses on the fruit, each rotated relative to the previous one (default 1)"
-    add("--presses", metavar="N", type=int, help=help_text)
-    help_text = "Number of samples per second [Hz] (default: the rate of the read-out)"
-    add("--rate", metavar="HZ", type=number, help=help_text)
+    add(
+        "--towards",
+        metavar="DEG",
+        type=number,
+        help="Direction of --tilt and --off-centre, from +x of the housing [deg] (default 0)",
+    )
+    add(
+        "--presses",
+        metavar="N",
+        type=int,
+        help="Number of presses on the fruit, each rotated relative to the previous one (default 1)",
+    )
+    add(
+        "--rate",
+        metavar="HZ",
+        type=number,
+        help="Number of samples per second [Hz] (default: the rate of the read-out)",
+    )
     add("--noise", action="store_true", help="Add the noise and the drift of the channels")
     add("--uneven", action="store_true", help="Add the unevenness of skin and flesh that the design allows")
-    help_text = "Radius of a bruise of half the modulus, under the first tip [mm]"
-    add("--bruise", metavar="MM", type=number, help=help_text)
-    help_text = "Relaxation of the flesh: fractions of the force and their times [s], as in 0.25:5,0.33:120"
-    add("--relax", metavar="SHARE:S,...", help=help_text)
+    add("--bruise", metavar="MM", type=number, help="Radius of a bruise of half the modulus, under the first tip [mm]")
+    add(
+        "--relax",
+        metavar="SHARE:S,...",
+        help="Relaxation of the flesh: fractions of the force and their times [s], as in 0.25:5,0.33:120",
+    )
 
 
 def _add_engine(parser: ArgumentParser) -> None:
     """Add the flags that determine where a study is solved and stored."""
     add = parser.add_argument
-    help_text = "Folder of study.sqlite (default outputs/NAME, with NAME from the study file)"
-    add("--out", metavar="DIR", type=Path, help=help_text)
-    help_text = "Number of processes on this machine (default: one per core)"
-    add("--processes", metavar="N", type=int, help=help_text)
-    help_text = "Solve on the Dask cluster with this scheduler, tcp://HOST:PORT"
-    add("--scheduler", metavar="ADDRESS", help=help_text)
+    add(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="Folder of study.sqlite (default outputs/NAME, with NAME from the study file)",
+    )
+    add("--processes", metavar="N", type=int, help="Number of processes on this machine (default: one per core)")
+    add("--scheduler", metavar="ADDRESS", help="Solve on the Dask cluster with this scheduler, tcp://HOST:PORT")
 
 
 def _add_study(parser: ArgumentParser) -> None:
@@ -367,8 +540,12 @@ def _add_study(parser: ArgumentParser) -> None:
 
 def _add_optimise(parser: ArgumentParser) -> None:
     """Add the flags of `pipeline optimise`."""
-    help_text = "Study file with a table [optimise], as described in docs/studies.md"
-    parser.add_argument("file", metavar="FILE.toml", type=Path, help=help_text)
+    parser.add_argument(
+        "file",
+        metavar="FILE.toml",
+        type=Path,
+        help="Study file with a table [optimise], as described in docs/studies.md",
+    )
     _add_engine(parser)
     _add_force(parser)
     _add_json(parser)

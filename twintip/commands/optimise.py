@@ -29,7 +29,7 @@ def run(arguments: Namespace) -> Answer:
     with showing_progress("solving candidates") as work:
         with chosen_engine(arguments.processes, arguments.scheduler) as engine:
             candidates = search(study, folder, engine, work.count)
-        # One place without a front, and one for each value of the front's key with it.
+        # There is one place for the best design, or with a front, one for each value of the front's key.
         proofs = {
             place: prove(study, candidates, place, force=arguments.force, progress=work)
             for place in places(study, folder)

@@ -186,6 +186,7 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
     if arguments.radius is not None:
         bound = f"one number or two numbers separated by a comma, each {_RADIUS}"
         changes["radii"] = parse_radii(arguments.radius, _RADIUS, bound, "write for instance --radius 45,65")
+    # The tilt and the offset from the apex have the same direction in the plane of the tips.
     direction = math.radians(arguments.towards or 0.0)
 
     def components(length: float | None) -> tuple[float, float]:
