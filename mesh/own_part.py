@@ -291,7 +291,7 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
             gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1.0)
             gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1.0)
             outline = _Outline(surfaces)
-            sizes = GradedSizes(*outline.sizes(scale, fine), _GROWTH)
+            sizes = GradedSizes(*outline.element_sizes(scale, fine), _GROWTH)
 
             def size_at(dimension: int, _tag: int, x: float, _y: float, z: float, default_size: float) -> float:
                 # Inside a surface, gmsh by default interpolates the sizes on the outline.
@@ -417,8 +417,8 @@ class _SampledCurve:
 class _Outline:
     """The outline of a section, sampled at points, and the element size required at each sample.
 
-    `points` (2, n) [mm] are the samples. `corners` (2, m) [mm] are the sharp inner corners. `sizes` also fills
-    `concave`, the set of gmsh's tags of the curves that are round inner corners.
+    `points` (2, n) [mm] are the samples. `corners` (2, m) [mm] are the sharp inner corners. `concave` is the set of
+    gmsh's tags of the curves that are round inner corners, which `element_sizes` determines.
     """
 
     def __init__(self, surfaces: list[int]) -> None:
@@ -474,11 +474,12 @@ class _Outline:
         x_crossing = x0[crosses] + (point[1] - z0[crosses]) / (z1 - z0)[crosses] * (x1 - x0)[crosses]
         return bool((x_crossing > point[0]).sum() % 2)
 
-    def sizes(self, scale: float, fine: FineCorners) -> tuple[Floats, Floats]:
+    def element_sizes(self, scale: float, fine: FineCorners) -> tuple[Floats, Floats]:
         """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides the elements.
 
-        The points are the samples of the outline and the corners in `fine`. The size is the local thickness of the
-        part, limited by the length of the arc where the outline is curved. All sizes are multiplied by `scale` [1].
+        The points are the samples of the outline and the corners in `fine`. The size at a sample is the thickness of
+        the part there. If the outline is curved, the size is at most a quarter of the circle of curvature, or a third
+        of this length at a round inner corner. All sizes are multiplied by `scale` [1].
         """
         # The thickness at a sample is the distance to the opposite side of the outline, along the normal through the
         # part. The part lies to the left if a ray to the left crosses the outline an odd number of times.
@@ -489,14 +490,9 @@ class _Outline:
         sizes = thickness / _QUADS_PER_THICKNESS
         # At a round inner corner, the centre of curvature and the part lie on opposite sides of the outline.
         is_concave = (self._radii > 0.0) != is_part_left
-        radius = np.abs(self._radii)
-        quarter_arc = 0.5 * np.pi * radius
+        self.concave = self._round_inner_corners(is_concave)
+        quarter_arc = 0.5 * np.pi * np.abs(self._radii)
         sizes = np.minimum(sizes, np.where(is_concave, quarter_arc / _QUADS_PER_QUARTER_ARC, quarter_arc))
-        for tag in np.unique(self._curve_tags):
-            on_curve = self._curve_tags == tag
-            # A curve whose radius exceeds a thousand spans counts as a straight line.
-            if is_concave[on_curve].all() and (radius[on_curve] < 1e3 * self.span).all():
-                self.concave.add(int(tag))
         sizes *= scale
         # At a refined corner, `fine.size` multiplies the size without refinement or the wall thickness, whichever is
         # smaller.
@@ -507,6 +503,16 @@ class _Outline:
         wall_thickness = thickness[self._samples_at_corners[:, numbers]].min(axis=0)
         refined_sizes = fine.size * np.minimum(unrefined_sizes, wall_thickness)
         return np.hstack([self.points, corners]), np.concatenate([sizes, refined_sizes])
+
+    def _round_inner_corners(self, is_concave: Flags) -> set[int]:
+        """Return the tags of the curves that are round inner corners. `is_concave` (n,) is given for each sample."""
+        tags = set()
+        for tag in np.unique(self._curve_tags):
+            on_curve = self._curve_tags == tag
+            # A curve whose radius exceeds a thousand spans counts as a straight line.
+            if is_concave[on_curve].all() and (np.abs(self._radii)[on_curve] < 1e3 * self.span).all():
+                tags.add(int(tag))
+        return tags
 
     @property
     def span(self) -> float:

@@ -141,6 +141,7 @@ def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
     with stage("size", "check the sizes"):
         formula = repr(size.largest_mm)
         if size.faces:
+            # The size is the smaller of the largest size and a size that increases with the distance from the outline.
             outline = bounding_curves(size.faces) - bounding_curves(size.cuts)
             distance = field.add("Distance")
             field.setNumbers(distance, "CurvesList", sorted(outline))

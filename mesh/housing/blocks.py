@@ -100,6 +100,7 @@ def counts(housing: Housing, scale: float) -> Counts:
     def scaled(number: int) -> int:
         return max(1, round(number / scale))
 
+    # The arguments of `scaled` are the numbers of elements at scale 1.
     sector = scaled(1)
     return Counts(
         sector=sector,
