@@ -20,7 +20,7 @@ from skfem import MeshHex1, MeshHex2
 
 from mesh.cells import facets_area
 from mesh.housing.profile import Profile
-from mesh.housing.sweep import check_jacobian, curved_nodes, half_depth_shares, sweep_profile
+from mesh.housing.sweep import check_jacobian, curved_nodes, half_depth_fractions, sweep_profile
 from mesh.session import Ints, MeshError, Nodes, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 from sensor.arrays import Flags, Floats
 
@@ -145,7 +145,7 @@ def swept_part(
     profile = section.profile
     low, high = _sweep_ends(extrusion, section)
     is_half = _can_mesh_half(extrusion, presses, low, high)
-    half_levels = half_depth_shares(layers)
+    half_levels = half_depth_fractions(layers)
     # Levels relative to the depth: from 1/2 to 1 for the upper half, or from 0 to 1 for the whole part.
     levels = 0.5 + 0.5 * (half_levels if is_half else np.concatenate([-half_levels[:0:-1], half_levels]))
     straight = _sweep_between(profile, levels, low, high)

@@ -21,10 +21,10 @@ Held = Mapping[str, Sequence[str]]  # displacement components that are fixed at 
 
 EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip, so the energy error is of first order in the size there
 BALANCE_LIMIT = 1e-8  # largest unbalanced reaction, relative to the largest reaction
-# Quadratic tetrahedra lock as nu approaches 0.5. LOCKS_TO is the largest nu that is solved. The relative error that
+# Quadratic tetrahedra lock as nu approaches 0.5. MAX_POISSON is the largest nu that is solved. The relative error that
 # remains after extrapolation from three meshes is a + b ((0.1 / (1 - 2 nu))^c - 1), and LOCKING holds a, b and c. They
 # were fitted to the split solution. The table of error bars has cases at nu = 0.4999.
-LOCKS_TO = 0.4999
+MAX_POISSON = 0.4999
 LOCKING = (4e-4, 3.2e-3, 0.4)
 WIDEST_ERROR = 0.1  # largest relative error of the compliance with which degrees of ripeness can be distinguished
 MIDDLE = "symmetry_x"  # plane of symmetry between the tips
@@ -75,9 +75,9 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
 
 
 def locking_error(poisson: float) -> float:
-    """Return the relative error due to locking [1]. Raises SolveError for a Poisson's ratio above `LOCKS_TO`."""
-    if poisson > LOCKS_TO:
-        msg = f"fruit.poisson = {poisson:.6g}: must be at most {LOCKS_TO:g}, because direct elements lock above it"
+    """Return the relative error due to locking [1]. Raises SolveError for a Poisson's ratio above `MAX_POISSON`."""
+    if poisson > MAX_POISSON:
+        msg = f"fruit.poisson = {poisson:.6g}: must be at most {MAX_POISSON:g}, because direct elements lock above it"
         raise SolveError(msg)
     start, growth, power = LOCKING
     return max(0.0, start + growth * (float((0.1 / (1.0 - 2.0 * poisson)) ** power) - 1.0))

@@ -24,10 +24,10 @@ from twintip.commands.console import (
     PASSED,
     WRONG_INPUT,
     Answer,
-    answering,
-    drop_output,
+    discard_output,
     print_answer,
     print_error,
+    printing_answer,
     reason_of,
 )
 from twintip.flags import COMMANDS
@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = PASSED
         help_text = _requested_help(words)
         if help_text is not None:
-            with answering():  # argparse itself would not report that the text could not be printed
+            with printing_answer():  # argparse itself would not report that the text could not be printed
                 print(help_text, end="")
         else:
             arguments = _parse_arguments(words[0], words[1:])
@@ -60,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 code = answer.code
         sys.stdout.flush()
     except BrokenPipeError:  # the program that reads the output has ended
-        drop_output()
+        discard_output()
         return FAILED
     except (InputError, OSError, MemoryError, BrokenExecutor) as error:
         if ending_signal() is not None:

@@ -17,7 +17,7 @@ WEIGHT_HOLE_MM = 2.5  # diameter of the hole for a weight
 CLAMP_HOLE_MM = 3.4  # diameter of the two holes for the clamping screws
 CLAMP_INSET_MM = 6.0  # distance of a clamp hole from the side of the block
 BEYOND_LEAF_MM = 0.5 * PAD_MM  # distance from the end of a leaf to the centre of its hole
-FARTHEST_SAG = 0.09
+MAX_SAG_RATIO = 0.09
 """Largest ratio of the sag to the distance of the weight [1]. At this sag, a leaf is 1 % stiffer than at small sags."""
 
 
@@ -52,4 +52,4 @@ def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
     """
     hole_distance = flexure.length + BEYOND_LEAF_MM
     strain_limit = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * hole_distance)
-    return min(strain_limit, FARTHEST_SAG * hole_distance * E / modulus_factor(flexure))
+    return min(strain_limit, MAX_SAG_RATIO * hole_distance * E / modulus_factor(flexure))

@@ -12,7 +12,7 @@ from cad.parts.coupon import (
     WEIGHT_HOLE_MM,
 )
 from cad.parts.housing import Arm, Housing
-from cad.parts.part import FaceTest, Part, is_hole, named_part, round_upright_edges
+from cad.parts.part import FaceTest, Part, fillet_edges_along_y, is_hole, named_part
 
 
 def coupon_part(housing: Housing) -> Part:
@@ -41,7 +41,7 @@ def coupon_part(housing: Housing) -> Part:
     clamp_holes = [(CLAMP_INSET_MM - half_block, 0.0), (half_block - CLAMP_INSET_MM, 0.0)]
     body = body.cut(back_plane.pushPoints(clamp_holes).circle(0.5 * CLAMP_HOLE_MM).extrude(depth))
     body = body.cut(back_plane.pushPoints(weight_holes).circle(0.5 * WEIGHT_HOLE_MM).extrude(depth))
-    body = round_upright_edges(body, leaf_corners, housing.low.fillet)
+    body = fillet_edges_along_y(body, leaf_corners, housing.low.fillet)
     faces: dict[str, FaceTest] = {"clamp_holes": lambda face: is_hole(face, CLAMP_HOLE_MM)}
     for arm in housing.arms:
         faces[f"{arm.name}_weight"] = _weight_test(arm)

@@ -97,7 +97,7 @@ class Pin(_HousingFeature):
         return self.outside + self.pocket_depth
 
     @property
-    def share_of_square(self) -> float:
+    def square_area_ratio(self) -> float:
         """Return the ratio of the cross-sectional area to that of a square with the same side or diameter [1].
 
         The perimeters have the same ratio.

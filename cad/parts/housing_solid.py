@@ -13,7 +13,7 @@ import cadquery as cq
 
 from cad.parts.hall_seats import POINT_MM, HallSeats
 from cad.parts.housing import Housing, fillet_corners, profile
-from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, plane_face_test, round_upright_edges
+from cad.parts.part import NEAR_MM, FaceTest, Part, fillet_edges_along_y, is_hole, named_part, plane_face_test
 
 # Largest ratio of the height of a cap to its radius, so that the poles of the ball are not on the cap.
 _MAX_CAP_HEIGHT_RATIO = 0.98
@@ -37,7 +37,7 @@ def housing_part(housing: Housing) -> Part:
 
     screw_holes = back_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(housing.depth)
     plate = plate.cut(screw_holes)
-    plate = round_upright_edges(plate, fillet_corners(housing), housing.corner)
+    plate = fillet_edges_along_y(plate, fillet_corners(housing), housing.corner)
 
     if housing.depth - housing.tip_side > 2.0 * NEAR_MM:
         plate = plate.cut(_neck_cut(housing))

@@ -16,7 +16,7 @@ LEDGE = 1.0  # straight wall between a fillet and the next corner; also the long
 CLEARANCE = 0.5  # clearance between the frame and the fruit in the worst press
 STOP_MARGIN = 1.5  # ratio of the gap at a stop to the deflection at full travel
 POCKET_SIDES = 3.0  # ratio of the depth of the pocket for a pin to the side of the pin
-BESIDE_BALL = 0.2  # difference between the width of a tip and the diameter of its hemisphere
+HEMISPHERE_MARGIN = 0.2  # difference between the width of a tip and the diameter of its hemisphere
 _MIN_PROTRUSION = 0.1  # smallest distance by which printed tips or feet protrude below the frame
 _BESIDE_LEAF = 20.0  # upper bound for the combined width of the shuttle and the wall of an arm
 _MIN_TIP_TRAVELS = 1.5  # smallest ratio of the length of a tip to the travel, so that no other part touches the fruit
@@ -141,8 +141,8 @@ def _tip_side(tips: Tips, depth: float) -> float:
     depth, because the small step between them would have to be printed without support.
     """
     side = tips.side_mm
-    if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:
-        side = round(2.0 * tips.dome_radius_mm + BESIDE_BALL, 3)
+    if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - HEMISPHERE_MARGIN:
+        side = round(2.0 * tips.dome_radius_mm + HEMISPHERE_MARGIN, 3)
     return depth if tips.tip_layout.is_back_to_back and 0.0 <= depth - side < LEDGE else side
 
 

@@ -126,7 +126,7 @@ def is_hole(face: cq.Face, diameter: float) -> bool:
     return abs(2.0 * radius - diameter) < NEAR_MM and abs(angle - 2.0 * math.pi) < _NEAR_RAD
 
 
-def round_upright_edges(plate: cq.Workplane, corners: Sequence[Point], radius: float) -> cq.Workplane:
+def fillet_edges_along_y(plate: cq.Workplane, corners: Sequence[Point], radius: float) -> cq.Workplane:
     """Round the edges of a plate that run along y at the given corners (x, z), with a fillet of this radius [mm].
 
     Raises ValueError unless there is exactly one edge for each corner.

@@ -13,8 +13,8 @@ _BONDED_SIDES = 3.0  # number of glued sides of a pin; there is no glue on the s
 # A foot with a pin is more compliant than a foot that is loaded on its whole face. These values are the difference,
 # multiplied by E side / (1 - nu^2): the middle and half the range over all processes and over pins of 0.7 to 1.4 mm.
 # They were computed with solid models of a foot with glue and pin, and of a foot without a pocket.
-FOOT_GIVE = 0.01
-FOOT_SPREAD = 0.08
+FOOT_COMPLIANCE = 0.01
+FOOT_COMPLIANCE_SPREAD = 0.08
 
 
 def tip_accuracy_mm(tips: Tips, process: Process) -> float:
@@ -36,13 +36,15 @@ def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
     the third term.
     """
     side = pin.side
-    bar_compliance = pin.outside / (STEEL_MPA * pin.share_of_square * side**2)
+    bar_compliance = pin.outside / (STEEL_MPA * pin.square_area_ratio * side**2)
     glue_thickness = 0.5 * (pin.pocket_side - side)
-    glue_compliance = glue_thickness / (GLUE_SHEAR_MPA * _BONDED_SIDES * pin.share_of_square * side * pin.pocket_depth)
+    glue_compliance = glue_thickness / (
+        GLUE_SHEAR_MPA * _BONDED_SIDES * pin.square_area_ratio * side * pin.pocket_depth
+    )
     foot_compliance = (1.0 - poisson**2) / (E * side)
     return Estimate(
-        bar_compliance + glue_compliance + FOOT_GIVE * foot_compliance,
-        0.5 * glue_compliance + FOOT_SPREAD * foot_compliance,
+        bar_compliance + glue_compliance + FOOT_COMPLIANCE * foot_compliance,
+        0.5 * glue_compliance + FOOT_COMPLIANCE_SPREAD * foot_compliance,
         "mm/N",
     )
 
@@ -52,5 +54,5 @@ def pin_mass(pin: Pin, density: float) -> float:
 
     `density` [g/cm^3] is the density of the foot.
     """
-    area = pin.share_of_square * pin.side**2
+    area = pin.square_area_ratio * pin.side**2
     return area * (STEEL_G_PER_CM3 * pin.length - density * pin.pocket_depth)

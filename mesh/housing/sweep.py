@@ -24,8 +24,8 @@ from sensor.arrays import Floats
 
 FlexureMesh = MeshHex2
 
-LEAST_JACOBIAN = 0.1  # smallest allowed scaled Jacobian
-LONGEST_STRETCH = 1.25  # largest factor by which a mesh is stretched or compressed; beyond it, a new mesh is made
+MIN_SCALED_JACOBIAN = 0.1  # smallest allowed scaled Jacobian
+MAX_STRETCH = 1.25  # largest factor by which a mesh is stretched or compressed; beyond it, a new mesh is made
 # Elements replace arcs by parabolas through three points, which changes volume and area. The hole is the worst case,
 # because its circle may consist of only nine parabolas.
 _VOLUME_TOLERANCE = 1e-4  # allowed relative difference in volume
@@ -59,7 +59,7 @@ def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
     `layers` is the number of elements through half the depth. Raises the same errors as `flexure_mesh`.
     """
     profile = mesh_profile(housing_blocks(housing, count))
-    straight = sweep_profile(profile, 0.5 * housing.depth * half_depth_shares(layers))
+    straight = sweep_profile(profile, 0.5 * housing.depth * half_depth_fractions(layers))
     quadratic = MeshHex2.from_mesh(straight)
     nodes = curved_nodes(quadratic, profile)
     nodes[1] *= _depth_fraction(housing, nodes[0], nodes[2])  # necks and tips do not have the full depth
@@ -73,7 +73,7 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
     """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`.
 
     The mesh is stretched in x along the straight leaves and in the plain cells of the walls. All other elements are
-    only shifted. Returns None if the required stretch is larger than `LONGEST_STRETCH`. Raises MeshError if the
+    only shifted. Returns None if the required stretch is larger than `MAX_STRETCH`. Raises MeshError if the
     housings differ in more than their leaf lengths, or if the stretched mesh has a folded element.
     """
     flexures = {}
@@ -86,7 +86,7 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
     if len(old_knots) != len(new_knots):  # only one of the housings has a wall with plain cells
         return None
     ratios = np.diff(new_knots) / np.diff(old_knots)
-    if ratios.min() < 1.0 / LONGEST_STRETCH or ratios.max() > LONGEST_STRETCH:
+    if ratios.min() < 1.0 / MAX_STRETCH or ratios.max() > MAX_STRETCH:
         return None
     points = mesh.doflocs.copy()
     points[0] = np.interp(points[0], old_knots, new_knots)
@@ -124,10 +124,10 @@ def check_jacobian(mesh: MeshHex2) -> None:
     # the determinant must not change inside an element.
     quality = (quality * np.sign(quality[:, :1])).min(axis=1)
     worst_element = int(np.argmin(quality))
-    if not quality[worst_element] >= LEAST_JACOBIAN:
+    if not quality[worst_element] >= MIN_SCALED_JACOBIAN:
         x, y, z = mesh.p[:, mesh.t[:, worst_element]].mean(axis=1)
         reason = f"smallest scaled Jacobian = {quality[worst_element]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
-        raise MeshError("quality", f"{reason}: must be at least {LEAST_JACOBIAN:g}", "check the dimensions there")
+        raise MeshError("quality", f"{reason}: must be at least {MIN_SCALED_JACOBIAN:g}", "check the dimensions there")
 
 
 def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
@@ -141,7 +141,7 @@ def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
     return np.where(np.abs(x) < largest_x + _NEAR, fraction, 1.0)
 
 
-def half_depth_shares(layers: int) -> Floats:
+def half_depth_fractions(layers: int) -> Floats:
     """Return the boundaries of the layers through half the depth, shape (layers + 1,).
 
     They increase from 0 at the middle of the depth to 1 at the side face. The layers become thinner in this direction.

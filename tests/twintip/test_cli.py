@@ -133,8 +133,8 @@ def test_bug_is_not_hidden(error, stand_in_run):
 @pytest.mark.parametrize("error", [BrokenPipeError(), SystemExit(1)])
 def test_reader_that_leaves_does_not_undo_the_work(error, monkeypatch, capsys):
     dropped = []
-    monkeypatch.setattr(console, "drop_output", lambda: dropped.append(True))
-    with console.answering():
+    monkeypatch.setattr(console, "discard_output", lambda: dropped.append(True))
+    with console.printing_answer():
         raise error
     assert dropped == [True]
     assert capsys.readouterr().err == ""
@@ -144,9 +144,9 @@ def test_answer_that_is_lost_is_an_error(monkeypatch):
     def fill(*_, **__):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(console, "drop_output", lambda: None)
+    monkeypatch.setattr(console, "discard_output", lambda: None)
     monkeypatch.setattr("builtins.print", fill)
-    with pytest.raises(InputError), console.answering():
+    with pytest.raises(InputError), console.printing_answer():
         print("a modulus")
 
 

@@ -17,7 +17,7 @@ from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import nearest, parse_number, validation_error
 from sensor.verdict import Verdict, all_passed
-from twintip.commands.console import FAILED, PASSED, Answer, refusing_what_cannot_be_solved
+from twintip.commands.console import FAILED, PASSED, Answer, solver_errors_as_input_errors
 from twintip.commands.progress import showing_progress
 from twintip.flags import DEFAULT_PROCESS
 
@@ -81,7 +81,7 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
             # The pressed faces get the names of the design's springs instead of numbers.
             pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         rules = process if design is None else design.process
-        with refusing_what_cannot_be_solved():
+        with solver_errors_as_input_errors():
             stiffness = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)
         work(f"checking {path.name}")
         file_verdicts = check_path(
@@ -140,7 +140,7 @@ def _designed_springs(design: Design) -> "FittedSprings":
     """Solve the springs of a design as in a run. Raises InputError if they cannot be solved."""
     from pipeline.sensor import Sensor  # loads the solvers, which other checks do not need
 
-    with refusing_what_cannot_be_solved():
+    with solver_errors_as_input_errors():
         return Sensor(design=design).upright_springs
 
 

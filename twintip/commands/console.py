@@ -51,7 +51,7 @@ def print_answer(answer: Answer, *, as_json: bool) -> None:
     If nobody reads the output any more, it is discarded. A command that reads a stream is ended instead, by
     BrokenPipeError.
     """
-    with nullcontext() if answer.of_stream else answering():
+    with nullcontext() if answer.of_stream else printing_answer():
         if as_json and answer.data is not None:
             print_json(answer.data, indent=None if answer.of_stream else 2)
         elif not as_json:
@@ -72,7 +72,7 @@ def print_json(data: object, indent: int | None = 2) -> None:
 
 
 @contextmanager
-def answering() -> Iterator[None]:
+def printing_answer() -> Iterator[None]:
     """Flush stdout after the block, in which an answer is printed.
 
     If nobody reads the output any more, it is discarded, because the work of the command is done. Raises InputError if
@@ -82,15 +82,15 @@ def answering() -> Iterator[None]:
         yield
         sys.stdout.flush()
     except (BrokenPipeError, SystemExit):  # rich converts BrokenPipeError to SystemExit
-        drop_output()
+        discard_output()
     except OSError as error:
-        drop_output()
+        discard_output()
         msg = f"the answer cannot be printed: {reason_of(error)}. The work is done; free some space for its answer."
         raise InputError(msg) from error
 
 
 @contextmanager
-def refusing_what_cannot_be_solved() -> Iterator[None]:
+def solver_errors_as_input_errors() -> Iterator[None]:
     """Convert errors of the mesher, the solvers and the file writers to InputError.
 
     These errors are caused by a design that is outside the range of the methods.
@@ -121,6 +121,6 @@ def reason_of(error: OSError) -> str:
     return error.strerror or str(error) or type(error).__name__
 
 
-def drop_output() -> None:
+def discard_output() -> None:
     """Redirect stdout to the null device, so that Python's flush at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

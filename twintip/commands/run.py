@@ -26,7 +26,7 @@ from twintip.commands.console import (
     PASSED,
     Answer,
     print_error,
-    refusing_what_cannot_be_solved,
+    solver_errors_as_input_errors,
 )
 from twintip.commands.progress import showing_progress
 
@@ -49,7 +49,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     file_date()  # raises an error if the date that files are given is invalid
     report = _report_of_same_run(design, options, folder)
     if report is None:
-        with showing_progress("loading the solvers") as work, refusing_what_cannot_be_solved():
+        with showing_progress("loading the solvers") as work, solver_errors_as_input_errors():
             # The solvers are slow to import, so they are imported only after all checks of the input.
             from pipeline import run as whole_run
             from pipeline.report.outputs import earlier_answer

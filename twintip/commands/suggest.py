@@ -18,7 +18,7 @@ from twintip.commands.console import (
     FAILED,
     PASSED,
     Answer,
-    refusing_what_cannot_be_solved,
+    solver_errors_as_input_errors,
 )
 from twintip.commands.progress import showing_progress
 from twintip.commands.run import named_design, settings_of
@@ -125,7 +125,7 @@ def _search(
     no design passes for the fruit, the second result is the most similar fruit for which one passes, or None.
     """
     keep = frozenset(arguments.keep)
-    with showing_progress("loading the solvers") as progress, refusing_what_cannot_be_solved():
+    with showing_progress("loading the solvers") as progress, solver_errors_as_input_errors():
         from pipeline.find.demand import nearest_demand
         from pipeline.find.fruit_design import fruit_suggestion
         from pipeline.find.suggestion import suggestion
