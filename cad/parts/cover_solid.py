@@ -62,8 +62,9 @@ def _window_boxes(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
     for centre in seats.windows:
         # The cover is drawn at the back but is mounted at the front, so the windows are mirrored here.
         left = 2.0 * middle - centre - 0.5 * seats.window_width
-        for depth, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
-            corner = cq.Vector(left, frame_face + depth, lower_level + ledge)
+        # The pocket begins at the marked face of the sensor. The slot goes through the cover.
+        for start, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
+            corner = cq.Vector(left, frame_face + start, lower_level + ledge)
             height = seats.window_height - 2.0 * ledge
-            boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + _MARGIN - depth, height, corner))
+            boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + _MARGIN - start, height, corner))
     return boxes

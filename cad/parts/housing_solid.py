@@ -28,6 +28,7 @@ def housing_part(housing: Housing) -> Part:
     # The normal of the workplane "XZ" is -y, so the plate is extruded from its back to its front.
     plate = back_plane.polyline(profile(housing)).close().extrude(housing.depth)
 
+    # A window between the two leaves of each spring is cut out of the plate.
     for arm in housing.arms:
         left, right = arm.roots
         lower_leaf, upper_leaf = arm.levels
@@ -39,7 +40,8 @@ def housing_part(housing: Housing) -> Part:
     plate = plate.cut(screw_holes)
     plate = fillet_edges_along_y(plate, fillet_corners(housing), housing.corner)
 
-    if housing.depth - housing.tip_side > 2.0 * NEAR_MM:
+    is_tip_shallower = housing.depth - housing.tip_side > 2.0 * NEAR_MM
+    if is_tip_shallower:
         plate = plate.cut(_neck_cut(housing))
     return named_housing(plate.findSolid(), housing)
 

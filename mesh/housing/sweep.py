@@ -73,8 +73,8 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
     """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`.
 
     The mesh is stretched in x along the straight leaves and in the plain cells of the walls. All other elements are
-    only shifted. Returns None if the required stretch is larger than `MAX_STRETCH`. Raises MeshError if the
-    housings differ in more than their leaf lengths, or if the stretched mesh has a folded element.
+    only shifted. Returns None if the required stretch is larger than `MAX_STRETCH`. Raises MeshError if the housings
+    differ in more than their leaf lengths, or if the stretched mesh has a folded element.
     """
     flexures = {}
     for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
@@ -203,12 +203,13 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     n = profile.points.shape[1]
     boundary_facets = mesh.boundary_facets()
     corners = mesh.facets[:, boundary_facets]
-    x, y, z = mesh.p[:, corners]  # each (4 corners, facets)
-    on_base = np.abs(z).max(axis=0) < _NEAR
-    nearest = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
+    x, y, z = mesh.p[:, corners]  # each of shape (4, facets), for the four corners of a facet
+    # The facets at z = 0 are those of the tip faces. Each belongs to the nearest tip.
+    is_tip_facet = np.abs(z).max(axis=0) < _NEAR
+    nearest_arm = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
     boundaries = {}
     for i, arm in enumerate(housing.arms):
-        boundaries[f"{arm.name}_tip"] = boundary_facets[on_base & (nearest == i)]
+        boundaries[f"{arm.name}_tip"] = boundary_facets[is_tip_facet & (nearest_arm == i)]
     boundaries["symmetry"] = boundary_facets[(corners < n).all(axis=0)]  # the first n nodes lie at y = 0
     # On necks and tips, the side of the housing does not lie in the side face.
     y_solid = y * _depth_fraction(housing, x, z)
