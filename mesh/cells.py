@@ -73,8 +73,8 @@ def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats
 def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
     """Return the Jacobian d x_i / d X_j [mm], shape (dim, dim, e, q), of the map from the unit cell to each of e cells.
 
-    It is evaluated at `points` X [1] of the unit cell, of shape (dim, q), or (dim, e, q) if each cell has its own
-    points. `cells` are the indices of the cells. By default, all cells are used.
+    It is evaluated at `points` X [1] of the unit cell. They have shape (dim, q), or (dim, e, q) if each cell has its
+    own points. `cells` are the indices of the cells. By default, all cells are used.
     """
     slopes = shape_table(mesh.elem(), points).slopes
     nodes = _node_positions(mesh, cells)
@@ -121,8 +121,8 @@ def _cross(a: Floats, b: Floats) -> Floats:
 class ReferenceFacet:
     """Elements that have the same local facet on a surface, for example the top face of the unit cube.
 
-    `elements` holds the indices of the elements. `corner` (3,) [1] is a corner of the local facet in the unit cube, and
-    `along` and `across` (3,) [1] are the two edge vectors that start there.
+    `elements` holds the indices of the elements. `corner` (3,) [1] is a corner of the local facet in the unit cube. The
+    two edge vectors that start there are `along` and `across` (3,) [1].
     """
 
     elements: Ints

@@ -231,12 +231,12 @@ def _feature_length_errors(
     """Return the errors in column length that neglected pockets and ribs cause, and their equivalents in stiffness.
 
     The faces of these features are found from the solid, in small pieces, because a narrow feature may lie between the
-    lines of `_sampled_length_errors`. A piece of area A_p, where mesh and part differ in length by d, adds d A_p / A to
-    the error of a quadrilateral of area A.
+    lines of `_sampled_length_errors`. At a piece of area A_p, mesh and part differ in length by d = |L - l|. The piece
+    adds d A_p / A to the error of a quadrilateral of area A.
 
-    If the mesh fills a pocket of width w, the equivalent error is larger by the factor max(1, d / w) * L / l, where L
-    is the length of the mesh and l the length of the part. A pocket that is deeper than wide weakens the part as much
-    as one that is as wide as deep. The stress in the remaining depth is L / l times as large.
+    If the mesh fills a pocket of width w, so that L > l, the equivalent error is larger by the factor
+    max(1, d / w) * L / l. A pocket that is deeper than wide weakens the part as much as one that is as wide as deep.
+    The stress in the remaining depth is L / l times as large.
 
     `depth` (points,) [mm] is the length of the mesh along y, and `area` (quadrilaterals,) [mm^2] the area of each
     quadrilateral. Both results [mm] have shape (quadrilaterals,).
@@ -478,8 +478,8 @@ class _Outline:
         """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides the elements.
 
         The points are the samples of the outline and the corners in `fine`. The size at a sample is the thickness of
-        the part there. If the outline is curved, the size is at most a quarter of the circle of curvature, or a third
-        of this length at a round inner corner. All sizes are multiplied by `scale` [1].
+        the part there. On a curve it is at most a quarter of the circle of curvature, and at a round inner corner a
+        third of this length. All sizes are multiplied by `scale` [1].
         """
         # The thickness at a sample is the distance to the opposite side of the outline, along the normal through the
         # part. The part lies to the left if a ray to the left crosses the outline an odd number of times.
@@ -704,8 +704,8 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
 def _check_face_area(extrusion: "Extrusion", name: str, meshed_area: float) -> None:
     """Raise MeshError if a named polygonal face and the facets on it, `meshed_area` [mm^2], differ in area.
 
-    They differ if the mesh does not conform to the face, because an edge of the face lies between two layers of
-    the sweep or between nodes of the section. Faces with curved edges are not checked.
+    They differ if an edge of the face lies between two layers of the sweep, or between nodes of the section, so that
+    the mesh does not conform to the face. Faces with curved edges are not checked.
     """
     area = extrusion.polygon_area(name)
     if area is not None and abs(meshed_area / area - 1.0) > _AREA_TOLERANCE:

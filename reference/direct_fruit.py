@@ -36,8 +36,8 @@ METHOD = "direct finite elements, quadratic tetrahedra, extrapolated"
 def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance:
     """Return E times the compliance of the fruit [1/mm], extrapolated from three meshes [mm] of one family.
 
-    The meshes are given from coarse to fine. They may be meshes of the quarter x, y >= 0 (for centred tips), of the
-    half y >= 0, or of the whole block, which is recognised from their boundaries. Raises SolveError if the finest mesh
+    The meshes are given from coarse to fine. All are meshes of the quarter x, y >= 0 (for centred tips), of the half
+    y >= 0, or of the whole block. Their boundaries show which of these is meshed. Raises SolveError if the finest mesh
     would need too much memory, if the solution is not accurate, or if the relative error exceeds 10 %.
     """
     start = time.perf_counter()
@@ -99,9 +99,9 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
     if MIDDLE not in mesh.boundaries:
         stiffness = tip_stiffness(basis, K, held, FACES)
         return MeshCompliance(fraction * np.asarray(np.linalg.inv(stiffness), dtype=np.float64), int(basis.N))
-    # A quarter has only one tip. The conditions on the plane x = 0 determine whether its mirror image is pressed by the
-    # same displacement (even) or by the opposite displacement (odd). The compliances of these two modes are s11 + s12
-    # and s11 - s12.
+    # A quarter has only one tip. The conditions on the plane x = 0 determine whether its mirror image has the same
+    # displacement (even mode) or the opposite displacement (odd mode). The compliances of these two modes are
+    # s11 + s12 and s11 - s12.
     even_stiffness = tip_stiffness(basis, K, {**held, MIDDLE: ("u^1",)}, FACES[1:])[0, 0]
     odd_stiffness = tip_stiffness(basis, K, {**held, MIDDLE: ("u^2", "u^3")}, FACES[1:])[0, 0]
     half_even = 0.5 * fraction / even_stiffness
@@ -134,8 +134,8 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[s
 def check_balance(stiffness: Floats, support: Floats) -> None:
     """Raise SolveError unless the reactions balance and the stiffness is symmetric.
 
-    Each column of `stiffness` (faces, faces) holds the reactions on the faces for one load, and `support` (faces,)
-    holds the sum of the reactions of the supports. The stiffness is symmetric by Betti's reciprocal theorem.
+    Each column of `stiffness` (faces, faces) holds the reactions on the faces for one load. `support` (faces,) holds
+    the sum of the support reactions for each load. The stiffness is symmetric by Betti's reciprocal theorem.
     """
     scale = float(np.abs(stiffness).max())
     unbalanced = float(np.abs(stiffness.sum(axis=0) + support).max())

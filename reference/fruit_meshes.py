@@ -18,9 +18,9 @@ HALF = ("symmetry_y",)
 QUARTER = ("symmetry_x", "symmetry_y")
 MIRROR_PLANES = {"symmetry_x": plane_face_test(0, 0.0), "symmetry_y": plane_face_test(1, 0.0)}
 
-# At the edge of a sharp tip, the displacement is u ~ r^1/2, so the energy error is of first order in the element size h
-# there. Away from the edge, the error of quadratic elements is of fourth order in the element size. The growth and the
-# largest size are therefore proportional to h^1/4, so that both errors are O(h).
+# At the edge of a sharp tip, u ~ r^1/2, so the energy error there is of first order in the element size h. Away from
+# the edge, the error of quadratic elements is of fourth order in the element size. The growth and the largest size are
+# therefore proportional to h^1/4, so that both errors are O(h).
 REFINEMENTS = (1.0, 0.5, 0.25)
 # The following sizes are those of the coarsest mesh.
 _EDGE_SIZE_RATIO = 0.1  # ratio of the element size at the edge of a tip to the side of the tip

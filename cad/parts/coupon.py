@@ -22,11 +22,11 @@ MAX_SAG_RATIO = 0.09
 
 
 def modulus_factor(flexure: Flexure) -> float:
-    """Return the factor C [1/mm] in E = C F / d, where F [N] is a weight at the hole and d [mm] the sag of the hole.
+    """Return the factor C [1/mm] in E = C F / d, for a weight F [N] at the hole and the sag d [mm] of the hole.
 
     The leaf is an Euler-Bernoulli cantilever with a rigid pad. C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over
-    the leaf with its fillets. Here s is the distance from the block, a the distance of the hole from the block, w the
-    width of the leaf, and t(s) its thickness. See S. Timoshenko, Strength of Materials I, 1930, art. 34.
+    the leaf with its fillets. Here s is the distance from the block, and a is the value of s at the hole. The leaf has
+    the width w and the thickness t(s). See S. Timoshenko, Strength of Materials I, 1930, art. 34.
     """
     r = flexure.fillet
     length = flexure.length
@@ -47,8 +47,8 @@ def modulus_factor(flexure: Flexure) -> float:
 def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
     """Return the largest weight [N] for a leaf of modulus E [MPa].
 
-    It is limited by the strain at the root, `strain` [1], which is 6 F a / (E w t^2) for a weight F at the distance a.
-    It is also limited by the sag, so that small-deflection theory holds.
+    A weight F at the distance a causes the strain 6 F a / (E w t^2) at the root, which may be at most `strain` [1]. The
+    sag must be so small that small-deflection theory holds.
     """
     hole_distance = flexure.length + BEYOND_LEAF_MM
     strain_limit = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * hole_distance)

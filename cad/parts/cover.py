@@ -14,8 +14,8 @@ COVER_MM = PLATE_MM + RECESS_MM  # total thickness of plate and rim
 def cover_level(protrusion: float, press: PressMotion) -> float:
     """Return the level z [mm] of the lower edge of a cover.
 
-    `protrusion` [mm] is the level of the lower edge of the frame. At every allowed tilt, the edge of the cover is
-    farther from the fruit than the edge of the frame, so that only the clearance of the frame matters.
+    `protrusion` [mm] is the level of the lower edge of the frame. At every allowed tilt, the cover is farther from the
+    fruit than the frame, so that only the clearance of the frame matters.
     """
     rise = COVER_MM * math.tan(math.radians(largest_tilt(press)))
     return round(protrusion + rise, 3)

@@ -1,8 +1,8 @@
 """Marks engraved on the frame: L and H beside the springs, and the name of the design on the bar above them.
 
-The frame does not bend, so the marks do not affect the springs. They are on the face that is up in print pose,
-y = -depth / 2, or on the pads at the back of a back-to-back plate. The letters consist of straight strokes, so they do
-not depend on installed fonts.
+The frame does not bend, so the marks do not affect the springs. They are on the face that is up in print. This is the
+face y = -depth / 2, or the pads at the back of a back-to-back plate. The letters consist of straight strokes, so they
+do not depend on installed fonts.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def _engraving_cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) ->
     """Return the solid that is cut from the frame to engrave an area [mm].
 
     `area` is given in x and z, relative to the centre of its panel. On the back of a plate, x is mirrored, so that the
-    text can be read from behind. The solid extends from the bottom of the engraving to the same distance outside the
-    face, because a cutter that ends in the face could leave a thin layer.
+    text can be read from behind. The solid extends as far out of the face as into it, because a cutter that ends in
+    the face could leave a thin layer.
     """
     if housing.back_to_back:
         direction = -1.0

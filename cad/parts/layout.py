@@ -138,7 +138,7 @@ def _tip_side(tips: Tips, depth: float) -> float:
     """Return the side of a printed tip [mm], which can exceed the side in the design for two reasons.
 
     A hemisphere needs a wider tip. In a back-to-back plate, a tip that is nearly as deep as the plate gets the full
-    depth, because the small step between them would have to be printed without support.
+    depth. Otherwise, the small step between them would have to be printed without support.
     """
     side = tips.side_mm
     if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - HEMISPHERE_MARGIN:

@@ -27,10 +27,10 @@ def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
 
     `E` [MPa] and `poisson` are the elastic constants of the foot. The compliance is the sum of three terms:
 
-    - the protruding steel, a bar in compression with the compliance l / (E_s A)
-    - the glue on three sides of the pin, a layer in shear with the compliance t / (G A_g)
-    - the foot around the pin. The solution for the springs already contains a foot that is loaded on its whole face, so
-      only the small difference is added here.
+    - The protruding steel is a bar in compression, with the compliance l / (E_s A).
+    - The glue on three sides of the pin is a layer in shear, with the compliance t / (G A_g).
+    - The foot deforms around the pin. The solution for the springs already contains a foot that is loaded on its whole
+      face, so only the small difference is added here.
 
     A pin with a spherical end is treated as a cylinder. The error is half the compliance of the glue plus the spread of
     the third term.

@@ -158,8 +158,8 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Bloc
     """Return the block of the fan at the root of a leaf.
 
     The face of the solid is at `x` [mm]. The fan's box extends from there into the solid by `depth` [mm], whose sign is
-    the direction along x. The four sides of the block are the end of the straight leaf, the fillet and face above the
-    leaf, the edges of the box in the solid, and the fillet and face below the leaf.
+    the direction along x. The block has four sides: the end of the straight leaf, a fillet and face above the leaf, the
+    edges of the box, and a fillet and face below the leaf.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness

@@ -159,8 +159,8 @@ def sweep_profile(profile: Profile, levels: Floats) -> MeshHex1:
     layers = len(levels) - 1
     x, z = profile.points
     points = np.vstack([np.tile(x, layers + 1), np.repeat(levels, n), np.tile(z, layers + 1)])
-    # Corner (r, s, t) of the unit cube maps to corner (r, s) of the quadrilateral, at the lower level of the layer if
-    # t = 0 and at the upper level if t = 1.
+    # Corner (r, s, t) of the unit cube maps to corner (r, s) of the quadrilateral. The lower level of a layer has
+    # t = 0, and the upper level has t = 1.
     cells = []
     for layer in range(layers):
         corners = [profile.quads[_CORNERS[r, s]] + n * (layer + t) for r, s, t in RefHex.p.T.astype(int).tolist()]

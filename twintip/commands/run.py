@@ -121,8 +121,8 @@ def _options(arguments: Namespace, folder: Path) -> RunOptions:
 def _report_of_same_run(design: Design, options: RunOptions, folder: Path) -> Json | None:
     """Return the report in a folder if it is still valid, or None.
 
-    It is valid if it was written by the same code for the same design and options, and if no file of the folder has
-    changed since. Raises OutputError for an unusable folder.
+    It is valid if the same code wrote it for the same design and options, and no file of the folder has changed since.
+    Raises OutputError for an unusable folder.
     """
     content = unchanged_report(folder)
     if content is None:
