@@ -18,7 +18,7 @@ from solve.fruit.split import split_compliance
 
 @dataclass(frozen=True, kw_only=True)
 class DeepPress:
-    """Two springs with square tips of a `side` [mm], pressed on flesh that follows a large-strain law."""
+    """Two springs whose square tips have this `side` [mm], pressed on flesh that follows a large-strain law."""
 
     springs: Springs
     side: float
