@@ -66,10 +66,10 @@ KINDS = ["pair", "square", "pins", *(pytest.param(kind, marks=pytest.mark.slow) 
 FLAT_MM = 0.05  # by which a chord may leave its curve
 
 
-def drawn_lines(canvas):
-    """Return every line, arc, circle and arrow of a sheet as shapely lines [mm], hatching and blocks among them."""
+def drawn_lines(canvas, *, sheet=True):
+    """Return every line, arc, circle and arrow as shapely lines [mm], with the hatching and the block of the sheet."""
     lines = []
-    for entity in recursive_decompose(canvas.space):
+    for entity in recursive_decompose(entity for entity in canvas.space if sheet or entity.dxftype() != "INSERT"):
         if entity.dxftype() in ("TEXT", "MTEXT", "POINT"):
             continue
         path = make_primitive(entity, FLAT_MM).path
@@ -156,6 +156,10 @@ def test_no_text_lies_on_another_or_on_a_line_and_all_lie_on_the_sheet(kind, she
     scale = sheet.canvas.scale
     size = (scale * (window.right - window.left), scale * (window.top - window.bottom))
     assert size == pytest.approx(SIZES[sheet.size])
+    # the views are 4 mm off the frame, which is 20 mm off the left edge and 10 mm off the others (ISO 5457)
+    views = shapely.union_all(drawn_lines(sheet.canvas, sheet=False)).bounds
+    distances = [scale * abs(edge - end) for edge, end in zip(window, views, strict=True)]
+    assert all(distance >= least for distance, least in zip(distances, (24.0, 14.0, 14.0, 14.0), strict=True))
 
 
 @pytest.mark.slow

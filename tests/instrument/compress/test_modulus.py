@@ -13,7 +13,9 @@ from virtual_compression import VirtualTest, over_hertz, true_force
 from instrument.compress.force_law import TestGeometry, solved_law
 from instrument.compress.modulus import measured_modulus
 from instrument.compress.pressed_shapes import Ellipsoid
+from instrument.compress.range_choice import _weighted_mean
 from instrument.compress.summary import design_range, fruit_summaries, overall_modulus
+from sensor.quantity import Estimate
 
 
 def ball(radius=35.0, height=70.0):
@@ -271,3 +273,14 @@ def test_law_and_friction_that_are_not_known_are_in_the_error_bar():
 def test_ratio_that_is_not_solved_is_refused(poisson):
     told = refusal(replace, BALL, poisson=poisson)
     assert (told.field, told.value) == ("modulus.poisson", poisson)
+
+
+def test_two_estimates_are_joined_as_a_mixture_of_their_distributions(rng):
+    """Its variance is E[x^2] - E[x]^2, also found by drawing from it."""
+    first, second, probability = Estimate(1.0, 0.2), Estimate(3.0, 0.5), 0.3
+    joined = _weighted_mean(probability, first, second)
+    mean_square = 0.3 * (1.0 + 0.04) + 0.7 * (9.0 + 0.25)
+    assert (joined.value, joined.error**2) == pytest.approx((2.4, mean_square - 2.4**2), rel=1e-12)
+    which = rng.random(100_000) < probability
+    drawn = np.where(which, rng.normal(1.0, 0.2, which.size), rng.normal(3.0, 0.5, which.size))
+    assert (joined.value, joined.error) == pytest.approx((drawn.mean(), drawn.std()), rel=0.02)
