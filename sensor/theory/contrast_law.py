@@ -73,13 +73,15 @@ class ContrastLaw:
 def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
     """Return the weight of each tip [1] in the contrast: the mean over the high tips minus the mean over the low tips.
 
-    `positions` are x and y [mm], and `springs` are "low" or "high". Raises InputError if the contrast depends on tilt.
+    For each tip, `positions` has x and y [mm], and `springs` has the name of its spring, "low" or "high". Raises
+    InputError if the contrast depends on the tilt of the sensor.
     """
     weights = [1.0 / springs.count("high") if spring == "high" else -1.0 / springs.count("low") for spring in springs]
     tilt_contrast = np.abs(np.array(weights) @ np.array(positions))  # contrasts of a unit tilt along x and along y
     if tilt_contrast.max() > _ROUND_OFF * np.abs(positions).max():
         bound = "a line or a square: low and high tips about one middle"
         hint = "one reading of a pair cannot separate tilt from stiffness"
+        # A pair is the only layout whose weights do not cancel the tilt.
         raise validation_error("tips.layout", "pair", "", bound, hint)
     return tuple(weights)
 
@@ -98,9 +100,10 @@ def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> 
     """Return the modulus [MPa] of a fruit from the `forces` [N] on the low and the high tip of a level pair.
 
     This is equation (4) of the paper, extended to springs that act on each other. C [mm/N] and `own_less_other` [1/mm]
-    are the same as in `pair_law`. Raises ReadingError if no positive modulus causes these forces.
+    are the same as in `pair_law`. Raises ReadingError if no positive modulus is consistent with these forces.
     """
     low, high = forces
+    # The difference of the spring deflections [mm] equals the difference of the indentations of the fruit.
     difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high
     if not (difference > 0.0 and high > low):
         raise ReadingError(OF_ANOTHER_SENSOR)
@@ -132,7 +135,11 @@ class ContrastTerms(NamedTuple):
 
 
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
-    """Return the terms of the contrast for the forces [N] of all tips. Raises ReadingError unless all are above 0."""
+    """Return the terms of the contrast for the forces F [N] of all tips.
+
+    They are w.(C F + gaps), h w.F^(2/3) and w.(S F), with the weights w. Raises ReadingError unless there is one force
+    per tip, and all forces are above 0 and finite.
+    """
     if len(forces) != len(law.weights):
         msg = f"Got {len(forces)} forces for {len(law.weights)} tips. Check the channels of the sensor."
         raise ReadingError(msg)
@@ -173,13 +180,15 @@ def stiffened_compliance(C: Matrix, factors: Sequence[float]) -> tuple[tuple[flo
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
     """Return the sensitivity of a reading to its inputs, at the modulus E [MPa] and the forces [N], which are above 0.
 
-    With g(F, E) the contrast [mm], ln E changes by dg / (-E dg/dE). For a force, dg is given by
+    Let g(F, E) be the contrast [mm]. A change dg at constant E changes ln E by dg / (-E dg/dE). For a force, dg follows
+    from
 
         dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E .
     """
     _, hertz_term, flesh_term = contrast_terms(law, forces)
     E_power = E ** (-2.0 / 3.0)
-    per_log_E = hertz_term * E_power / 1.5 + flesh_term / E  # -E dg/dE [mm]
+    # -E dg/dE [mm]; the divisor 1.5 here and below comes from the exponents 2/3 of E and F
+    per_log_E = hertz_term * E_power / 1.5 + flesh_term / E
     weights = np.array(law.weights)
     C = np.array(law.C)
     F = np.array(forces)
@@ -209,10 +218,11 @@ def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[f
 
 
 def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
-    """Fit a plane to the heights [mm] of points by least squares. Return its mean height [mm] and slopes in x, y [1].
+    """Fit a plane to the `heights` [mm] of points by least squares.
 
-    The positions [mm] must be symmetric about their centre, so that the two slopes are independent. The slope in y is
-    None if all points lie on a line along x.
+    Return the mean height [mm], the slope along x [1] and the slope along y [1]. The slope along x is 0 if all points
+    have the same x; the slope along y is None if all points have the same y. The `positions` (x, y) [mm] must be
+    symmetric about their centre, so that the two slopes are independent.
     """
     arms = np.array(positions) - np.mean(positions, axis=0)
     x_squares, y_squares = (arms**2).sum(axis=0)
@@ -223,17 +233,19 @@ def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple
 
 
 def smallest_root(a: float, b: float, d: float) -> float:
-    """Return the smallest root z > 0 of the contrast a + b z^2 + d z^3. It is E^(-1/3) [MPa^(-1/3)].
+    """Return the root z = E^(-1/3) [MPa^(-1/3)] of the contrast a + b z^2 + d z^3 between 0 and its next extremum.
 
-    `a`, `b` and `d` are the terms in `ContrastTerms`. The cubic has extrema at z = 0 and at z = -2 b / (3 d), and it is
-    monotonic between them. If the second extremum is above 0, the root must lie before it; otherwise the cubic is
-    monotonic for all z > 0. Raises ReadingError if the cubic does not change its sign in this range.
+    `a` [mm], `b` [mm MPa^(2/3)] and `d` [mm MPa] are the spring term, the Hertz term and the flesh term of
+    `ContrastTerms`. The cubic has extrema at z = 0 and at z = -2 b / (3 d). If the second extremum is above 0, a root
+    beyond it is not accepted, because the contrast changes with E in the opposite direction there. Otherwise, the cubic
+    is monotonic for all z > 0. Raises ReadingError if the cubic does not change its sign in this range.
     """
     second_extremum = -2.0 * b / (3.0 * d) if d != 0.0 else 0.0
     end = second_extremum if second_extremum > 0.0 else _beyond_root(a, b, d)
+    # The value of the cubic at z = 0 is a, so it must have the opposite sign at the end of the range.
     if not a * (a + end * end * (b + d * end)) < 0.0:
         raise ReadingError(OF_ANOTHER_SENSOR)
-    # Newton's method. A step that leaves the bracket of the root is replaced by a bisection.
+    # Newton's method in the bracket from `start` to `end`. A step that leaves the bracket is replaced by a bisection.
     start = 0.0
     z = 0.5 * end
     for _ in range(_MAX_STEPS):
@@ -248,16 +260,17 @@ def smallest_root(a: float, b: float, d: float) -> float:
             break
         if not start < next_z < end:
             next_z = 0.5 * (start + end)
-            if next_z in (start, end):
+            if next_z in (start, end):  # no number lies between the two ends
                 break
         z = next_z
     return z
 
 
 def _beyond_root(a: float, b: float, d: float) -> float:
-    """Return a point beyond the root of a cubic a + b z^2 + d z^3 that is monotonic for z > 0.
+    """Return a point z beyond the root, if any, of a cubic a + b z^2 + d z^3 that is monotonic for z > 0.
 
-    `b` and `d` have the same sign, so the root is smaller than the root of the cubic without one of these terms.
+    `b` and `d` have the same sign, so the root is smaller than the root of the cubic without one of these terms. The
+    point is 1 if both are 0.
     """
     square_root = math.sqrt(abs(a / b)) if b != 0.0 else math.inf
     cube_root = abs(a / d) ** (1.0 / 3.0) if d != 0.0 else math.inf

@@ -144,7 +144,7 @@ class RollingDomes:
         Domes that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root
         that vanishes for g = 0 is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)). This form has no cancellation.
         """
-        gap_per_xy = offset / self.contrast_of_xy
+        gap_per_xy = offset / self.contrast_of_xy  # g [1/mm]
         return (
             2.0
             * gap_per_xy
@@ -235,20 +235,20 @@ class RiseLaw:
         """
         law = self.contrast
         _, C, S = law.arrays
-        none = np.zeros_like(C)
+        zero_block = np.zeros_like(C)
         zeros = (0.0,) * len(law.weights)
         contrast = ContrastLaw(
             weights=(*zeros, *law.weights),
             gaps=(*zeros, *law.gaps),
-            C=rows_of(np.block([[none, none], [C, none]])),
-            S=rows_of(np.block([[none, none], [none, S]])),
+            C=rows_of(np.block([[zero_block, zero_block], [C, zero_block]])),
+            S=rows_of(np.block([[zero_block, zero_block], [zero_block, S]])),
             hertz=law.hertz,
         )
         return replace(self, contrast=contrast)
 
 
 def _flesh_block(S: Floats, rolling: RollingDomes) -> Floats:
-    """Return a view of the block of S that belongs to the flesh channels, which come last."""
+    """Return a view of the block (tips, tips) of S that belongs to the flesh channels, which come last."""
     tips = len(rolling.positions)
     return S[-tips:, -tips:]
 
@@ -271,9 +271,9 @@ class Rise:
     @cached_property
     def moments(self) -> "_Moments":
         """Return the moments of the forces, from which the coefficients of the law are computed."""
-        return _Moments(self.rise_and_mean(self.forces), self.rise_and_mean(np.cbrt(self.forces) ** 2))
+        return _Moments(self.comoment_and_mean(self.forces), self.comoment_and_mean(np.cbrt(self.forces) ** 2))
 
-    def rise_and_mean(self, values: Floats) -> Floats:
+    def comoment_and_mean(self, values: Floats) -> Floats:
         """Return the co-moment with the instrument and the mean of each channel of `values` (samples, channels)."""
         return np.stack([self._centred_instrument @ values, values.mean(axis=0)])
 
@@ -303,43 +303,54 @@ class _Moments(NamedTuple):
 def rise_of(
     forces: Floats, tips: int, least_forces: Floats | float = 0.0, *, t: Floats | None = None, lag: int = 1
 ) -> Rise:
-    """Select the samples of a press from which its modulus is read: those of the rise to the deepest sample.
+    """Return the samples of a press from which its modulus is read: those of the rise to the deepest sample.
 
     `forces` (samples, channels) [N] contain the forces of the tips in the first `tips` channels; the sum of these is
     the instrument. The same number of channels derived from these forces may follow (`RiseLaw.over_time`). The
     instrument of a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to a
     common time. A sample is used if its own forces are above 0, and if all forces of the `lag` samples before it exceed
-    `least_forces` (channels,) [N], a multiple of their noise. The times `t` [s] determine the rates, which are 0
-    without them.
+    `least_forces` (channels,) [N], a multiple of their noise. The times `t` (samples,) [s] determine the rates, which
+    are 0 without them.
 
     A press ends when a tip lifts off. The samples after a lift have a different offset. They are used instead of the
     samples before it if they go deeper. Samples after the deepest one are not used, because the flesh may have yielded.
+    If no sample can be used, the result has no samples.
     """
     index = np.arange(len(forces))
     total = forces[:, :tips].sum(axis=1)
     # for each sample, the index of the last sample until then in which a tip is out of contact, or -1
     last_lift = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, index))
-    touch_start = np.concatenate([[0], last_lift[:-1] + 1])[: len(forces)]  # first sample since the last lift
+    # for each sample, the first sample since the last lift before it
+    touch_start = np.concatenate([[0], last_lift[:-1] + 1])[: len(forces)]
     is_usable = (index - touch_start >= lag) & (forces > 0.0).all(axis=1)
     if not is_usable.any():
-        none = forces[:0]
-        return Rise(instrument=none[:, 0], forces=none, rates=none, touch=0.0, largest=0.0)
+        no_samples = forces[:0]
+        return Rise(instrument=no_samples[:, 0], forces=no_samples, rates=no_samples, touch=0.0, largest=0.0)
     usable_total = np.where(is_usable, total, 0.0)
     # the last of several equal maxima, because a hold repeats the largest force
     deepest = len(usable_total) - 1 - int(usable_total[::-1].argmax())
     begin = int(touch_start[deepest])
     rows = slice(begin + lag, deepest + 1)
-    rates = np.zeros_like(forces[rows])
-    if t is not None:
-        elapsed = np.diff(t, prepend=t[0])[rows, None]
-        np.divide(np.diff(forces[begin + lag - 1 : deepest + 1], axis=0), elapsed, out=rates, where=elapsed > 0.0)
     return Rise(
         instrument=total[begin : deepest + 1 - lag],
         forces=forces[rows],
-        rates=rates,
+        rates=_rates(forces, t, rows),
         touch=float(total[begin]),
         largest=float(total[deepest]),
     )
+
+
+def _rates(forces: Floats, t: Floats | None, rows: slice) -> Floats:
+    """Return the time derivatives [N/s] of the forces in some `rows`, which do not include the first sample.
+
+    A rate is the change of a force since the previous sample, divided by the time since then. It is 0 if no time has
+    passed, or without times `t` [s].
+    """
+    rates = np.zeros_like(forces[rows])
+    if t is not None:
+        elapsed = np.diff(t, prepend=t[0])[rows, None]
+        np.divide(np.diff(forces[rows.start - 1 : rows.stop], axis=0), elapsed, out=rates, where=elapsed > 0.0)
+    return rates
 
 
 class BendSlopes(NamedTuple):
@@ -423,34 +434,36 @@ class RiseReading:
 def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -> RiseReading:
     """Read the modulus from the rise of a press, with its uncertainty due to noise and its sensitivity to other causes.
 
-    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. If `whole` is true, the
-    press must rise far enough after the touch of its last tip. Pass False for a part of a press, whose small rise shows
-    in its uncertainty. Raises RiseError if there are too few samples, the rise is too small, or no modulus fits.
+    `noises` (tips,) [N] are the standard deviations of the forces, whose noise is independent from sample to sample. If
+    `whole` is true, the press must rise far enough after the touch of its last tip. Pass False for a part of a press,
+    whose small rise shows in its uncertainty. Raises RiseError if there are too few samples, if the rise is too small,
+    if no modulus fits, or if noise makes the modulus too uncertain.
     """
     _refuse_few_samples(rise)
     if whole:
         _refuse_short_rise(rise, noises)
     E, offset, S_offset = _solve(law, rise.moments)
-    at_root = _Root(law, rise, E, offset, law.S(S_offset), len(noises))
+    tips = len(noises)
+    linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
     # The noise of a force gives G the standard deviation |c_t| sigma_t sqrt(sum (u - mean u)^2).
     noise_per_force = (
-        np.abs(at_root.sum_per_tip(at_root.per_force)) * math.sqrt(rise.spread) / abs(at_root.per_log_E[0])
+        np.abs(linearised.sum_per_tip(linearised.per_force)) * math.sqrt(rise.spread) / abs(linearised.per_log_E[0])
     )
     relative_noise = float(np.linalg.norm(noise_per_force * noises))
     if relative_noise > LARGEST_NOISE:
         message = f"The standard uncertainty of E due to noise, {relative_noise:.2g} E, is above a third of E."
         raise RiseError("no_rise", f"{message} Press farther.")
-    # The noise of the offset is the noise of the mean residual, and the change of the offset with E.
-    residual_noise = float(np.linalg.norm(at_root.sum_per_tip(at_root.per_force) * noises))
+    # The offset is uncertain for two reasons: the noise of the mean residual, and the change of the offset with E.
+    residual_noise = float(np.linalg.norm(linearised.sum_per_tip(linearised.per_force) * noises))
     return RiseReading(
         E=E,
         offset=offset,
         noise=relative_noise,
-        offset_noise=math.hypot(residual_noise / math.sqrt(len(rise.forces)), at_root.per_log_E[1] * relative_noise),
-        offset_per_log_E=float(at_root.per_log_E[1]),
+        offset_noise=math.hypot(residual_noise / math.sqrt(len(rise.forces)), linearised.per_log_E[1] * relative_noise),
+        offset_per_log_E=float(linearised.per_log_E[1]),
         samples=len(rise.forces),
         touch=rise.touch / rise.largest,
-        slopes=at_root.slopes(noise_per_force),
+        slopes=linearised.slopes(noise_per_force),
     )
 
 
@@ -464,50 +477,56 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
 def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
     """Return the sensitivity of the modulus of a press to uneven skin and flesh. The press has one channel per tip.
 
-    `wave_numbers` (waves,) are in [1/mm]. The contact of a dome of relative radius R* = `relative_radius` [mm] has the
-    radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face touches, so a height is an offset.
-    Raises RiseError like `read_rise`.
+    `wave_numbers` (waves,) [1/mm] are those of the waves of the skin. The contact of a dome of relative radius
+    R* = `relative_radius` [mm] has the radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face
+    touches, so a height is an offset. Raises RiseError if there are too few samples, or if no modulus fits.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)
-    root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
+    tips = rise.forces.shape[1]
+    linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
     weights = law.contrast.arrays[0]
     # By Hertz's law, the indentation is h (F / E)^(2/3).
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
-    heights = [weights * rise.rise_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
+    # The changes of the law per height of each wave under each tip.
+    wave_changes = [weights * rise.comoment_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
     return UnevenSlopes(
-        heights=np.array([root.slope_with_saddle(*height) for height in heights]),
-        flesh=root.slope_with_saddle(*root.own_flesh),
+        heights=np.array([linearised.slope_with_saddle(*change) for change in wave_changes]),
+        flesh=linearised.slope_with_saddle(*linearised.own_flesh),
     )
 
 
 def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
     """Return the sensitivity of the modulus of a press to form errors that all domes have in common.
 
-    The first result [1] is the change of ln E per relative change of the dome radius. The others [1/mm] are its changes
-    per height of a cap at the apex, one for each of the `cap_radii` [mm]. The distances between the contacts are
-    assumed to change as on a half-space. Raises RiseError like `read_rise`.
+    The first entry [1] of the result is the change of ln E per relative change of the dome radius. The other entries
+    [1/mm] are its changes per height of a cap at the apex, one for each of the `cap_radii` [mm]. `domes` are the domes
+    of the law, on a half-space. Raises RiseError if there are too few samples, or if no modulus fits.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)
-    root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
+    tips = rise.forces.shape[1]
+    linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
     relative = domes.relative_radius
-    # The Hertz term is proportional to R*^(-1/3), and S to 1 + r H = r / R*. The dome changes, not the law: if the dome
-    # has a larger radius than the law assumes, this acts like a law with a smaller radius. So the signs are reversed.
-    hertz_change = relative / domes.dome_radius / 3.0 * root.hertz
-    distance_change = -relative * domes.mean_curvature * root.flesh
+    # The Hertz term is proportional to R*^(-1/3), and S to 1 + r H = r / R*. If r grows by a fraction e, R* grows by
+    # e R* / r, and r / R* by e R* H. The dome changes, not the law: a dome with a larger radius than the law assumes
+    # acts like a law with a smaller radius. So the signs are reversed.
+    hertz_change = relative / domes.dome_radius / 3.0 * linearised.hertz
+    distance_change = -relative * domes.mean_curvature * linearised.flesh
     weights = law.contrast.arrays[0]
     contact_radius = np.sqrt(relative * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
-    cap_changes = [rise.rise_and_mean(effective_cap_height(radius, contact_radius)) @ weights for radius in cap_radii]
-    slopes = [root.slope_with_saddle(*change) for change in (hertz_change + distance_change, *cap_changes)]
+    cap_changes = [
+        rise.comoment_and_mean(effective_cap_height(radius, contact_radius)) @ weights for radius in cap_radii
+    ]
+    slopes = [linearised.slope_with_saddle(*change) for change in (hertz_change + distance_change, *cap_changes)]
     return np.array(slopes)
 
 
 def moduli_without(law: RiseLaw, rise: Rise, window: int = 1) -> Iterator[float]:
-    """Yield the modulus [MPa] of a press without each `window` of consecutive samples (a jackknife).
+    """Yield the moduli [MPa] of a press from which `window` consecutive samples are left out (a jackknife).
 
-    The modulus is nan if the remaining samples do not determine it. A press of more than `MOST_LEFT_OUT_EACH` samples
-    yields nothing.
+    There is one modulus for each position of the first sample left out. It is nan if the remaining samples do not
+    determine it. A press of more than `MOST_LEFT_OUT_EACH` samples yields nothing.
     """
     count = len(rise.forces)
     if count > MOST_LEFT_OUT_EACH:
@@ -532,7 +551,8 @@ def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
     if touch > LARGEST_TOUCH_FORCE:
         message = f"The last tip touches at {touch:.2g} of the largest total force, above {LARGEST_TOUCH_FORCE:g}."
         raise RiseError("no_rise", f"{message} Press farther, or more level.")
-    # Standard deviation of a linear rise between these forces. It ignores a hold at the end, which adds no information.
+    # Standard deviation of a linear rise between these forces: its range divided by sqrt(12). It ignores a hold at the
+    # end, which adds no information.
     rises = (rise.largest - rise.touch) / math.sqrt(12.0)
     least = LEAST_RISE * float(np.linalg.norm(noises))
     if not rises > least:
@@ -564,39 +584,43 @@ def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
     """
     contrast = law.contrast
     weights, C, S = contrast.arrays
-    # The terms of springs (a), Hertzian contact (b) and flesh (d): the co-moment and the mean of each.
-    spring_rise, spring_mean = (moments.F @ (weights @ C)).tolist()
-    hertz_rise, hertz_mean = (contrast.hertz * moments.two_thirds @ weights).tolist()
+    # the co-moment and the mean of each term: springs (a), Hertzian contact (b) and flesh (d)
+    spring_comoment, spring_mean = (moments.F @ (weights @ C)).tolist()
+    hertz_comoment, hertz_mean = (contrast.hertz * moments.two_thirds @ weights).tolist()
+    # The known gaps are the same in all samples, so they change only the mean.
     spring_mean += float(np.dot(weights, contrast.gaps))
-    offset = 0.0  # the offset at which S below was computed
+    offset = 0.0  # the offset at which S was evaluated
     for _ in range(MOST_STEPS):
-        flesh_rise, flesh_mean = (moments.F @ (weights @ S)).tolist()
+        flesh_comoment, flesh_mean = (moments.F @ (weights @ S)).tolist()
         try:
-            z = smallest_root(spring_rise, hertz_rise, flesh_rise)  # E^(-1/3)
+            z = smallest_root(spring_comoment, hertz_comoment, flesh_comoment)  # E^(-1/3)
         except ReadingError as error:
             raise RiseError("out_of_range", str(error)) from error
         new_offset = -(spring_mean + z * z * (hertz_mean + flesh_mean * z))
+        # If S does not depend on the offset, the first solution is exact.
         if law.rolling is None or abs(new_offset - offset) <= SETTLED * abs(spring_mean):
-            return _Solution(1.0 / (z * z * z), new_offset, offset)
+            return _Solution(E=1.0 / (z * z * z), offset=new_offset, S_offset=offset)
         offset = new_offset
         S = law.S(offset)
     message = "No modulus and offset fit the forces. Press a fruit with a sensor of this design, or calibrate it again."
     raise RiseError("out_of_range", message)
 
 
-class _Root:
-    """The law of a press, linearised at its root. It converts a change of the law into a change of ln E.
+class _LinearisedLaw:
+    """The law of a press, linearised at its solution. It converts a change of the law into a change of ln E.
 
-    A change of the law has shape (2, ...): the increment dG of the co-moment with the instrument, and the increment dM
-    [mm] of the mean.
+    A change of the law has shape (2, ...): the increment dG [N mm] of the co-moment with the instrument, and the
+    increment dM [mm] of the mean.
     """
 
     def __init__(self, law: RiseLaw, rise: Rise, E: float, offset: float, S: Floats, tips: int) -> None:
         """Linearise the law at the modulus E [MPa] and the offset [mm] of a press, where the compliance is S.
 
-        The law is w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F) + gamma = 0 with z = E^(-1/3). `tips` is the number of tips,
-        each of which may have several channels. Each attribute is the derivative of the law with respect to one kind of
-        cause, or a factor of such derivatives.
+        The law is w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F) + gamma = 0 with z = E^(-1/3). `S` (channels, channels)
+        [1/mm] is the compliance times E. `tips` is the number of tips, each of which may have several channels.
+
+        The public attributes are the terms of the law, or its derivatives with respect to one kind of cause. Their
+        first axis has two entries, for the co-moment and for the mean.
         """
         self._weights, self._C, _ = law.contrast.arrays
         self._rise = rise
@@ -604,14 +628,14 @@ class _Root:
         z = math.pow(E, -1.0 / 3.0)
         hertz_factors = law.contrast.hertz * z**2 * self._weights
         F, two_thirds = rise.moments
-        self._inverse_roots = rise.rise_and_mean(1.0 / np.cbrt(rise.forces))
-        # derivative with respect to each force [mm/N], without Hertzian contact
+        self._inverse_roots = rise.comoment_and_mean(1.0 / np.cbrt(rise.forces))
+        # derivative of the residual with respect to each force [mm/N], without Hertzian contact
         self._linear_slope = self._weights @ (self._C + S * z**3)
-        # derivative of the Hertz term with respect to each force, times F^(1/3)
+        # derivative of the Hertz term with respect to each force, times F^(1/3); the divisor comes from the exponent 2/3
         self._hertz_slope = hertz_factors / 1.5
         self.hertz = two_thirds @ hertz_factors
         self.flesh = F @ (self._weights @ S) * z**3
-        # derivative with respect to -ln E, because E = z^(-3)
+        # derivative with respect to -ln E; the terms are proportional to E^(-2/3) and E^(-1)
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
         # A dome indents the flesh under it by Hertz's law, proportional to E^(-2/3); a flat tip indents it by F / E.
         self.own_flesh = self._hertz_slope * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
@@ -629,32 +653,37 @@ class _Root:
         """
         return np.asarray(per_channel.reshape(*per_channel.shape[:-1], -1, self._tips).sum(axis=-2))
 
-    def slope_at_constant_saddle(self, rise: Floats) -> Floats:
-        """Return the slopes of ln E for causes that add `rise` to the co-moments of the law, at a constant saddle."""
-        return np.asarray(rise / self.per_log_E[0])
+    def slope_at_constant_saddle(self, comoment_change: Floats) -> Floats:
+        """Return the slopes of ln E for causes that add `comoment_change` to the law, at a constant saddle."""
+        return np.asarray(comoment_change / self.per_log_E[0])
 
-    def slope_with_saddle(self, rise: Floats, mean: Floats) -> Floats:
-        """Return the slopes of ln E for causes that add `rise` and `mean` to the law, with their effect on the saddle.
+    def slope_with_saddle(self, comoment_change: Floats, mean_change: Floats) -> Floats:
+        """Return the slopes of ln E for causes that also change the saddle that the law assumes.
 
-        A zero error shifts the offset by up to 4 mm per newton; errors of gains and spring stiffnesses shift it less.
-        The law attributes the offset to a saddle of the skin, which changes S, and S changes the modulus. Let f be the
-        change of the co-moment per change of the mean that is attributed to a saddle. Then ln E changes by
-        (dG - f dM) / (dG / d ln E - f dM / d ln E).
+        The causes add `comoment_change` dG and `mean_change` dM to the law. A zero error shifts the offset by up to 4
+        mm per newton; errors of gains and spring stiffnesses shift it less. The law attributes the offset to a saddle
+        of the skin, which changes S, and S changes the modulus. Let f be the change of the co-moment per change of the
+        mean that is attributed to a saddle. Then ln E changes by (dG - f dM) / (g - f m), where g and m are the
+        derivatives of the co-moment and of the mean with respect to -ln E.
         """
+        # The offset adds itself to the mean, and it changes both moments through S.
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
-        return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))
+        return np.asarray((comoment_change - f * mean_change) / (self.per_log_E[0] - f * self.per_log_E[1]))
 
     def slopes(self, noise_per_force: Floats) -> RiseSlopes:
-        """Return the slopes of ln E for all causes. A stiffer spring changes C as in `contrast_slopes`.
+        """Return the slopes of ln E for all causes.
 
         `noise_per_force` (tips,) [1/N] is copied into the result. Errors of gains, springs and zeros change the offset
-        greatly, so their effect on the saddle is included. The effect of other causes on the saddle is neglected.
+        greatly, so their effect on the saddle is included. The effect of other causes on the saddle is neglected. A
+        spring that is 1 % stiffer reduces its row and its column of C by 0.5 % each.
         """
         rise = self._rise
         F, two_thirds = rise.moments
-        squares = rise.rise_and_mean(rise.forces**2)
+        squares = rise.comoment_and_mean(rise.forces**2)
         index = np.arange(len(rise.forces))[:, None]
-        drift = rise.rise_and_mean(index / (len(index) - 1))[0]  # from 0 at the first sample to 1 at the last
+        # co-moment of a zero error that grows from 0 at the first sample to 1 at the last
+        drift = rise.comoment_and_mean(index / (len(index) - 1))[0]
+        # Changes of the law for a relative error of 1 of the gains and of the spring stiffnesses.
         gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * two_thirds)
         spring_slopes = self._weights @ self._C
         springs = self.sum_per_tip(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
@@ -666,7 +695,7 @@ class _Root:
             zeros=_numbers(self.slope_with_saddle(zeros, self.sum_per_tip(self.per_force))),
             drifts=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * drift))),
             times=_numbers(
-                self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * rise.rise_and_mean(rise.rates)[0]))
+                self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * rise.comoment_and_mean(rise.rates)[0]))
             ),
             hertz=float(self.slope_at_constant_saddle(self.hertz[0])),
             body=float(self.slope_at_constant_saddle(self.flesh[0])),
@@ -675,20 +704,25 @@ class _Root:
             spring_bends=self._bend_slopes(springs, -spring_slopes, F, squares),
         )
 
-    def _bend_slopes(self, straight: Floats, per_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
+    def _bend_slopes(self, constant_error: Floats, per_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
         """Return the slopes of ln E for gains or springs whose relative error e_0 + k F changes with the force.
 
-        The force error is then e_0 F + k F^2 / 2. `straight` (2, tips) is the change of the law caused by a constant
-        relative error of 1, and c = `per_force` (channels,) [mm/N] the derivative of the law with respect to a force.
+        The force error is then e_0 F + k F^2 / 2. `constant_error` (2, tips) is the change of the law caused by a
+        constant relative error of 1. c = `per_force` (channels,) [mm/N] is the derivative of the law with respect to a
+        force. `F` and `squares` (2, channels) are the co-moments and means of the forces [N] and of their squares.
         """
-        # A press sees the error at the force at which the slope of F^2 / 2 is cov(u, F^2) / (2 cov(u, F)). So k adds to
-        # the co-moments like a constant error of k times this force, and it adds c k F^2 / 2 to the mean.
-        force_rise, square_rise = F[0, : self._tips], squares[0, : self._tips]
-        seen_forces = np.divide(square_rise, 2.0 * force_rise, out=np.zeros_like(force_rise), where=force_rise != 0.0)
-        mean = self.sum_per_tip(0.5 * per_force * squares[1])
+        # In the co-moments, an error k F^2 / 2 acts like a constant relative error of k times the force F*, with
+        # F* = cov(u, F^2) / (2 cov(u, F)). It adds c k F^2 / 2 to the mean.
+        measured = slice(self._tips)  # the channels of the measured forces come first
+        force_comoment = F[0, measured]
+        square_comoment = squares[0, measured]
+        equivalent_force = np.divide(
+            square_comoment, 2.0 * force_comoment, out=np.zeros_like(force_comoment), where=force_comoment != 0.0
+        )
+        mean_change = self.sum_per_tip(0.5 * per_force * squares[1])
         return BendSlopes(
-            at_zero=_numbers(self.slope_with_saddle(*straight)),
-            per_N=_numbers(self.slope_with_saddle(straight[0] * seen_forces, mean)),
+            at_zero=_numbers(self.slope_with_saddle(*constant_error)),
+            per_N=_numbers(self.slope_with_saddle(constant_error[0] * equivalent_force, mean_change)),
         )
 
 
