@@ -631,7 +631,7 @@ class _LinearisedLaw:
         self._inverse_roots = rise.comoment_and_mean(1.0 / np.cbrt(rise.forces))
         # derivative of the residual with respect to each force [mm/N], without Hertzian contact
         self._linear_slope = self._weights @ (self._C + S * z**3)
-        # derivative of the Hertz term with respect to each force, times F^(1/3); the divisor comes from the exponent 2/3
+        # derivative of the Hertz term with respect to each force, times F^(1/3); 1.5 comes from the exponent 2/3
         self._hertz_slope = hertz_factors / 1.5
         self.hertz = two_thirds @ hertz_factors
         self.flesh = F @ (self._weights @ S) * z**3

@@ -42,7 +42,7 @@ def cantilever(sine: Floats | float) -> Cantilever:
     return Cantilever(
         force=2.0 * sine * (1.0 + a) ** 2,
         deflection=2.0 / 3.0 * sine * (1.0 + b) / (1.0 + a),
-        stiffening=(3.0 * a + 3.0 * a * a + a**3 - b) / (1.0 + b),
+        stiffening=(3.0 * a + 3.0 * a * a + a**3 - b) / (1.0 + b),  # (1 + a)^3 / (1 + b) - 1
     )
 
 
@@ -54,7 +54,7 @@ def _check_bounds(name: str, values: Floats, bounds: Bounds, hint: str) -> None:
 
 
 def _integral_series(square: Floats) -> tuple[Floats, Floats]:
-    """Return I - 1 and 1.5 J - 1 of `cantilever` from `square` = s^2, the square of the sine.
+    """Return I - 1 and 1.5 J - 1 in the shape of `square` = s^2, with the integrals I and J of `cantilever`.
 
     1 / q = 1 / sqrt(1 - x) is a binomial series in x = s^2 (1 - v^2)^2, which is integrated over v term by term.
     """
@@ -76,11 +76,12 @@ def _integral_series(square: Floats) -> tuple[Floats, Floats]:
 
 
 def large_deflection_stiffening(length: float, deflection: Floats | float) -> Floats:
-    """Return the relative increase [1] of the secant stiffness of a guided leaf, or of a pair, with its deflection.
+    """Return the relative increase [1] of the secant stiffness of a guided leaf, or of a pair, due to its deflection.
 
-    `length` L and `deflection` d are in mm. For small d the increase is 36/35 (d / L)^2. The shuttle does not rotate,
-    but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and deflection
-    d / 2. Raises InputError beyond d = L / 2.
+    `length` L [mm] is the length of a leaf, and `deflection` d [mm] an array of any shape, which the result has too.
+    The increase is from the stiffness at small deflections; for small d it is 36/35 (d / L)^2. The shuttle does not
+    rotate, but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and
+    deflection d / 2. Raises InputError unless 0 <= d <= L / 2.
     """
     relative = np.asarray(deflection, dtype=np.float64) / length
     _check_bounds("deflection / leaf length", relative, _DEFLECTIONS, "use a longer leaf or press less")

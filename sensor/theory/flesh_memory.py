@@ -17,27 +17,27 @@ class Memory:
         """Start without any previous force."""
         self._shares = np.array(relaxation.shares)[:, None, None]
         self._times = np.array(relaxation.times)[:, None]
-        self._kept: Floats | float = 0.0
-        self._mean: Floats | float = 1.0
+        self._known_memory: Floats | float = 0.0  # the part of the next memory that earlier forces determine
+        self._mean_decay: Floats | float = 1.0
         self._memory: Floats | float = 0.0
         self._elastic: Floats | float = 0.0
 
     def step(self, seconds: Floats) -> tuple[Floats, Floats]:
-        """Return `fresh` and `lost` in F = fresh n - lost, where n are the elastic forces [N] at the end of a step.
+        """Return `fresh` and `lost` in F = fresh n - lost, the forces of the flesh [N] at the end of a step.
 
-        `seconds` (presses,) is the duration of the step. `fresh` [1] has shape (presses, 1), and `lost` [N] has shape
-        (presses, tips) or (presses, 1). Elastic forces are linear in time during a step, so each arm is integrated
-        exactly.
+        Here n are the elastic forces [N] at the end of the step, which need not be known yet; pass them to `keep` when
+        they are. `fresh` [1], (presses, 1), is the part of them that has not relaxed. `lost` [N], (presses, tips) or
+        (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the duration of the step. Elastic
+        forces are linear in time during a step, so each arm is integrated exactly.
         """
-        step = (seconds / self._times)[..., None]  # duration divided by the time constant of each arm [1]
-        decay = np.exp(-step)
-        # mean of the decay during the step
-        self._mean = np.divide(-np.expm1(-step), step, out=np.ones_like(step), where=step > 0.0)
-        self._kept = decay * self._memory + (self._mean - decay) * self._elastic
-        fresh = 1.0 - (self._shares * (1.0 - self._mean)).sum(axis=0)
-        return fresh, (self._shares * self._kept).sum(axis=0)
+        duration = (seconds / self._times)[..., None]  # relative to the time constant of each arm [1]
+        decay = np.exp(-duration)
+        self._mean_decay = np.divide(-np.expm1(-duration), duration, out=np.ones_like(duration), where=duration > 0.0)
+        self._known_memory = decay * self._memory + (self._mean_decay - decay) * self._elastic
+        fresh = 1.0 - (self._shares * (1.0 - self._mean_decay)).sum(axis=0)
+        return fresh, (self._shares * self._known_memory).sum(axis=0)
 
     def keep(self, elastic: Floats) -> None:
-        """Store the elastic forces [N] at the end of a step."""
-        self._memory = self._kept + (1.0 - self._mean) * elastic
+        """Store the elastic forces [N], (presses, tips), at the end of a step."""
+        self._memory = self._known_memory + (1.0 - self._mean_decay) * elastic
         self._elastic = elastic

@@ -16,8 +16,9 @@ _STEADY_DEG = 5.0  # largest angle of the linear model; beyond it, the tips touc
 def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
     """Return the fraction [1] of the `travel` [mm] that is taken up by the indentation of the fruit at the table.
 
-    `force` [N] is the total force of the tips at this travel on a clamped fruit. The indentation at the table reduces
-    this force in proportion, so fraction = approach(force (1 - fraction)) / travel. The right side decreases with the
+    `force` [N] is the total force of the tips at this travel on a clamped fruit. `E` [MPa] and `poisson` [1] are those
+    of the flesh, and `radius` [mm] is the radius of the fruit at the table. The indentation at the table reduces the
+    force in proportion, so fraction = approach(force (1 - fraction)) / travel. The right side decreases with the
     fraction, so there is one root, which is found by bisection.
     """
 
@@ -29,7 +30,7 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
 
 @dataclass(frozen=True, kw_only=True)
 class Roll:
-    """The roll of a ball on a table, caused by the forces of the tips. It rolls along the line of the tips.
+    """The roll of a ball on a table, along the line of the tips. It is caused by the forces of the tips.
 
     `lever_mm` is the distance of the resultant force from the apex. `resistance` [N/mm] is the restoring force per
     distance of roll; if it is not positive, the ball rolls away. `angle_deg` is the angle of roll, infinite if the ball
@@ -50,17 +51,17 @@ class Roll:
 def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[float], radius: float) -> Roll:
     """Return the roll of a ball of `radius` R [mm] on a table, under tips at `places` x [mm] from the apex.
 
-    `forces` [N] are vertical. `stiffness` [N/mm] has one entry per tip, for its spring and the flesh in series. Rolling
-    by u moves the point of support by u. It also lifts the skin under a tip by x u / R, which presses this tip harder.
-    So the moment about the support is sum F x - u (sum F - sum k x^2 / R). A friction force H at the tips resists the
-    roll with the moment 2 R H.
+    Each tip presses with a vertical force F, its entry of `forces` [N]. Its `stiffness` k [N/mm] is the stiffness of
+    its spring and the flesh in series. Rolling by u moves the point of support by u. It also lifts the skin under a tip
+    by x u / R, which presses this tip harder. So the moment about the support is sum F x - u (sum F - sum k x^2 / R).
+    A friction force H at the tips resists the roll with the moment 2 R H.
     """
-    total = sum(forces)
+    total_force = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))
     destabilising = sum(k * x**2 for k, x in zip(stiffness, places, strict=True)) / radius
-    resistance = total - destabilising
+    resistance = total_force - destabilising
     angle = math.inf
     if resistance > 0.0:
         angle = math.degrees(moment / resistance / radius)
-    friction = abs(moment) / (2.0 * radius * total)
-    return Roll(lever_mm=moment / total, resistance=resistance, angle_deg=angle, friction=friction)
+    friction = abs(moment) / (2.0 * radius * total_force)
+    return Roll(lever_mm=moment / total_force, resistance=resistance, angle_deg=angle, friction=friction)

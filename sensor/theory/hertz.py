@@ -51,11 +51,12 @@ def contact_reach(force: float, E: float, poisson: float, radius: float, slope: 
 
 
 def equivalent_radius(radius: float, radius_across: float) -> float:
-    """Return the radius [mm] of the sphere that a plate indents like a body with two given principal radii [mm].
+    """Return the radius [mm] of the sphere that a plate indents like a body with two given principal radii.
 
-    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines
-    m = 1 - (b / a)^2, the square of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in
-    Carlson's forms (https://dlmf.nist.gov/19.25), which do not subtract nearly equal numbers:
+    `radius` and `radius_across` [mm] are the principal radii, in any order. The contact is an ellipse with half axes
+    a > b: Johnson (4.26) to (4.28). The ratio of the radii determines m = 1 - (b / a)^2, the square of its
+    eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in Carlson's forms
+    (https://dlmf.nist.gov/19.25), which do not subtract nearly equal numbers:
 
         K = R_F(0, 1 - m, 1),    K - E = m / 3 R_D(0, 1 - m, 1),    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m).
     """
@@ -65,9 +66,10 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
     smaller, larger = sorted((radius, radius_across))
 
     def excess(m: float) -> float:
-        """Return the ratio of the radii of an ellipse with this m, minus the given ratio [1]."""
+        """Return the ratio of the radii of bodies whose contact ellipse has this m, minus the given ratio [1]."""
         return float(elliprd(0.0, 1.0, 1.0 - m) / elliprd(0.0, 1.0 - m, 1.0)) - larger / smaller
 
+    # The bracket ends just below m = 1, where the ellipse would be infinitely long.
     m = brentq(excess, 0.0, 1.0 - 1e-15, xtol=1e-16)
     axis_ratio = math.sqrt(1.0 - m)
     K = float(elliprf(0.0, 1.0 - m, 1.0))

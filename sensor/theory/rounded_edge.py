@@ -39,24 +39,26 @@ def _loss_curve(edge: float) -> tuple[Floats, Floats]:
     """Return depths [half sides], increasing from 0, and the loss of force at each depth.
 
     The loss is in units of the force of a sharp tip at a depth of half a side. `edge` is the radius of the edge [half
-    sides].
+    sides]. The results are cached, because a run uses the same curve repeatedly.
     """
-    contact = _WIDEST * np.arange(_CURVE + 1) / _CURVE  # sine of the edge angle up to which the edge is in contact
-    steps = np.diff(contact)
-    midpoints = contact[:-1, None] + steps[:, None] * _MIDPOINTS
+    # sines of the edge angle up to which the edge is in contact; the contact radius is 1 - edge + edge times the sine
+    sines = _WIDEST * np.arange(_CURVE + 1) / _CURVE
+    steps = np.diff(sines)
+    midpoints = sines[:-1, None] + steps[:, None] * _MIDPOINTS
     depth_integrals = np.cumsum(edge * steps * _depth_of_contact(edge, midpoints).mean(axis=1))
-    depths = _depth_of_contact(edge, contact[1:])
-    # The force is 2 E* (depth b - integral of the depth from a to b), with b the contact radius. Here it is divided by
-    # 2 E*, so that the force of a sharp tip equals its depth.
-    losses = edge * (1.0 - contact[1:]) * depths + depth_integrals
+    depths = _depth_of_contact(edge, sines[1:])
+    # The force is 2 E* (depth b - integral of the depth from a to b), with a the radius of the flat face and b the
+    # contact radius. Here it is divided by 2 E*, so that the force of a sharp tip, for which b = 1, equals its depth.
+    losses = edge * (1.0 - sines[1:]) * depths + depth_integrals
     return np.append(0.0, depths), np.append(0.0, losses)
 
 
 def _depth_of_contact(edge: float, sine: Floats) -> Floats:
     """Return the depth [half sides] at which the contact extends up to the edge angle with this sine.
 
-    By Sneddon, the depth is t times the integral of g' / sqrt(t^2 - r^2) over the radius r, where t is the radius of
-    the contact and g the profile of the tip.
+    `edge` is the radius of the edge [half sides], and `sine` has any shape. By Sneddon, the depth is t times the
+    integral of g' / sqrt(t^2 - r^2) over the radius r, where t is the radius of the contact and g the profile of the
+    tip.
     """
     angle = np.arcsin(sine)
     t = 1.0 - edge + edge * sine

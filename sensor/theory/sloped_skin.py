@@ -27,12 +27,13 @@ def slope_factor(poisson: float, slope: float) -> float:
 
 
 def log_coefficient(poisson: float, slope: float) -> float:
-    """Return the coefficient C [1] of the compliance that the curvature of the skin adds on a slope [1].
+    """Return the coefficient C [1] of the compliance that the curvature of the skin adds on a `slope` [1].
 
-    A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm] at a distance r. With H
-    = (k1 + k2) / 2, the skin lies H r^2 / 2 below its tangent plane, averaged over all directions. Removing the
-    material between them releases its strain energy 1/2 sigma:eps under two unit loads (a shape derivative). The
-    surface stresses of normal and tangential loads are those of Johnson, equations (3.20) and (3.76).
+    A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm] at a distance r. With
+    the principal curvatures k1 and k2, H is (k1 + k2) / 2. The skin lies H r^2 / 2 below its tangent plane, averaged
+    over all directions. Removing the material between them releases its strain energy 1/2 sigma:eps under two unit
+    loads (a shape derivative). The surface stresses of normal and tangential loads are those of K. L. Johnson, Contact
+    Mechanics (1985), equations (3.20) and (3.76).
     """
     cosine_squared = 1.0 / (1.0 + slope**2)  # square of the normal component of a vertical unit load
     compressibility = 1.0 - 2.0 * poisson  # 0 for incompressible flesh

@@ -73,7 +73,7 @@ class Bend:
     def lack_of_fit(self) -> LackOfFit:
         """Return the lack of fit of the straight line. It is zero if scatter explains the curvature."""
         per_x = self.significant_change / self.span
-        return LackOfFit(at_zero=0.0 - per_x * self.middle, per_x=per_x)
+        return LackOfFit(at_zero=0.0 - per_x * self.middle, per_x=per_x)  # 0 and not -0 for a straight line
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,25 +116,28 @@ class Line:
 
 
 def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | None = None) -> Line:
-    """Fit a straight line to `values` (n,) against x (n,) by least squares. The error of its slope covers curvature.
+    """Fit a straight line to `values` (n,) against `x` (n,) by least squares, and test it for curvature and an outlier.
 
     There must be at least `FEWEST` points, with at least two different x. The standard error of the slope includes the
-    scatter of the points and the rounding of each value to its resolution. If the points lie on a curve, the scatter is
-    measured about a parabola, and the error covers the slope at both ends of the line.
+    scatter of the points, and the rounding of each value to its entry of `resolutions` (n,) [unit of the values]. If
+    the points lie on a curve, the scatter is measured about a parabola, and the standard error covers the slope at both
+    ends of the line.
 
-    A parabola is fitted only if there are at least three different `levels` [unit of x]. These are the nominal values
-    of x, by default x itself. The error bar uses the finest of the `resolutions` (n,); the tests for curvature and for
-    an outlier use the coarsest. A constant error of all values changes the zero, but not the slope.
+    A parabola is fitted only if there are at least three different `levels` (n,) [unit of x]. These are the nominal
+    values of x, by default x itself. The standard error uses the finest resolution, because a coarser rounding appears
+    in the scatter. The tests for curvature and for an outlier use the coarsest, so that rounding causes no false alarm.
+    A constant error of all values changes the zero, but not the slope.
     """
     points = _PointsOfLine.centred(x, values, resolutions)
-    bend = points.bend(len(set((x if levels is None else levels).tolist())))
+    level_count = len(set((x if levels is None else levels).tolist()))
+    bend = points.bend(level_count)
     degrees_of_freedom = len(x) - 2
     # With few points, Student's t replaces the coverage factor of the normal distribution.
     scatter = student(degrees_of_freedom) / COVERAGE * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
     rounding = ROUNDED * float(resolutions.min())
     error = float(np.hypot(bend.scatter if bend.excess else scatter, rounding)) / (points.width * points.span)
     if bend.excess:
-        # covers the slope at either end of the line
+        # At either end of the line, the slope is uncertain by half of the standard deviation of its change.
         error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))
     return Line(
         slope=Estimate(points.slope, error),
@@ -193,23 +196,27 @@ class _PointsOfLine(NamedTuple):
         """Return the slope of the straight line."""
         return 0.0 + float(self.components[1] / self.R[1, 1]) / self.span  # 0 and not -0 for a horizontal line
 
-    def bend(self, levels: int) -> Bend:
+    def bend(self, level_count: int) -> Bend:
         """Return the curvature of the parabola through the points.
 
-        It is 0 for a horizontal line, for three points, or if `levels`, the number of different x, is less than three.
+        It is 0 for a horizontal line, for three points, or if `level_count`, the number of different x, is less than
+        three.
         """
         degrees_of_freedom = len(self.x) - 3
         rise = self.slope * self.span
-        if degrees_of_freedom < 1 or levels < _LEVELS or rise == 0.0:
+        if degrees_of_freedom < 1 or level_count < _LEVELS or rise == 0.0:
             return Bend()
+        # The third column of Q is the part of p^2 that no straight line describes.
         variance = float(np.sum((self.residuals - self.components[2] * self.Q[:, 2]) ** 2)) / degrees_of_freedom
         rounding = ROUNDED * self.resolution
         # standard deviation of the coefficient of p^2
         deviation = float(np.sqrt(variance + rounding**2) / abs(self.R[2, 2]))
         widening = student(degrees_of_freedom) / COVERAGE
         return Bend(
+            # Over the span, p grows by 1, so the slope 2 c p changes by 2 c, with c the coefficient of p^2.
             change=2.0 * float(self.components[2] / self.R[2, 2]) / rise,
             deviation=2.0 * widening * deviation / abs(rise),
+            # In p, the parabola has the slope of the line at cov(p, p^2) / (2 var p).
             middle=float(self.x.mean() + 0.5 * self.R[1, 2] / self.R[1, 1] * self.span),
             span=self.span,
             scatter=widening * variance**0.5,

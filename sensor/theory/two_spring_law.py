@@ -18,10 +18,10 @@ from sensor.float_or_array import FloatOrArray
 
 Definition = Literal["mid-range", "largest"]
 
-SOFTEST = 1e-9  # modulus, divided by E_max, of a fruit so soft that all springs are practically rigid
+SOFTEST = 1e-9  # modulus, divided by E_max, of a fruit so soft that both springs are practically rigid
 CURVE_STEPS = 24  # number of steps of a curve of P whose moduli are all solved; even, so that E_max / 2 is one of them
 _NL_LIMIT = 0.5  # limit of NL as K_h tends to 0
-_STIFFEST = -14.0  # ln(K_m,max / K_h) at which the high spring is practically rigid
+_LEAST_LOG_R = -14.0  # ln(K_m,max / K_h) at which the high spring is practically rigid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +116,8 @@ def series_ratio(K_l: float, K_h: float, K_m_low: float, K_m_high: float) -> flo
 def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) -> float:
     """Return the stiffness of the fruit from the force ratio of two springs, by the paper's equation (4).
 
-    It holds for any NL, because P need not be a linear function of the stiffness.
+    The result is K_m = K_h K_l (r - P) / (r (P K_l - K_h)), where r is the stiffness ratio. It holds for any NL,
+    because P need not be a linear function of the stiffness.
 
     Parameters
     ----------
@@ -171,46 +172,52 @@ def nonlinearity(
 ) -> float:
     """Return NL [1], the deviation of P from a straight line over 0..K_m,max, divided by the rise of P.
 
-    "mid-range" evaluates it at K_m,max / 2 as in (7), "largest" at its maximum. Under a skin, K_m is not proportional
-    to the modulus of the flesh. Then pass K_m / K_m,max [1] at the `curve_shares` of E_max as `stiffening`; the line is
-    then straight in E instead of K_m.
+    `K_m_max` [N/mm] is the stiffness of the firmest fruit. `definition` is where NL is evaluated: at K_m,max / 2
+    ("mid-range", the paper's equation (7)), or where it is largest ("largest"). `stiffness_ratio` [1] is the fruit
+    stiffness under the high tip, divided by the fruit stiffness under the low tip.
+
+    Under a skin, K_m is not proportional to the modulus E of the flesh. Then pass K_m / K_m,max [1] at the
+    `curve_shares` of E_max as `stiffening`. The straight line is then over E instead of K_m.
     """
     if stiffening:
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
         return curve_nonlinearity(P, curve_shares(len(P) - 1), definition)
-    K_h = springs.K_h / stiffness_ratio
+    K_h = springs.K_h / stiffness_ratio  # the spring that gives the same P, divided by the ratio, on an equal fruit
     K_m = 0.5 * K_m_max
     if definition == "largest":
         K_m = stiffness_at_largest_nonlinearity(K_h, K_m_max)
+    # P tends to the stiffness ratio as K_m tends to 0.
     rise = force_ratio(springs, K_m_max, stiffness_ratio) - stiffness_ratio
     return (force_ratio(springs, K_m, stiffness_ratio) - stiffness_ratio) / rise - K_m / K_m_max
 
 
 def curve_shares(steps: int) -> list[float]:
-    """Return the fractions of E_max [1], (steps + 1,), at which P is evaluated: nearly 0, and then equal steps."""
+    """Return the fractions of E_max [1], (steps + 1,), at which P is evaluated: nearly 0, and then in equal steps."""
     return [SOFTEST, *(step / steps for step in range(1, steps + 1))]
 
 
 def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
-    """Return NL [1] like `nonlinearity`, from P [1] at the moduli E [MPa] of a curve; nan if a tip is out of contact.
+    """Return NL [1], the deviation of a curve P(E) from a straight line, divided by the rise of P.
 
-    "mid-range" evaluates it at the middle modulus. "largest" is the vertex of the parabola through the largest
-    deviation and its two neighbours, which are treated as equally spaced.
+    `P` [1] are the force ratios at increasing moduli `E`, in any unit, of which the first is nearly 0. "mid-range" is
+    the deviation at the middle modulus. "largest" is the vertex of the parabola through the largest deviation and its
+    two neighbours, which are treated as equally spaced. The result is nan if P is not finite, because a tip is out of
+    contact, or if P does not change.
     """
     rise = P[-1] - P[0]
     if not (math.isfinite(rise) and rise != 0.0):
         return math.nan
-    departure = [(p - P[0]) / rise - e / E[-1] for p, e in zip(P, E, strict=True)]
+    deviations = [(p - P[0]) / rise - e / E[-1] for p, e in zip(P, E, strict=True)]
     if definition == "mid-range":
-        return departure[len(P) // 2]
-    if not all(map(math.isfinite, departure)):
+        return deviations[len(P) // 2]
+    if not all(map(math.isfinite, deviations)):
         return math.nan
     # index of the largest deviation, moved off the ends so that it has two neighbours
-    top = min(max(departure.index(max(departure)), 1), len(P) - 2)
-    before, here, after = departure[top - 1 : top + 2]
-    bend = before - 2.0 * here + after
+    top = min(max(deviations.index(max(deviations)), 1), len(P) - 2)
+    before, here, after = deviations[top - 1 : top + 2]
+    second_difference = before - 2.0 * here + after
     # height of the vertex of the parabola through the three deviations
-    return here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here
+    return here - (after - before) ** 2 / (8.0 * second_difference) if second_difference < 0.0 else here
 
 
 def size_springs(
@@ -223,12 +230,13 @@ def size_springs(
 ) -> Springs:
     """Return the springs for a force ratio P_max and a nonlinearity NL on the firmest fruit, in closed form.
 
-    They solve the paper's equations (7) and (10). With r = K_m,max / K_h, for stiffness ratio 1, the nonlinearity is
+    They solve the paper's equations (7) and (10). With r = K_m,max / K_h, for a stiffness ratio of 1, the nonlinearity
+    is
 
         NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its maximum.
 
     Either equation gives r in closed form, and K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, r is found
-    numerically: NL increases with r from the value that the skin causes under rigid springs.
+    numerically. NL then increases with r from the value that the skin causes under rigid springs.
 
     Parameters
     ----------
@@ -283,11 +291,11 @@ def size_springs(
         """Return the nonlinearity of the springs with the given r, minus NL [1]."""
         return nonlinearity(springs_for(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
 
-    nonlinearity_of_skin = excess(_STIFFEST) + NL
+    nonlinearity_of_skin = excess(_LEAST_LOG_R) + NL
     if nonlinearity_of_skin >= NL:
         msg = f"NL = {NL:g} must be above {nonlinearity_of_skin:.4g}, the NL caused by the skin. Choose a larger NL."
         raise ValueError(msg)
     # The skin adds to NL, so the root is smaller than r without a skin. Twice this r is a safe upper end of the
     # bracket.
-    log_r = brentq(excess, _STIFFEST, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
+    log_r = brentq(excess, _LEAST_LOG_R, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
     return springs_for(math.exp(log_r))
