@@ -2,7 +2,7 @@
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sensor.design.bench import Bench
@@ -36,10 +36,11 @@ def not_a_table(name: str, value: object) -> InputError:
 
 
 def design_from_mapping(data: Mapping[str, Any]) -> Design:
-    """Build a design from nested tables, as in a design file. A table may also be given as its record.
+    """Build a design from nested tables, as in a design file.
 
-    A design without a name is called "paper", because all default values are those of the paper. Raises InputError for
-    an unknown key or an invalid value.
+    A table may also be given as a record, such as `Fruit` for the table "fruit". A design without a name is called
+    "paper", because all default values are those of the paper. Raises InputError for an unknown key or an invalid
+    value.
     """
     for key in data:
         if key != "name" and key not in TABLES:
@@ -115,7 +116,7 @@ def parse_setting(text: str) -> object:
 
     Any other text, such as a word without quotes, is returned unchanged.
     """
-    if not text.isprintable():
+    if not text.isprintable():  # a line break would end the value and begin another key
         return text
     try:
         return parse_toml(f"value = {text}")["value"]
@@ -139,24 +140,30 @@ def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any
     tables: dict[str, Any] = {"name": design.name}
     for table in TABLES:
         record = getattr(design, table)
-        if record is None:
-            continue
         if isinstance(record, Process):
             tables[table] = process_as_table(record)
-            continue
-        keys = [item.name for item in dataclasses.fields(record)]
-        if table == "tips":
-            keys = sorted(keys, key=_tips_order)
-        tables[table] = {}
-        for key in keys:
-            value = getattr(record, key)
-            name = f"{table}.{key}"
-            if value is not None and name not in derived_keys:
-                tables[table][key] = list(value) if isinstance(value, tuple) else value
-    # A read-out computes the noise. Even the default noise would be rejected when the mapping is read again.
+        elif record is not None:
+            tables[table] = _record_as_table(table, record, derived_keys)
+    # If there is a read-out, the noise is computed. A file with both, even with the default noise, would be rejected.
     if design.readout is not None and "reading" in tables:
         tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _NOISE_KEYS}
     return tables
+
+
+def _record_as_table(table: str, record: Any, left_out: Sequence[str]) -> dict[str, Any]:  # noqa: ANN401 - any record
+    """Return the keys of a record with their plain values, except keys that are not set.
+
+    The names TABLE.KEY in `left_out` are omitted too.
+    """
+    keys = [item.name for item in dataclasses.fields(record)]
+    if table == "tips":
+        keys = sorted(keys, key=_tips_order)
+    values = {}
+    for key in keys:
+        value = getattr(record, key)
+        if value is not None and f"{table}.{key}" not in left_out:
+            values[key] = list(value) if isinstance(value, tuple) else value
+    return values
 
 
 def _tips_order(key: str) -> int:
@@ -173,18 +180,19 @@ def design_as_toml(design: Design) -> str:
 
 
 def tables_as_toml(data: Mapping[str, Any]) -> str:
-    """Return keys and tables, for instance a whole design, as TOML text. The keys outside tables come first.
+    """Return keys and tables, for instance a whole design, as TOML text. Empty tables are left out.
 
-    Tables inside a table are allowed, but no deeper ones.
+    The keys outside tables come first, because TOML requires this. A table may contain tables, but these may contain
+    only values.
     """
     lines = [f"{key} = {value_as_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
-    tables = {name: values for name, values in data.items() if isinstance(values, Mapping)}
-    for table, values in tables.items():
-        inner = {f"{table}.{key}": value for key, value in values.items() if isinstance(value, Mapping)}
-        plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
-        for name, part in {table: plain, **inner}.items():
-            if part:
-                lines += ["", f"[{name}]", *(f"{key} = {value_as_toml(value)}" for key, value in part.items())]
+    tables = {name: keys for name, keys in data.items() if isinstance(keys, Mapping)}
+    for table, keys in tables.items():
+        subtables = {f"{table}.{key}": value for key, value in keys.items() if isinstance(value, Mapping)}
+        own_keys = {key: value for key, value in keys.items() if not isinstance(value, Mapping)}
+        for name, values in {table: own_keys, **subtables}.items():
+            if values:
+                lines += ["", f"[{name}]", *(f"{key} = {value_as_toml(value)}" for key, value in values.items())]
     return "\n".join(lines) + "\n"
 
 

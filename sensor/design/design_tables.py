@@ -43,10 +43,11 @@ class DesignTables:
 
     @classmethod
     def from_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
-        """Return the tables of a design file with the content `data`, and the processes of its process file.
+        """Return the tables of a design file with the content `data`, and its custom print processes.
 
-        The path of the process file is relative to `folder`. Raises InputError if the process file cannot be used, or
-        if the design file also has a table `printer`.
+        The table `printer` defines a single process, which `print.process` names. A process file, whose path is
+        relative to `folder`, may define several. Raises InputError if the process file cannot be used, or if the design
+        file has both.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
         print_value = tables.get("print")  # may be invalid, which is reported when the design is built
@@ -103,9 +104,10 @@ class DesignTables:
         return self._with_other_processes(tables, settings)
 
     def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
-        """Return changed tables with the custom processes of the process file in `settings`, or with none.
+        """Return `tables`, which are already changed, with the custom processes that `settings` select.
 
-        The selection of a process is dropped if the process belongs to a process file that is no longer used.
+        These are the processes of the process file, or none without a process file. The selection of a process is
+        dropped if the process belongs to a process file that is no longer used.
         """
         print_value = tables.get("print", {})
         print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
@@ -123,15 +125,15 @@ class DesignTables:
         return DesignTables(tables={**tables, "print": print_table}, own=own)
 
     def design(self, settings: Mapping[str, object] | None = None) -> Design:
-        """Build the design from the tables, after changing `settings` as in `changed`.
+        """Build the design from the tables, after changing `settings`, whose names are TABLE.KEY.
 
-        Raises InputError if the design is invalid.
+        Raises InputError for an unknown name, or if the design is invalid.
         """
         new = self.changed(settings) if settings else self
         if "readout" in new.tables:
             refuse_typed_noise(new.tables.get("reading"))
         data = {**new.tables}
-        # Unchanged tables have been checked already.
+        # Unchanged tables have been checked already, so their records are used again.
         for table, record in self._records.items():
             if new.tables.get(table) is self.tables[table]:
                 data[table] = record
@@ -149,10 +151,11 @@ class DesignTables:
         return records
 
     def _with_process(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return tables in which `printer` holds all numbers of the selected custom process.
+        """Return the tables `data` with all numbers of the selected custom process in the table `printer`.
 
-        If the design has only one custom process, it need not be selected. Raises InputError for the name of an unknown
-        process, and for settings of [printer] if a known process is selected.
+        In `data`, this table holds only the settings that change numbers of the process. If the design has only one
+        custom process, it need not be selected. Raises InputError for the name of an unknown process, and for settings
+        of [printer] if a built-in process is selected.
         """
         print_table = self.tables.get("print", {})
         process = print_table.get("process") if isinstance(print_table, Mapping) else None
@@ -162,7 +165,7 @@ class DesignTables:
         if isinstance(process, str) and process in self.own:
             printer = {**self.own[process], **settings}
             return {**data, "print": {**print_table, "process": process}, "printer": printer}
-        if self.own and process not in [*PROCESSES]:
+        if self.own and process not in [*PROCESSES]:  # a list, because an invalid name may not be hashable
             bound = f"one of {', '.join([*self.own, *PROCESSES])}"
             raise validation_error(_PROCESS, process, "", bound, "choose one of these names")
         for key, value in settings.items():

@@ -206,7 +206,10 @@ class Fruit:
     )
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, a key of another shape, or a piece that extends beyond the fruit."""
+        """Check each field and the fields together, and set the length and the width if they are not given.
+
+        Raises InputError for an invalid field, a key of another shape, or a piece that extends beyond the fruit.
+        """
         check_fields(self, "fruit")
         self._check_skin()
         self._check_keys_of_shape()
@@ -219,7 +222,7 @@ class Fruit:
         self._check_bruise_limits()
         self._check_waves()
         if self.relaxation is not None:
-            Relaxation(self.relaxation)
+            Relaxation(self.relaxation)  # only checks the numbers
         if self.radius_mm is not None:
             self._check_piece(self.radius_mm)
 
@@ -267,7 +270,10 @@ class Fruit:
             raise validation_error(name, list(waves), "mm", bound, "list the shortest and the longest wavelength")
 
     def _check_skin(self) -> None:
-        """Raise InputError for a skin with a missing key, a skin that is not thin, or a skin softer than the flesh."""
+        """Raise InputError for a skin with a missing key, a skin that is not thin, or a skin softer than the flesh.
+
+        A skin is thin up to a third of the depth of the flesh.
+        """
         if (self.skin_mm is None) != (self.skin_E_MPa is None):
             bound = "given together with fruit.skin_E_MPa"
             raise validation_error(
@@ -315,6 +321,7 @@ class Fruit:
         # across. Its centre is R below the apex. Its widest section is the base if the base is above the centre, and
         # otherwise the equator. `base_height` is the height of the base above the centre, divided by R.
         base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
+        # For a depth far below R, base_height is rounded to 1; the size must not become 0.
         width_over_R = 2.0 * math.sqrt(1.0 - base_height**2) if base_height < 1.0 else 2.0
         axis_along = self.radius_mm * width_over_R
         axis_across = math.sqrt(self.radius_mm * self._across) * width_over_R

@@ -238,7 +238,10 @@ class Design:
     printer: Process | None = None
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid name, or if the tables contradict each other."""
+        """Raise InputError for an invalid name, or if the tables contradict each other.
+
+        Each table has already checked its own keys. The process is checked first, because other checks use it.
+        """
         has_valid_characters = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not has_valid_characters or len(self.name) > _MAX_NAME_LENGTH:
             bound = f"1 to {_MAX_NAME_LENGTH} letters, digits, - or _"
@@ -287,6 +290,7 @@ class Design:
             if thickness is None:
                 continue
             hint = "leave it out to use the thickness of the process"
+            # The nearest whole number of lines is at least one.
             if line is not None and abs(thickness - max(1, round(thickness / line)) * line) > _ROUND_OFF * thickness:
                 lines = max(1, math.floor(thickness / line))
                 bound = f"a whole number of lines of {line:g} mm, as {process.name} prints"
@@ -366,15 +370,16 @@ class Design:
         for name, (reason, hint) in unused.items():
             table, _, key = name.partition(".")
             record = getattr(self, table)
-            item = record.__dataclass_fields__[key]
+            declared = record.__dataclass_fields__[key]
             value = getattr(record, key)
-            if value not in (item.default, 0.0):
-                raise validation_error(name, value, item.metadata.get("unit", ""), f"left out {reason}", hint)
+            if value not in (declared.default, 0.0):
+                raise validation_error(name, value, declared.metadata.get("unit", ""), f"left out {reason}", hint)
 
     def _check_ranges_of_reading(self) -> None:
         """Raise InputError for ranges in [reading] that this fruit or these tips do not allow.
 
-        A list of limits must have one limit per modulus of the fruit.
+        A range of radii requires a piece of an ellipsoid. A range of the flesh thickness requires domes on a curved
+        fruit. A list of limits must have one limit per modulus of the fruit.
         """
         reading = self.reading
         if reading is None:
@@ -387,8 +392,8 @@ class Design:
         if reading.radius_mm is not None and fruit.whole:
             bound = "given with fruit.width_mm and reading.radius_mm, because only a piece of a fruit can be turned"
             raise validation_error("fruit.length_mm", None, "mm", bound, "give both, about 4 tips.spacing_mm each")
-        are_domes = self.tips.dome_radius_mm is not None
-        if reading.thickness_mm is not None and not (are_domes and fruit.radius_mm is not None):
+        has_domes = self.tips.dome_radius_mm is not None
+        if reading.thickness_mm is not None and not (has_domes and fruit.radius_mm is not None):
             bound = "left out unless the tips are domes on a sphere or an ellipsoid"
             hint = "drop it, or choose these shapes"
             raise validation_error("reading.thickness_mm", list(reading.thickness_mm), "mm", bound, hint)
@@ -400,7 +405,10 @@ class Design:
             )
 
     def _check_readout(self) -> None:
-        """Raise InputError for a wrong number of delays, or for a process without a temperature coefficient."""
+        """Raise InputError if a read-out has a wrong number of delays, or if its temperature drift is unknown.
+
+        The drift is unknown if the process has no temperature coefficient of the modulus.
+        """
         if self.readout is None:
             return
         delays = self.readout.delay_ms
@@ -424,7 +432,10 @@ class Design:
         return None if self.reading is None else self.bench or Bench()
 
     def _check_bench(self) -> None:
-        """Raise InputError for a bench that has no effect."""
+        """Raise InputError for a bench that has no effect.
+
+        It has no effect without a reading, or if the reading states the uncertainties that follow from a bench.
+        """
         bench = self.bench
         if bench is None:
             return
@@ -538,17 +549,18 @@ class Design:
     def full_travels_mm(self) -> tuple[float, float]:
         """Return the largest travel [mm] of a low tip and of a high tip at the end of a press.
 
-        It is negative if none of these tips touches the fruit. The tilt of the press lowers one side. If the design has
-        a reading, the travel starts at the first touch in the pose of the press. A change of the tilt during the press
-        then adds to the travel of the outermost tips.
+        A travel is negative if none of these tips touches the fruit. The tilt of the press lowers one side. If the
+        design has a reading, the travel starts at the first touch in the pose of the press. The change of the tilt
+        during the press, in any direction, then adds to the travel of the outermost tips. Its largest effect is assumed
+        for all tips.
         """
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))
         middle = sum(centres) / len(centres)
         max_distance = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
-        by_tilt = 0.0 if self.reading is None else max_distance * math.tan(math.radians(self.reading.tilt_change_deg))
-        travels = [self.press.travel_mm + by_tilt + (x - middle) * slope for x in centres]
-        low, high = (max(travels[tip] for tip in kind) for kind in self.tips.spring_groups)
+        change = 0.0 if self.reading is None else max_distance * math.tan(math.radians(self.reading.tilt_change_deg))
+        travels = [self.press.travel_mm + change + (x - middle) * slope for x in centres]
+        low, high = (max(travels[tip] for tip in group) for group in self.tips.spring_groups)
         return low, high
 
 

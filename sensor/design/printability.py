@@ -55,29 +55,30 @@ class _Leaf:
         """Return the root strain [1] of leaves of this length [mm] at full travel."""
         return FILLET_STRAIN * root_strain(self.profile.thickness, length, self.deflection)
 
-    def faults(self, length: float, margin: float) -> list[str]:
-        """Return the limits that a leaf of this length [mm] violates, as texts.
+    def violations(self, length: float, margin: float) -> list[str]:
+        """Return a text for each limit that leaves of this `length` [mm] violate.
 
-        The limits are tightened by the relative `margin` [1], or relaxed if it is negative. If a leaf violates even the
-        relaxed limits, the violation is certain although the true length may differ by this margin.
+        The limits that depend on the length are tightened by the relative `margin` [1], or relaxed if it is negative.
+        If a leaf violates even the relaxed limits, the violation is certain although the true length may differ by this
+        margin.
         """
         process = self.process
         thickness = self.profile.thickness
-        strain = self.strain(length / (1.0 + margin))
-        faults = []
+        strain = self.strain(length / (1.0 + margin))  # a shorter leaf has a larger strain
+        violations = []
         min_wall = process.min_wall_mm
         if thickness < min_wall:
-            faults.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {min_wall:g} mm")
+            violations.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {min_wall:g} mm")
         if length < self.shortest * (1.0 + margin):
             reason = f"{SHORTEST_LEAF:g} thicknesses"
-            faults.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
+            violations.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
         if length * (1.0 + margin) > self.longest:
             bound = f"print.max_length_mm = {self.longest:g} mm"
-            faults.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
+            violations.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
         if strain > process.strain_limit:
             bound = f"{process.strain_limit:g} of {process.material}"
-            faults.append(f"a root strain of {strain:.2g}, must be at most {bound}")
-        return faults
+            violations.append(f"a root strain of {strain:.2g}, must be at most {bound}")
+        return violations
 
 
 def check_printable(
@@ -91,13 +92,13 @@ def check_printable(
 
     `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max. `stiffness_ratio` [1] is the stiffness
     under the high tip divided by `K_m_max`. The strain is computed at the largest modulus of the design, which may be
-    above E_max. `lengths_mm` are the solved lengths of the leaves. Without them, the lengths are those of beam theory,
-    and a leaf within LENGTH_MARGIN of a bound is undecided.
+    above E_max. `lengths_mm` are the solved lengths of the leaves, low then high. Without them, the lengths are those
+    of beam theory, and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
     process = design.process
     largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (largest_K_m, stiffness_ratio * largest_K_m)  # under the low and the high tip
-    keys = _determining_keys(design, springs)
+    determining_keys = _determining_keys(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
         # A tip that does not reach the fruit has a negative travel, and no deflection.
@@ -106,7 +107,7 @@ def check_printable(
         passed, reason = _judge_leaf(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)
         if passed is not True:
             hint = "choose another process, or see what pipeline suggest finds"
-            reason = f"{keys[i]}: asks {process.name} for {reason}; {hint}"
+            reason = f"{determining_keys[i]}: asks {process.name} for {reason}; {hint}"
         verdicts.append(
             Printable(
                 name=f"printable.{name}",
@@ -142,18 +143,18 @@ def _determining_keys(design: Design, springs: Springs) -> tuple[str, str]:
 
 
 def _judge_leaf(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
-    """Return whether leaves of this length [mm] can be made, and the limits that they violate as text.
+    """Return whether leaves of this `length` [mm] can be made, and the limits that they violate as text.
 
     The relative error of the length is at most `margin` [1]. If it could change the answer, the answer is None. The
     text is empty if no limit is violated.
     """
-    # In the most favourable case, the true length differs by the factor 1 + margin. So the limits are relaxed by
-    # 1 / (1 + margin).
-    certain_faults = leaf.faults(length, -margin / (1.0 + margin))
-    possible_faults = leaf.faults(length, margin)
-    if not possible_faults:
+    # In the most favourable case, the true length differs by the factor 1 + margin. The violations that remain then are
+    # certain. The negative margin makes the factor of the limits 1 / (1 + margin).
+    certain_violations = leaf.violations(length, -margin / (1.0 + margin))
+    possible_violations = leaf.violations(length, margin)
+    if not possible_violations:
         return True, ""
-    if certain_faults:
-        return False, " and ".join(certain_faults)
+    if certain_violations:
+        return False, " and ".join(certain_violations)
     undecided = f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"
-    return None, f"{' and '.join(possible_faults)}{undecided}"
+    return None, f"{' and '.join(possible_violations)}{undecided}"

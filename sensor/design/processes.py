@@ -90,7 +90,10 @@ class Process(Sourced):
     depth_mm: float = quantity("mm", LENGTH, meaning="depth of the plate, which is the width of the leaves")
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid name, material or number, or for a number without a source."""
+        """Raise InputError for an invalid field, for a number without a source, or for a contradiction.
+
+        Both creep keys must be given, or neither. The accuracy must suit the thinnest leaf.
+        """
         check_process_name(self.name)
         super().__post_init__()
         if (self.creep_per_decade is None) != (self.creep_scatter is None):
@@ -151,15 +154,16 @@ def own_process(name: str, table: object) -> Process:
 
 
 def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Read the tables of the processes in a TOML file. The result has the names of the processes as keys.
+    """Read the process tables of a TOML file. The result has the names of the processes as keys.
 
     Raises InputError if the file cannot be read, or if one of its processes is invalid.
     """
     tables = read_toml(path, "print.process_file")
     for name, table in tables.items():
         try:
-            own_process(name, table)
+            own_process(name, table)  # only checks the table
         except InputError as error:
+            # The message names the file, because the error is not in the design file.
             msg = f"print.process_file = {path.name!r}: {error}"
             raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
     return tables

@@ -18,7 +18,7 @@ _FORCE = Bounds(at_least=0.0, at_most=10.0)
 _LIMIT = Bounds(at_least=1e-3, at_most=1.0)
 _PRESSES = Bounds(at_least=1.0, at_most=100.0)
 
-_ENDS = 2
+_ENDS = 2  # number of ends of a range
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
 # largest fraction of the travel at which the last tip may touch; above it, too little rise remains
 LARGEST_TOUCH_FRACTION = 0.5
@@ -177,7 +177,11 @@ class ReadingRequirements:
     )
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, a missing principal radius, or a range that does not increase."""
+        """Raise InputError for an invalid field, or for fields that do not belong together.
+
+        One principal radius must not be given without the other. The ends of a range must be in increasing order, or
+        equal. The number of presses must be a whole number.
+        """
         check_fields(self, "reading")
         if (self.radius_mm is None) != (self.radius_across_mm is None):
             missing = "reading.radius_mm" if self.radius_mm is None else "reading.radius_across_mm"
@@ -185,7 +189,7 @@ class ReadingRequirements:
             raise validation_error(missing, None, "mm", bound, "give the smallest and the largest value of both radii")
         for key in RANGES:
             ends = getattr(self, key)
-            if ends is not None and not (len(ends) == _ENDS and ends[0] <= ends[1]):
+            if ends is not None and not (len(ends) == _ENDS and ends[0] <= ends[1]):  # equal ends are allowed
                 name = f"reading.{key}"
                 raise validation_error(
                     name, list(ends), "mm", "two numbers, the smaller first", "list the smaller number first"

@@ -124,14 +124,15 @@ def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
 def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
     """Return the delay [ms] of each channel after the first conversion of a sample, in the order of the tips.
 
-    If the design does not give the delays, each amplifier converts all its inputs one after the other during a sample
-    period.
+    `kinds` is the kind of the spring of each tip, "low" or "high". If the design does not give the delays, each
+    amplifier converts all its inputs one after the other during a sample period.
     """
     amplifier = readout.circuit
     if readout.delay_ms is not None:
         return readout.delay_ms
     inputs = int(amplifier.channels)
     order = balanced_order(kinds)
+    # Several amplifiers convert at the same time, so the position of a channel is counted within its amplifier.
     return tuple(1e3 / amplifier.rate_Hz * (order.index(tip) % inputs) / inputs for tip in range(len(kinds)))
 
 
@@ -140,12 +141,13 @@ def signal_path(
 ) -> SignalPath:
     """Return the signal path of a sensor: the sensitivity, the noise and the drift of the channel of each tip.
 
-    `springs` has one entry for each kind of spring, and `kinds` is the kind of the spring of each tip. Each spring has
-    the standard displacement sensor, except for the numbers that `readout` overrides. The drifts are those for the
-    temperature changes of `readout`. The stiffness of the springs drifts with the modulus of the `process`.
+    `springs` has one entry for each kind of spring, and `kinds` is the kind of the spring of each tip, "low" or "high".
+    Each spring has the standard displacement sensor, except for the numbers that `readout` overrides. The drifts are
+    those for the temperature changes of `readout`. The stiffness of the springs drifts with the modulus of the
+    `process`.
     """
-    # The amplifier and the displacement sensor have independent errors, so their squares add. Factors of 1e-3, 1e-4 and
-    # 1e-9 convert mV to V and um to mm, ppm to per cent, and nV to V.
+    # The amplifier and the displacement sensor have independent errors, so their squares add. Voltages are those at the
+    # input of the amplifier. Factors of 1e-3, 1e-4 and 1e-9 convert mV to V and um to mm, ppm to per cent, and nV to V.
     amplifier = readout.circuit
     V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
     noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um
@@ -155,11 +157,11 @@ def signal_path(
     probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
     gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
 
-    by_kind = {}  # for each kind of spring, the numbers of its channel
+    channels = {}  # for each kind of spring, the numbers of a channel that reads it
     for spring in springs:
         V_per_N = V_per_mm / spring.K
         counts_per_N = V_per_N * amplifier.counts_per_V
-        by_kind[spring.name] = {
+        channels[spring.name] = {
             "full_counts": counts_per_N * spring.force,
             "counts_per_N": counts_per_N,
             "noise_N": noise_V / V_per_N,
@@ -168,7 +170,7 @@ def signal_path(
 
     def per_tip(key: str) -> tuple[float, ...]:
         """Return one number per channel, in the order of the tips."""
-        return tuple(by_kind[kind][key] for kind in kinds)
+        return tuple(channels[kind][key] for kind in kinds)
 
     return SignalPath(
         amplifier=amplifier.name,

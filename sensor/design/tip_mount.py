@@ -27,12 +27,12 @@ def tip_mount(design: Design, process: Process) -> TipMount:
     """Return the printed end of a shuttle: a tip, or a foot with a pocket for a pin.
 
     Half the side of a foot is a wall plus a full side of the pocket, because the gable of the pocket ends a full side
-    above its centre. Raises InputError if there is no gap between the feet.
+    above its centre. The sides are rounded to 0.001 mm. Raises InputError if there is no gap between the feet.
     """
     tips = design.tips
     if tips.socket == "none":
         return TipMount(side=tips.side_mm)
-    pocket = tips.side_mm + 2.0 * process.accuracy_mm
+    pocket = tips.side_mm + 2.0 * process.accuracy_mm  # a clearance on each side of the pin
     side = round(2.0 * (pocket + process.min_wall_mm), 3)
     if side + process.min_gap_mm > tips.spacing_mm:
         bound = f"at least {side + process.min_gap_mm:g} mm, because pins need feet of {side:g} mm"
@@ -42,10 +42,11 @@ def tip_mount(design: Design, process: Process) -> TipMount:
 
 
 def plate_depth(design: Design, process: Process) -> float:
-    """Return the depth of the plate [mm]: the depth of the process, or the side of the tip mount if it is larger.
+    """Return the depth of the plate [mm], which is also the width of its leaves.
 
-    The plates of a square are as deep as the spacing of the tips allows; InputError is raised if that is too shallow. A
-    line has no plate, so its leaves have the depth of the process.
+    It is the depth of the process, or the side of the tip mount if that is larger. The two plates of a square lie
+    within the spacing of the tips, so each is as deep as the spacing minus the pads. A line has no plate, so its leaves
+    have the depth of the process. Raises InputError if the plates of a square would be too shallow for a tip or a leaf.
     """
     if not design.tips.tip_layout.has_housing:
         return process.depth_mm

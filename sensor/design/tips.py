@@ -283,7 +283,7 @@ def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     """Raise InputError if a tip extends beyond the length or the width of the fruit.
 
-    `length` and `width` of a layout are the distances of its outermost tips as multiples of the tip spacing.
+    The length and the width of a layout are the distances of its outermost tips, as multiples of the tip spacing.
     """
     hint = "move the tips closer together, or choose a larger fruit"
     layout = tips.tip_layout
