@@ -68,7 +68,7 @@ class LevelPress:
     NL_definition: Definition
 
     def ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return the force ratio P [1], (moduli, travels), if a cause acts at a multiple, `times`, of its size.
+        """Return the force ratio P [1], (moduli, travels), if a `cause` acts at a multiple, `times`, of its size.
 
         P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset),
         where C is the compliance of the springs and S / E the compliance of the fruit.
@@ -97,9 +97,10 @@ class LevelPress:
 
 
 def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
-    """Return the level presses of a pair at moduli E (moduli,) [MPa] and travels (travels,) [mm].
+    """Return the level presses of a pair at the moduli `E` (moduli,) [MPa] and the travels `travel` (travels,) [mm].
 
-    The compliances come from the solved contact, and the deflections of the springs from the two-spring law.
+    The compliances come from the solved contact. The causes need the deflections of the springs, which come from the
+    two-spring law.
     """
     moduli = E[:, None]
     contacts = [pair.contact.at(modulus) for modulus in E.tolist()]
@@ -123,11 +124,13 @@ def uncertainty_budgets(
 ) -> Budgets:
     """Return the error budgets of both springs, of P_max and NL, and of the compliance of the fruit.
 
-    P_max and NL have budgets only if the `level` presses are given, because their causes act on these presses. If the
-    scene was also solved at other tilts, these solutions give the change due to the pose.
+    `reached` has P_max and NL of the scene, and `press` the solutions of the scene. P_max and NL have budgets only if
+    the `level` presses are given, because their causes act on these presses. If the scene was also solved at other
+    tilts, these solutions give the change due to the pose.
     """
     travel = pair.design.press.travel_mm
     spring_causes = all_causes(pair, travel, _largest_deflections(pair))
+    # The stiffness of a spring that was not printed has no error, and no budget.
     K_l, K_h = (
         None if spring.K_error is None else budget_of(spring.K_error, spring_causes, change)
         for spring, change in zip(pair.springs.springs.values(), (_change_of_K_l, _change_of_K_h), strict=True)
@@ -144,6 +147,7 @@ def uncertainty_budgets(
         NL = budget_of(reached.NL.relative, level.causes, change)
     contact = None
     if not pair.design.tips.tip_shape.obeys_hertz:
+        # On rigid springs, the whole travel indents the fruit.
         rigid_spring_causes = all_causes(pair, travel, np.zeros(2))
         contact = budget_of(pair.contact.error_pair, rigid_spring_causes, _change_of_contact)
     return Budgets(K_l=K_l, K_h=K_h, P_max=P_max, NL=NL, contact=contact)
@@ -168,25 +172,26 @@ def _change_of_contact(cause: Cause, sign: float) -> Floats:
     return np.asarray(1.0 / (1.0 + sign * cause.fruit[0]) - 1.0)
 
 
-def relative_change(number: Callable[..., Floats], scale: float | None = None) -> Change:
+def relative_change(results: Callable[..., Floats], scale: float | None = None) -> Change:
     """Return a function for the relative change of results due to a multiple of a cause [1].
 
-    `number` computes the results. The change is divided by `scale`, or by the results without a cause. It is `LIFTED`
+    `results` computes the results, of any shape, without a cause, or with a cause and a multiple of its size. The
+    change is divided by the magnitude of `scale`, or else by the results without a cause. It is `LIFTED` in magnitude
     if the cause lifts a tip.
     """
-    nominal = number()
+    nominal = results()
     # A scale of 0 would divide by zero, so it is replaced by 1.
     denominator = nominal if scale is None else abs(scale) or 1.0
 
     def change(cause: Cause, sign: float) -> Floats:
-        changes = (number(cause, sign) - nominal) / denominator
+        changes = (results(cause, sign) - nominal) / denominator
         return np.where(np.isfinite(changes), changes, sign * LIFTED)
 
     return change
 
 
 def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
-    """Replace the effect of the pose in `change` by its effect in presses that were solved at other tilts.
+    """Return `change` with the effect of the pose replaced by its effect in presses that were solved at other tilts.
 
     `value` is the result in its scene. `tilted` holds the result at the tilt minus and plus its spread, or nan if a tip
     is out of contact. If `tilted` is empty, `change` is returned unchanged.
@@ -212,28 +217,30 @@ def _tilted_NL(tilted: SensorResponse) -> float:
 def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> UncertaintyBudget:
     """Return the budget of a result, from its `numerical` error [1] and its relative change due to each cause.
 
-    Changes below round-off are left out. The sizes of model effects add. Inputs are independent, so their squares add.
+    Changes below round-off are left out. The effects of the model may act together, so their sizes add. Inputs are
+    independent, so their squares add.
     """
     model: list[Contribution] = []
     inputs: list[Contribution] = []
     for cause in causes:
         size = float(size_of(cause, change))
         if abs(size) >= ROUND_OFF:
-            parts = inputs if cause.scatters else model
-            parts.append(Contribution(effect=cause.name, size=size, reason=cause.reason, advice=cause.advice))
+            contributions = inputs if cause.scatters else model
+            contributions.append(Contribution(effect=cause.name, size=size, reason=cause.reason, advice=cause.advice))
     return UncertaintyBudget(
         numerical=numerical,
         model=tuple(model),
         inputs=tuple(inputs),
-        model_total=sum(abs(part.size) for part in model),
-        inputs_total=math.hypot(*(part.size for part in inputs)),
+        model_total=sum(abs(effect.size) for effect in model),
+        inputs_total=math.hypot(*(effect.size for effect in inputs)),
     )
 
 
 def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> Floats:
-    """Return the total relative errors [1] of an array of results. Each is the total of an `UncertaintyBudget`.
+    """Return the total relative errors [1] of an array of results, in the shape of `numerical`.
 
-    `numerical` holds the numerical errors of the results [1], and `change` returns changes of the same shape.
+    Each is the total of an `UncertaintyBudget`: the numerical error, the sum of the model effects, and the root sum of
+    squares of the inputs. `numerical` holds the numerical errors [1], and `change` returns changes of the same shape.
     """
     model_sum = np.zeros_like(numerical)
     input_squares = np.zeros_like(numerical)
@@ -256,5 +263,5 @@ def size_of(cause: Cause, change: Change) -> Floats:
         return up
     down = change(cause, -1.0)
     # A height offset changes the results much more in one direction than in the other, so the larger change is used.
-    one_sided = (cause.height_offsets != 0.0).any(axis=0)
-    return np.where(one_sided, np.maximum(np.abs(up), np.abs(down)), 0.5 * np.abs(up - down))
+    is_one_sided = (cause.height_offsets != 0.0).any(axis=0)
+    return np.where(is_one_sided, np.maximum(np.abs(up), np.abs(down)), 0.5 * np.abs(up - down))

@@ -86,8 +86,8 @@ def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats)
     `travel` has any shape. `deflections` (2, ...) [mm] are the deflections of the low and the high spring at these
     travels. Effects that the model leaves out come first, then the scatter of inputs.
     """
-    travel = np.maximum(LEAST_TRAVEL, travel)
-    depths = travel - deflections
+    travel = np.maximum(LEAST_TRAVEL, travel)  # relative changes are not defined at a travel of 0
+    depths = travel - deflections  # indentations of the fruit [mm]
     return (
         *_housing_effects(pair, deflections),
         *_contact_effects(pair.design, depths),
@@ -104,11 +104,11 @@ def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
     The calibration determines both stiffnesses. Zeroing on a flat plate determines the heights of the tips.
     """
     reason = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
-    half = 0.5 * ZEROED_MM
+    half_step = 0.5 * ZEROED_MM  # one tip is lower by half of the difference, the other is higher
     return (
         *(cause for cause in causes if not cause.calibrated),
         *known_springs(),
-        Cause(name="tip height", reason=reason, height_offsets=np.array([-half, half]), scatters=True),
+        Cause(name="tip height", reason=reason, height_offsets=np.array([-half_step, half_step]), scatters=True),
     )
 
 
@@ -124,7 +124,8 @@ def known_springs() -> tuple[Cause, ...]:
 def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
     """Yield the effects on the stiffness of printed springs that the model leaves out.
 
-    `deflections` (2, ...) [mm] are the deflections of the springs. Without a housing there are no effects.
+    `deflections` (2, ...) [mm] are the deflections of the low and the high spring. Without a housing, there are no
+    effects.
     """
     housing = pair.springs.housing
     if housing is None:
@@ -161,11 +162,10 @@ def _engraved_marks(leaves: Sequence[Flexure], pair: PressedSensor) -> Cause:
 
 
 def _elephants_foot(leaves: Sequence[Flexure]) -> Cause:
-    """Return the stiffening of the leaves by their first layer, which is wider than the others."""
+    """Return the stiffening of the leaves by their first layer, which is wider than the other layers."""
     foot_changes = []
     for leaf in leaves:
-        # K is proportional to the cube of the thickness, but only over the part of the depth that the wide layer takes
-        # up.
+        # K is proportional to the cube of the thickness, but only the first layer, a part of the depth, is thicker.
         thickness_ratio = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
         foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thickness_ratio**BEAM_SLOPE - 1.0))
     return Cause(
@@ -209,6 +209,20 @@ def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
     yield Cause(name="no slip", reason=reason, fruit=np.array([grip_change, grip_change]))
 
+    yield from _large_strain_effects(design, depths)
+
+    slopes = scene_of(design).slopes_deg
+    sliding = np.array([frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes])
+    reason = f"a tip that slides on a skin falling by {max(map(abs, slopes)):.2g} deg presses along its normal"
+    yield Cause(name="slope", reason=reason, fruit=sliding)
+
+
+def _large_strain_effects(design: Design, depths: Floats) -> Iterator[Cause]:
+    """Yield the effects of large strain and of the constitutive law of the flesh on the stiffness of the fruit.
+
+    `depths` (2, ...) [mm] are the indentations of the fruit under the tips.
+    """
+    poisson = design.fruit.poisson
     depths_in_sides = depths / design.tips.side_mm
     deepest = float(depths_in_sides.max())
     # The finite elements cover flat faces up to a certain depth. Beyond it, the user has to check the sensor.
@@ -228,16 +242,11 @@ def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
         advice=advice,
     )
 
-    slopes = scene_of(design).slopes_deg
-    sliding = np.array([frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes])
-    reason = f"a tip that slides on a skin falling by {max(map(abs, slopes)):.2g} deg presses along its normal"
-    yield Cause(name="slope", reason=reason, fruit=sliding)
-
 
 def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
     """Yield the effects of lateral motion that the model leaves out: flat tips on a slope, and a fruit that rolls.
 
-    `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are the deflections of the springs.
+    `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are the deflections of the springs at these travels.
     """
     design = pair.design
     sideways = pair.springs.sideways
@@ -252,34 +261,46 @@ def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, defl
     """Return the effect of the sideways compliance of the springs under forces that the skin inclines.
 
     A force along the normal of the skin also pushes its tip down the slope. The compliance that this adds to the spring
-    is expressed as a softer fruit. `compliance` (tips, tips, 3, 3) [mm/N] relates the forces and displacements of tips.
+    is expressed as a softer fruit. `compliance` (tips, tips, 3, 3) [mm/N] is the `LateralCompliance` of the tips. Its
+    entries for motion along the press under forces along the press are 0, because the compliance of the springs
+    contains them. `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are the deflections of the springs at
+    these travels.
     """
     slopes = scene_of(pair.design).slopes_deg
-    give_changes = []
+    fruit_changes = []
     for tip, deflection in enumerate(deflections):
         # the inclined force divided by its component along the press
         inclination = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
         added_fraction = float(inclination @ compliance[tip, tip] @ inclination / pair.C[tip, tip])
+        # Under the same force, the displacement `added_fraction` times the deflection adds to the indentation.
         depth = np.maximum(LEAST_TRAVEL, travel - deflection)
-        give_changes.append(1.0 / (1.0 + added_fraction * deflection / depth) - 1.0)
+        fruit_changes.append(1.0 / (1.0 + added_fraction * deflection / depth) - 1.0)
     reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
-    return Cause(name="sideways give", reason=reason, fruit=np.array(give_changes))
+    return Cause(name="sideways give", reason=reason, fruit=np.array(fruit_changes))
 
 
 def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
-    """Return the effect of a fruit of `radius` [mm] that rolls on a table without friction: height offsets."""
+    """Return the height offsets of the tips on a fruit of `radius` [mm] that rolls on a table without friction.
+
+    `travel` [mm] has any shape. The fruit rolls about its point of support, so the offset of a tip is the angle of roll
+    times its distance from the apex.
+    """
     design = pair.design
     positions = design.tips.centres_mm
     law = force_ratio_curve(pair)
+    # stiffness of each spring in series with the firmest fruit [N/mm]
     stiffness = [
         series_stiffness(law.springs.K_l, law.K_m_max),
         series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
     ]
-    roll_angles = []
-    for depth in travel.flat:
-        rolled = roll([K * depth for K in stiffness], positions, stiffness, radius)
-        # If the fruit rolls away, a tip lifts off. The height offset is then set to more than the travel.
-        roll_angles.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * depth / design.tips.spacing_mm)
+    roll_angles = []  # [rad]
+    for one_travel in travel.flat:
+        rolled = roll([K * one_travel for K in stiffness], positions, stiffness, radius)
+        angle = math.radians(rolled.angle_deg)
+        if not rolled.steady:
+            # The fruit rolls away, so a tip lifts off. The offsets of the two tips then differ by twice the travel.
+            angle = 2.0 * one_travel / design.tips.spacing_mm
+        roll_angles.append(angle)
     # Forces are proportional to the travel, so the coefficient of friction is the same at all travels.
     return Cause(
         name="free fruit",
@@ -292,11 +313,11 @@ def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
 def _print_scatter(process: Process) -> Iterator[Cause]:
     """Yield the scatter of modulus and leaf thickness from print to print, which all springs of a print share."""
     advice = "Calibrate each printed unit"
-    E = COVERAGE * process.E_scatter
+    E_change = COVERAGE * process.E_scatter  # two standard deviations [1]; K is proportional to E
     yield Cause(
         name="modulus",
-        reason=f"E of {process.name} within {100.0 * E:g} % from print to print",
-        springs=np.array([E, E]),
+        reason=f"E of {process.name} within {100.0 * E_change:g} % from print to print",
+        springs=np.array([E_change, E_change]),
         scatters=True,
         calibrated=True,
         advice=advice,
@@ -317,10 +338,10 @@ def _print_scatter(process: Process) -> Iterator[Cause]:
 def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     """Yield the scatter of the tips: of their sides, of the rounding of their edges, and of their heights.
 
-    The effect of the rounding depends on the indentations `depths` (2, ...) [mm].
+    The effect of the rounding depends on the indentations `depths` (2, ...) [mm] of the fruit under the tips.
     """
     tips = pair.design.tips
-    accuracy = tip_accuracy_mm(tips, pair.springs.process)
+    accuracy = tip_accuracy_mm(tips, pair.springs.process)  # two standard deviations [mm]
     # Relative changes are valid only up to LARGEST_CHANGE, so a larger error of the side is cut off there.
     side_change = min(LARGEST_CHANGE, accuracy / tips.side_mm)
     reason = f"tips wider or narrower by {accuracy:g} mm (the fruit's stiffness is proportional to the side)"
@@ -344,13 +365,13 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
     """Yield the scatter of the fruit and the press: Poisson's ratio, the tilt, and the attitude of the sensor."""
     design = pair.design
     fruit = design.fruit
+    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2), so only the magnitude of nu matters.
     largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
-    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2).
-    change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
+    stiffness_change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
     yield Cause(
         name="Poisson's ratio",
         reason=f"Poisson's ratio nu within {fruit.poisson_spread:g} (as 1 / (1 - nu^2), as on a half-space)",
-        fruit=np.array([change, change]),
+        fruit=np.array([stiffness_change, stiffness_change]),
         scatters=True,
         advice="Set fruit.poisson if it is known",
     )
@@ -366,6 +387,8 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
         advice="Hold the sensor steady",
     )
 
+    # A sensor that is designed to press sideways may also be pressed down. The weight of its moving parts then bends
+    # the springs.
     offsets = tip_height_offsets(pair.springs, "down") if design.press.attitude == "side" else ()
     if offsets:
         difference = max(offsets) - min(offsets)

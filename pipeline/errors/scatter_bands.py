@@ -20,25 +20,28 @@ from sensor.arrays import Floats
 from sensor.quantity import COVERAGE
 from sensor.theory.two_spring_law import curve_nonlinearity
 
-SAMPLES = 1024
-LEVEL = 0.95
+SAMPLES = 1024  # number of prints in the sample; a Sobol sequence needs a power of two
+LEVEL = 0.95  # fraction of the prints that a band contains
 
 
 def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None:
     """Return the bands that contain 95 % of the prints of a pair before calibration, or None without a housing.
 
     The stiffnesses vary over a sample of prints. P_max, NL and the modulus that is read are computed from the `level`
-    presses. The modulus is read from P at the largest modulus as if the springs had their nominal stiffnesses.
+    presses of the pair. The modulus is read from P at the largest modulus as if the springs had their nominal
+    stiffnesses.
     """
     if pair.springs.housing is None:
         return None
     print_causes = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
     factors = _sampled_factors(print_causes)
+    # All prints are evaluated at once: the last axis of this cause, usually the travel, is the sample.
     prints = Cause(name="prints", reason="", springs=factors[:, None, :] - 1.0)
     at_full_travel = replace(level, travel=level.travel[-1:])
     P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples)
     E = level.E[:, 0]
-    K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))
+    K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))  # [N/m]
+    # Without a scale, because P does not increase with the modulus, no modulus can be read.
     modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
     calibrated_error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
     for cause in known_springs():
@@ -48,8 +51,8 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
         K_l_N_per_m=_band(K_l),
         K_h_N_per_m=_band(K_h),
         P_max=_band(P[-1]),
-        NL=_band([curve_nonlinearity(each, E.tolist(), level.NL_definition) for each in P.T.tolist()]),
-        modulus_error=_band([modulus_at(each) / E[-1] - 1.0 for each in P[-1].tolist()]),
+        NL=_band([curve_nonlinearity(curve, E.tolist(), level.NL_definition) for curve in P.T.tolist()]),
+        modulus_error=_band([modulus_at(P_max) / E[-1] - 1.0 for P_max in P[-1].tolist()]),
         calibrated_modulus_error=calibrated_error if math.isfinite(calibrated_error) else None,
     )
 
@@ -57,15 +60,16 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
 def _sampled_factors(causes: Sequence[Cause]) -> Floats:
     """Return the stiffness of each spring, divided by its nominal value, in a sample of prints [1], (2, `SAMPLES`).
 
-    Each cause has a normal distribution. A Sobol sequence samples all causes together.
+    The input of each cause has a normal distribution, and the stiffness is proportional to a power of it. A Sobol
+    sequence samples the inputs of all causes together.
     """
     from scipy.stats import qmc  # its import takes a tenth of all import time, and only fabrication needs it
 
     points = qmc.Sobol(len(causes), seed=1).random(SAMPLES)
-    normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
+    normal_deviates = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))  # clipped, because the quantiles of 0 and 1 are infinite
     factors = np.ones((2, SAMPLES))
-    for cause, deviates in zip(causes, normal.T, strict=True):
-        # stiffness change in the last press, at full travel
+    for cause, deviates in zip(causes, normal_deviates.T, strict=True):
+        # stiffness change in the last press, which is at full travel
         stiffness_change = np.reshape(cause.springs, (2, -1))[:, -1:]
         two_sigma = (1.0 + stiffness_change) ** (1.0 / cause.power) - 1.0  # relative change of the input
         factors = factors * (1.0 + two_sigma * deviates / COVERAGE) ** cause.power

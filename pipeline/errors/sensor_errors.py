@@ -60,10 +60,11 @@ def sensor_errors(
 ) -> SensorErrors:
     """Return the error budgets of a sensor, its response table with modulus bands, and the scatter of its prints.
 
-    `reached` are P_max and NL in the scene of the design. For a sensor with `readings`, the bands of the table show
-    their uncertainty, and a force ratio has no budget.
+    `reached` are P_max and NL in the scene of the design, and `press` are the solutions of this scene. The scatter is
+    computed only if `options` request files for fabrication. For a sensor with `readings`, the bands of the table show
+    their uncertainty, and there is neither a budget of the force ratio nor a scatter.
     """
-    pair = sensor.pair
+    pair = sensor.pair  # two springs represent all springs of the sensor
     if readings is not None:
         budgets = uncertainty_budgets(pair, reached, press, None)
         return SensorErrors(budgets=budgets, reading=table_of_readings(press.curve, readings, budgets), scatter=None)
@@ -78,9 +79,10 @@ def sensor_errors(
 def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress) -> ReadingTable:
     """Return the response of a scene as a table with two modulus bands: as printed, and after calibration.
 
-    `curve` is the response of the scene, which gives the numerical error of P. The other errors come from `level`
-    presses of the same pair.
+    `curve` is the response of the scene, whose P has a numerical error. The errors due to other causes come from the
+    `level` presses of the same pair, at the same moduli and travels.
     """
+    # The relative errors of the two forces add in their ratio.
     spring_errors = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
     numerical = curve.P_error + np.array(spring_errors)[:, None]
     change = relative_change(level.ratio)
@@ -95,8 +97,9 @@ def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress)
 def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats) -> Floats:
     """Return the smallest and the largest modulus [MPa] that may cause each P of a curve, (moduli, travels, 2).
 
-    `errors` (moduli, travels) [1] are the relative errors of P. The band is nan for an unknown P, and for the first
-    modulus, which is a limit.
+    `law` is the two-spring law of the pair. `errors` (moduli, travels) [1] are the relative errors of P. The band is
+    nan for an unknown P, at a travel at which P does not increase with the modulus, and for the first modulus, which is
+    nearly zero.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
@@ -112,33 +115,34 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
 def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets: Budgets) -> ReadingTable:
     """Return the response table of a sensor with readings. Its bands are for the modulus read at full travel.
 
-    As printed, the springs also have the scatter of prints. After calibration, they have the uncertainty in
-    `[reading]`.
+    `curve` is the response of the scene. As printed, the springs also have the scatter of prints, from `budgets`. After
+    calibration, they have the uncertainty in `[reading]`.
     """
-    rows = readings.moduli
+    accuracies = readings.moduli
     return ReadingTable(
         response=curve,
-        printed=_bands_of_readings(curve, rows, budgets.widest_spring),
-        calibrated=_bands_of_readings(curve, rows, 0.0),
+        printed=_bands_of_readings(curve, accuracies, budgets.widest_spring),
+        calibrated=_bands_of_readings(curve, accuracies, 0.0),
     )
 
 
-def _bands_of_readings(curve: SensorResponse, rows: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
+def _bands_of_readings(curve: SensorResponse, accuracies: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
     """Return the smallest and the largest modulus [MPa] for readings at full travel, (moduli, travels, 2).
 
-    The half width is the bias plus two standard uncertainties, interpolated in ln E between the evaluated moduli.
-    `spring_error` [1] is an error of the stiffnesses in addition to the calibration error, two standard deviations.
+    The half width is the bias plus two standard uncertainties, interpolated in ln E between the moduli of `accuracies`.
+    `spring_error` [1] is an error of the stiffnesses in addition to the calibration error, two standard deviations. The
+    bands are nan at other travels, and everywhere without accuracies.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
-    if not rows:
+    if not accuracies:
         return bands
-    half_widths = []
-    for row in rows:
-        two_sigma = math.hypot(2.0 * row.sources.total, spring_error * row.sources.stiffness_slope)
-        half_widths.append(abs(row.bias.value) + two_sigma)
-    E_read = [row.E for row in rows]
-    E = curve.E[1:]  # the first modulus is a limit, and has no band
-    half_width = np.interp(np.log(E), np.log(E_read), half_widths)
+    half_widths = []  # relative to E [1]
+    for accuracy in accuracies:
+        two_sigma = math.hypot(2.0 * accuracy.sources.total, spring_error * accuracy.sources.stiffness_slope)
+        half_widths.append(abs(accuracy.bias.value) + two_sigma)
+    E_evaluated = [accuracy.E for accuracy in accuracies]
+    E = curve.E[1:]  # the first modulus is nearly zero, and has no band
+    half_width = np.interp(np.log(E), np.log(E_evaluated), half_widths)
     bands[1:, -1, 0] = E * (1.0 - half_width)
     bands[1:, -1, 1] = E * (1.0 + half_width)
     return bands

@@ -27,7 +27,7 @@ from solve.error_estimate import propagate_errors
 LEAST_TRAVEL = 1e-6  # smallest travel at which errors are evaluated [mm]
 
 Law = Callable[[float, float, float, float], float]
-"""A function of K_l, K_h, the fruit stiffness [N/mm], and the ratio of the fruit stiffnesses under both tips [1]."""
+"""A function of K_l, K_h, the fruit stiffness under the low tip [N/mm], and `stiffness_ratio` [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,10 +72,10 @@ class ForceRatioCurve:
     def modulus_scale(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
         """Return a function that converts a force ratio [1] at one travel to the modulus [MPa].
 
-        P (moduli,) [1] are the force ratios at the moduli E [MPa], softest first. The function interpolates linearly in
-        the fruit stiffness of the two-spring law, because the modulus is nearly linear in it. Above the last modulus it
-        extrapolates from the last two; below the first it returns 0. It returns nan for a ratio that the springs cannot
-        show. The result is None if a P is unknown, or if P does not increase.
+        `P` (moduli,) [1] are the force ratios at the moduli `E` [MPa], softest first. The function interpolates
+        linearly in the fruit stiffness of the two-spring law, because the modulus is nearly linear in it. Above the
+        last modulus it extrapolates from the last two; below the first it returns 0. It returns nan for a ratio that
+        the springs cannot show. The result is None if a P is unknown, or if P does not increase.
         """
 
         def stiffness(ratio: float) -> float:
@@ -83,8 +83,8 @@ class ForceRatioCurve:
             level_ratio = ratio / float(P[0]) * self.stiffness_ratio
             return self.fruit_stiffness(level_ratio) if math.isfinite(level_ratio) else math.nan
 
-        nodes = np.array([stiffness(ratio) for ratio in P.tolist()])
-        if not (np.diff(nodes) > 0.0).all():
+        nodes = np.array([stiffness(ratio) for ratio in P.tolist()])  # fruit stiffnesses at the moduli [N/mm]
+        if not (np.diff(nodes) > 0.0).all():  # also if a node is nan
             return None
 
         def modulus(ratio: float) -> float:
@@ -111,7 +111,7 @@ class ForceRatioCurve:
 
     def _estimate(self, law: Law) -> Estimate:
         """Return the value of a law, with the error caused by the errors of the springs and of the fruit stiffness."""
-        # At the centre of the fruit, both tips see the same fruit stiffness. Its error does not change their ratio.
+        # At the centre of the fruit, the stiffness under the two tips is the same. Its error does not change the ratio.
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
@@ -151,10 +151,10 @@ class SceneTargets:
 
 
 def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
-    """Return P_max and NL of a sensor with their errors, as the targets define them.
+    """Return P_max and NL of a sensor with their errors, where `targets` defines NL.
 
-    They come from the forces in `press`. If `press` is None or level, the two-spring law gives them in closed form.
-    More than two tips are represented by a pair.
+    They come from the forces in `press`. If `press` is None or level, the two-spring law gives them in closed form. A
+    sensor of more than two tips is represented by a pair.
     """
     pair = sensor.pair
     law = force_ratio_curve(pair)
@@ -175,14 +175,15 @@ def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
 
 
 def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:
-    """Return NL at full travel [1], or None if a tip is out of contact.
+    """Return NL at full travel [1], where `targets` defines it, or None if a tip is out of contact.
 
-    Its error contains the errors of springs and compliance, as for a level sensor, and the error of the contact cells.
-    The error of the cells is estimated from the change of NL with coarser cells. This change may happen to be 0 at one
-    travel, so the larger change at the last two travels is used.
+    `curve` is the response of the scene. The error of NL contains the errors of springs and compliance, which `law`
+    gives for a level sensor, and the error of the contact cells. The error of the cells is estimated from the change of
+    NL with coarser cells. This change may happen to be 0 at one travel, so the larger change at the last two travels is
+    used.
     """
     E = curve.E.tolist()
-    coarse_P = curve.P * (1.0 - curve.P_step)
+    coarse_P = curve.P * (1.0 - curve.P_step)  # P on the coarser cells
     largest_step = 0.0
     for travel in (-2, -1):  # full travel comes last, because its NL is returned
         NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)

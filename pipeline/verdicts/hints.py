@@ -46,10 +46,12 @@ class _HintContext:
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
     """Return the hint for a verdict that did not pass: one sentence on how it could pass.
 
-    The template of the sentence is the `hint` of the verdict in `sensor/verdicts.toml`. A name in braces is replaced by
-    the result of the function in `PARTS` with this name. If the function has no advice, the hint suggests a search.
+    A verdict that is undecided because of its error bar gets advice on the tolerance of the run. Otherwise, the
+    template of the sentence is the `hint` of the verdict in `sensor/verdicts.toml`. A name in braces is replaced by the
+    result of the function in `PARTS` with this name. If the function has no advice, the hint suggests a search.
     """
-    if springs.monolithic:  # no finer mesh removes the error caused by glued pins
+    # Without glued pins, a finer mesh reduces the error bar. No mesh reduces the error that glued pins cause.
+    if springs.monolithic:
         about_tolerance = tolerance_hint(verdict, options.tolerance)
         if about_tolerance is not None:
             return about_tolerance
@@ -78,16 +80,16 @@ def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
         return None
     scale = abs(limit) or 1.0  # a limit of 0 cannot be a scale
     relative_error = error / scale
-    allowed = tolerance if verdict.relative else tolerance / scale
-    if relative_error <= allowed:
+    largest_error = tolerance if verdict.relative else tolerance / scale  # the error bar must not be wider
+    if relative_error <= largest_error:
         return None
-    # If the error exceeds what the tolerance of the run allows, no mesh met this tolerance, and a smaller one does not
-    # help.
-    parts = verdict.row.error_parts  # number of errors that add up, each as large as the tolerance of a run
-    if allowed > 0.0 and relative_error <= parts * run_tolerance:
-        tighter = rounded(allowed / parts, 1, towards=0.0)
-        if tighter < run_tolerance and TOLERANCES.hold(tighter):
-            return f"{UNDECIDED}, `--tol {tighter:g}` would decide"
+    # number of errors that add up, each of which may be as large as the tolerance of a run
+    error_parts = verdict.row.error_parts
+    # If the error is larger than their sum, no mesh met the tolerance of the run, and a smaller one does not help.
+    if largest_error > 0.0 and relative_error <= error_parts * run_tolerance:
+        tighter_tolerance = rounded(largest_error / error_parts, 1, towards=0.0)
+        if tighter_tolerance < run_tolerance and TOLERANCES.hold(tighter_tolerance):
+            return f"{UNDECIDED}, `--tol {tighter_tolerance:g}` would decide"
     return f"{UNDECIDED}, no `--tol` would decide"
 
 
@@ -104,21 +106,23 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     short for a reading.
     """
     travel = design.press.travel_mm
-    bound = travel  # largest travel at which the verdict passes
+    by_travel = verdict.row.by_travel
+    largest_travel = travel  # at which the verdict passes
     if isinstance(verdict.limit, int | float) and verdict.value is not None:
-        if verdict.row.by_travel == "pressure" and verdict.value > 0.0:
+        if by_travel == "pressure" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
-            bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
-        elif verdict.row.by_travel == "distance":
+            largest_travel = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
+        elif by_travel == "distance":
             deficit = verdict.limit - verdict.value
-            bound = travel - deficit
-    for kind, spring in springs.springs.items() if verdict.row.by_travel == "strain" else ():
-        printable = springs.printable[kind]
-        if printable.name == verdict.name and spring.highest_strain > 0.0:
-            bound = travel * printable.strain_limit / spring.highest_strain
-    if bound >= travel:  # the failure does not depend on the travel, as with the length of a leaf
+            largest_travel = travel - deficit
+    if by_travel == "strain":
+        for kind, spring in springs.springs.items():
+            printable = springs.printable[kind]
+            if printable.name == verdict.name and spring.highest_strain > 0.0:
+                largest_travel = travel * printable.strain_limit / spring.highest_strain
+    if largest_travel >= travel:  # the failure does not depend on the travel, for example if a leaf is too short
         return None
-    shorter = rounded(_MARGIN * bound, towards=0.0)
+    shorter = rounded(_MARGIN * largest_travel, towards=0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
@@ -153,7 +157,8 @@ def _sized_springs_clause(context: _HintContext) -> str | None:
 def _level_flat_clause(context: _HintContext) -> str | None:
     """Return a clause on how to get a level press of sharp flat tips on flat fruit, in which P does not vary.
 
-    It names only the first property that differs. If no property differs, the result is None.
+    It names only the first property of the design that differs from such a press. If no property differs, the result is
+    None.
     """
     press = context.design.press
     tips = context.design.tips
@@ -174,14 +179,14 @@ def _level_flat_clause(context: _HintContext) -> str | None:
 def _finer_bench_clause(context: _HintContext) -> str | None:
     """Return a clause with the resolution of the balance or dial at which the verdict passes, and an alternative.
 
-    All errors caused by a bench, except noise, are proportional to its resolution. The result is None if the error is
-    caused by noise, or if the verdict has no value.
+    All errors caused by a bench, except noise, are proportional to its resolution. The reference text of the verdict
+    names the main cause of the error. The result is None if this cause is noise, or if the verdict has no value.
     """
     verdict = context.verdict
     bench = context.design.bench or Bench()
     if not isinstance(verdict.limit, float) or not verdict.value:
         return None
-    finer = _MARGIN * verdict.limit / verdict.value
+    finer = _MARGIN * verdict.limit / verdict.value  # factor on the resolution
     clauses = {
         "by the balance": (f"bench.balance_g={rounded(finer * bench.balance_g, 1, towards=0.0):g}", "a stiffer spring"),
         "by the dial": (f"bench.dial_mm={rounded(finer * bench.dial_mm, 1, towards=0.0):g}", "a longer travel"),

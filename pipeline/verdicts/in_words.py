@@ -38,18 +38,20 @@ def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
 def as_read(verdict: Verdict) -> Verdict:
     """Convert a verdict to display units: fractions in per cent, and uncertainties with 95 % coverage.
 
-    A limit and an absolute tolerance are converted in the same way as the value.
+    A limit and an absolute tolerance are converted in the same way as the value. A verdict that is not a fraction is
+    returned unchanged.
     """
     row = verdict.row
     if row.shown is None:
         return verdict
     factor = 100.0 * (COVERAGE if row.standard else 1.0)
-    numbers: dict[str, Any] = {"unit": row.shown}
+    converted: dict[str, Any] = {"unit": row.shown}
     for key in ("value", "error", "limit", "tolerance"):
         number = getattr(verdict, key)
         if isinstance(number, int | float):
-            numbers[key] = number if key == "tolerance" and verdict.relative else factor * number
-    return replace(verdict, **numbers)
+            # A relative tolerance is a fraction of the limit, so it does not depend on the unit.
+            converted[key] = number if key == "tolerance" and verdict.relative else factor * number
+    return replace(verdict, **converted)
 
 
 def measured(verdict: Verdict) -> str:

@@ -47,25 +47,27 @@ def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdic
 def displacement_verdict(table: SensorResponse) -> Verdict:
     """Return the verdict on the relative variation of P over the travel [1], at the modulus with the largest variation.
 
-    If the contact was solved on cells, the error of the variation is twice the error of P. A closed form has no
-    error.
+    If the contact was solved on cells, the error of the variation is twice the error of P, because it is a difference
+    of two P. A closed form has no error. The verdict fails if, at some modulus, fewer than two travels have a P.
     """
     name = "P_displacement_independent"
-    largest = 0.0
+    largest_variation = 0.0
     for P in table.P:
-        touching = P[np.isfinite(P)]
-        if touching.size <= 1:
+        known_P = P[np.isfinite(P)]  # P is not finite at travels at which a tip is out of contact
+        if known_P.size <= 1:
             return judge(name, None, "a tip is off the fruit for the whole travel, or for all but one step of it")
-        largest = max(largest, float(np.ptp(touching) / touching.mean()))
+        largest_variation = max(largest_variation, float(np.ptp(known_P) / known_P.mean()))
     errors = table.P_error[np.isfinite(table.P_error)]
     error = 2.0 * float(errors.max()) if table.cells and errors.size else 0.0
-    return judge(name, Estimate(largest, error), "(max P - min P) / mean P over the travel, the worst of all E")
+    text = "(max P - min P) / mean P over the travel, the worst of all E"
+    return judge(name, Estimate(largest_variation, error), text)
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
     """Return the verdict on the smallest relative increase of P [1] between neighbouring moduli at full travel.
 
-    `scan` has at least two moduli, in increasing order.
+    `scan` has at least two moduli, in increasing order. The verdict passes if all increases are positive, and fails if
+    a tip is out of contact at some modulus.
     """
     name = "P_monotonic"
     P = scan.P[:, -1]
@@ -82,7 +84,8 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Verdict:
     """Return the verdict on the stiffness of a spring [N/m]. It is undecided if the spring was not made.
 
-    A spring with glued pins has a wider tolerance if its stiffness error exceeds the usual tolerance.
+    `monolithic` is false for a housing with glued pins. Its spring has a wider tolerance if the stiffness error exceeds
+    the usual tolerance.
     """
     row = row_of(name)
     limit = 1e3 * spring.target
@@ -108,12 +111,14 @@ def own_part_verdict(name: str, K: Estimate, target: float, text: str) -> Verdic
 def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
     """Return the verdict on whether the process can print a spring.
 
-    Its value is the length of the leaves [mm], or None for a spring that was not solved.
+    Its value is the length of the leaves [mm], or None for a spring that was not solved. A verdict that passes by beam
+    theory fails if the strain of the solved spring exceeds its limit. It is undecided if only the error bar of the
+    strain exceeds the limit.
     """
     reason = printable.reason
     passed = printable.passed
     limit = printable.strain_limit
-    if spring.highest_strain > limit:
+    if spring.highest_strain > limit:  # the upper end of the error bar
         strain = spring.root_strain or 0.0
         bar = value_with_bar(strain, spring.highest_strain - strain, in_percent=True)
         reason = f"{reason}; FE root strain {bar} must be at most {limit:g}"
@@ -134,14 +139,14 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     A tip out of contact has no contact edge, so it is skipped.
     """
     tips = design.tips
-    radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
+    relative_R = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))  # [mm]
     slopes = [_slope_under_tip(design, position) for position in tips.places_mm]
     farthest = 0.0
     forces_at_full_travel = press.table.F[:, -1]
     for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
         for force, slope in zip(forces, slopes, strict=True):
             if np.isfinite(force):
-                reach = contact_reach(force, E, design.fruit.poisson, radius, slope)
+                reach = contact_reach(force, E, design.fruit.poisson, relative_R, slope)
                 farthest = max(farthest, reach)
     steepest = math.degrees(math.atan(max(slopes)))
     towards = "across the sides of" if tips.socket == "none" else "under"
@@ -156,8 +161,9 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
 def _slope_under_tip(design: Design, position: Position) -> float:
     """Return the slope [1] of the fruit relative to a tip at `position` [mm], including the tilt and roll of the press.
 
-    A printed tip has a square face, so the result is the larger of the slopes across its two pairs of sides. For other
-    tips, it is the slope in the steepest direction.
+    The slope of the fruit and the tilt add up, whatever their signs, so the result is an upper bound. A printed tip has
+    a square face, so the result is the larger of the slopes across its two pairs of sides. For other tips, it is the
+    slope in the steepest direction.
     """
     radius, radius_across = design.fruit.radii_mm
     u, v = design.fruit.to_principal(position.x, position.y)
@@ -172,7 +178,7 @@ def _slope_under_tip(design: Design, position: Position) -> float:
 
 
 def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the largest bias of a reading [1].
+    """Return the verdict on the largest bias of a reading [1]. `reading` has its limit.
 
     The bias whose error bar extends farthest may belong to another pose, so it is compared with the limit too. If its
     bar reaches the limit, the verdict is undecided.
@@ -183,7 +189,7 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
         text += f": at {worst.E:.3g} MPa, {worst.worst}"
     limit = reading.bias_limit
     verdict = _verdict_over_poses("reading.bias", readings.bias, limit, text, readings.refused)
-    reach = readings.reach
+    reach = readings.reach  # the bias whose error bar extends farthest, with its error
     if reach is None or verdict.passed is False:
         return verdict
     reach_verdict = judge(verdict.name, reach, text, limit=limit)
@@ -198,16 +204,17 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
 def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the standard uncertainty of a reading [1], at the modulus at which it is worst.
 
-    The reference text names this modulus and the largest source of uncertainty.
+    The reference text names this modulus and the largest source of uncertainty. The limit is the limit at this modulus.
+    If no modulus can be read, it is the smallest limit in `reading`.
     """
     text = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
     if readings.moduli:
-        widest = readings.worst_uncertainty
-        sources = widest.sources.contributions
-        largest = list(sources)[first_largest(sources.values())]
-        text += f", at {widest.E:.3g} MPa; largest source: {largest}"
-        limit = widest.uncertainty_limit
+        worst = readings.worst_uncertainty
+        sources = worst.sources.contributions
+        largest_source = list(sources)[first_largest(sources.values())]
+        text += f", at {worst.E:.3g} MPa; largest source: {largest_source}"
+        limit = worst.uncertainty_limit
     return _verdict_over_poses("reading.uncertainty", readings.uncertainty, limit, text, readings.refused)
 
 
@@ -215,7 +222,7 @@ def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements
     """Return the verdict on the largest standard uncertainty of a spring stiffness after calibration on the bench [1].
 
     If the design gives this uncertainty, the bench is not used and the verdict passes. If the uncertainty is unknown,
-    there is no verdict.
+    there is no verdict. `_reading` is not needed, but all verdicts on readings have the same parameters.
     """
     name = "reading.calibration"
     errors = readings.calibration
@@ -269,8 +276,8 @@ def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
     limit = (design.reading or ReadingRequirements()).bias_limit
     if not math.isfinite(over_time.moves.value + over_time.moves.error):
         return judge(name, None, "a tip is off the fruit during the hold", limit=limit)
-    read_s = over_time.t[over_time.at]
-    steadiest = over_time.steadiest
+    read_s = over_time.t[over_time.at]  # time of the reading [s]
+    steadiest = over_time.steadiest  # the moment at which the reading changes least
     text = (
         f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
         f"{steadiest.moves_percent:.2g} %, at {steadiest.at_s:.3g} s"
