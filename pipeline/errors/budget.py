@@ -73,7 +73,8 @@ class LevelPress:
         P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset),
         where C is the compliance of the springs and S / E the compliance of the fruit.
         """
-        diagonal = []  # diagonal of E C + S [1/mm]; the other elements are the crosstalk
+        # diagonal of E C + S [1/mm]; the other elements are the crosstalk, which `own` excludes
+        diagonal = []
         for i, K in enumerate(self.K):
             changed_K = K * (1.0 + times * cause.springs[i])
             diagonal.append(self.E / changed_K + self.own[i] / (1.0 + times * cause.fruit[i]) + self.crosstalk)
@@ -104,6 +105,7 @@ def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
     """
     moduli = E[:, None]
     contacts = [pair.contact.at(modulus) for modulus in E.tolist()]
+    # The compliances of the fruit times E [1/mm]: between the two tips, and under each tip minus the crosstalk.
     crosstalk = np.array([contact.crosstalk for contact in contacts])
     own = np.array([np.diag(contact.S) for contact in contacts]).T - crosstalk  # (2, moduli)
     K_m = moduli * np.array([contact.K_m_over_E() for contact in contacts])[:, None]
@@ -254,9 +256,10 @@ def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> 
 
 
 def size_of(cause: Cause, change: Change) -> Floats:
-    """Return the relative change of results due to a cause [1].
+    """Return the relative change of results due to a cause [1], in the shape of the results.
 
-    An input acts in both directions, so its size has no sign. Usually it is half the difference of the two changes.
+    `change` computes it for a cause and a multiple of its size. An input acts in both directions, so its effect has no
+    sign. Usually it is half the difference of the two changes.
     """
     up = change(cause, 1.0)
     if not cause.scatters:

@@ -33,6 +33,7 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     """
     if pair.springs.housing is None:
         return None
+    # Only these causes scatter from print to print and change the springs.
     print_causes = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
     factors = _sampled_factors(print_causes)
     # All prints are evaluated at once: the last axis of this cause, usually the travel, is the sample.

@@ -124,22 +124,23 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
         reason = f"{reason}; FE root strain {bar} must be at most {limit:g}"
         passed = False if strain > limit or passed is False else None
     value = None if spring.K is None else printable.length_mm
-    between = f"{printable.shortest_mm:g} to {printable.longest_mm:g}"
-    return judge(printable.name, value, reason, limit=between, passed=passed)
+    length_range = f"{printable.shortest_mm:g} to {printable.longest_mm:g}"
+    return judge(printable.name, value, reason, limit=length_range, passed=passed)
 
 
 # Tips and skin
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return the verdict on whether the contact of a dome stays within its face, on every fruit at full travel.
+    """Return the verdict on whether each dome touches only within its face, at every modulus and full travel.
 
     Its value is the largest distance from the centre of the face to the edge of a contact [mm], by Hertz's law. It must
     be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.
     A tip out of contact has no contact edge, so it is skipped.
     """
     tips = design.tips
-    relative_R = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))  # [mm]
+    # relative radius of curvature [mm], with the smaller principal radius of the fruit
+    relative_R = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
     slopes = [_slope_under_tip(design, position) for position in tips.places_mm]
     farthest = 0.0
     forces_at_full_travel = press.table.F[:, -1]
@@ -185,8 +186,8 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
     """
     text = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:
-        worst = readings.worst_bias
-        text += f": at {worst.E:.3g} MPa, {worst.worst}"
+        accuracy = readings.worst_bias
+        text += f": at {accuracy.E:.3g} MPa, {accuracy.worst}"
     limit = reading.bias_limit
     verdict = _verdict_over_poses("reading.bias", readings.bias, limit, text, readings.refused)
     reach = readings.reach  # the bias whose error bar extends farthest, with its error
@@ -210,11 +211,11 @@ def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements)
     text = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
     if readings.moduli:
-        worst = readings.worst_uncertainty
-        sources = worst.sources.contributions
+        accuracy = readings.worst_uncertainty
+        sources = accuracy.sources.contributions
         largest_source = list(sources)[first_largest(sources.values())]
-        text += f", at {worst.E:.3g} MPa; largest source: {largest_source}"
-        limit = worst.uncertainty_limit
+        text += f", at {accuracy.E:.3g} MPa; largest source: {largest_source}"
+        limit = accuracy.uncertainty_limit
     return _verdict_over_poses("reading.uncertainty", readings.uncertainty, limit, text, readings.refused)
 
 
@@ -274,7 +275,8 @@ def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
     """
     name = "reading.relaxation"
     limit = (design.reading or ReadingRequirements()).bias_limit
-    if not math.isfinite(over_time.moves.value + over_time.moves.error):
+    largest_change = over_time.moves
+    if not math.isfinite(largest_change.value + largest_change.error):
         return judge(name, None, "a tip is off the fruit during the hold", limit=limit)
     read_s = over_time.t[over_time.at]  # time of the reading [s]
     steadiest = over_time.steadiest  # the moment at which the reading changes least
@@ -282,4 +284,4 @@ def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
         f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
         f"{steadiest.moves_percent:.2g} %, at {steadiest.at_s:.3g} s"
     )
-    return judge(name, over_time.moves, text, limit=limit)
+    return judge(name, largest_change, text, limit=limit)

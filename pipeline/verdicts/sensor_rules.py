@@ -41,7 +41,7 @@ Rule = Callable[["Sensor"], Verdict | None]
 def _reading_verdict(
     make_verdict: "Callable[[ReadingAccuracy, ReadingRequirements], Verdict | None]", sensor: "Sensor"
 ) -> Verdict | None:
-    """Judge the readings of a sensor with `make_verdict`. A design without readings has no such verdict."""
+    """Return the verdict of `make_verdict` on the readings of a sensor, or None for a design without readings."""
     reading = sensor.design.reading
     readings = None if reading is None else sensor.readings
     return None if reading is None or readings is None else make_verdict(readings, reading)
@@ -50,10 +50,10 @@ def _reading_verdict(
 def _ratio_verdict(
     name: str, make_verdict: Callable[[Estimate | None, Targets, str], Verdict], sensor: "Sensor"
 ) -> Verdict | None:
-    """Judge P_max or NL, whose name is `name`, with `make_verdict`.
+    """Return the verdict of `make_verdict` on P_max or NL, which `name` selects, or None if it does not apply.
 
-    A design with readings, or without targets, has no such verdict. The verdict is undecided if the stiffnesses of the
-    springs are unknown because they could not be made.
+    It does not apply to a design with readings or without targets. The verdict is undecided if the stiffnesses of the
+    springs are unknown, because the springs could not be made.
     """
     targets = sensor.design.targets
     if targets is None or sensor.design.reading is not None:

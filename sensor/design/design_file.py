@@ -50,7 +50,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
         raise validation_error("name", name, "", "text", "choose a name that can be part of a file name")
     tables = {table: table_as_record(table, data[table]) for table in TABLE_TYPES if table in data}
     if "readout" in data:
-        refuse_typed_noise(data.get("reading"))
+        refuse_given_noise(data.get("reading"))
     if "printer" in data:
         tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
     if "springs" in tables and tables["springs"].given:
@@ -61,7 +61,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
 _NOISE_KEYS = ("noise_percent", "noise_N")
 
 
-def refuse_typed_noise(reading: object) -> None:
+def refuse_given_noise(reading: object) -> None:
     """Raise InputError if the table [reading] gives a noise although the design has [readout].
 
     The noise of such a design is computed, so it must not be given.
@@ -89,14 +89,14 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
     if not isinstance(values, Mapping):
         raise not_a_table(table, values)
     record_type = TABLE_TYPES[table]
-    known = [item.name for item in dataclasses.fields(record_type)]
+    known_keys = [item.name for item in dataclasses.fields(record_type)]
     # Keys of earlier versions are dropped if they had no effect, and refused otherwise.
-    values = drop_ineffective_keys(table, values)
-    refuse_gone(*(f"{table}.{key}" for key in values))
-    for key in values:
-        if key not in known:
-            raise unknown_name("key", f"{table}.{key}", known, key)
-    return record_type(**{key: _freeze(value) for key, value in values.items()})
+    effective_values = drop_ineffective_keys(table, values)
+    refuse_gone(*(f"{table}.{key}" for key in effective_values))
+    for key in effective_values:
+        if key not in known_keys:
+            raise unknown_name("key", f"{table}.{key}", known_keys, key)
+    return record_type(**{key: _freeze(value) for key, value in effective_values.items()})
 
 
 def _freeze(value: object) -> object:

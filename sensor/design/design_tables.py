@@ -17,7 +17,7 @@ from sensor.design.design_file import (
     every_key,
     not_a_table,
     parse_setting,
-    refuse_typed_noise,
+    refuse_given_noise,
     table_as_record,
 )
 from sensor.design.parameters import TABLES, Design
@@ -104,7 +104,7 @@ class DesignTables:
         return self._with_other_processes(tables, settings)
 
     def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
-        """Return `tables`, which are already changed, with the custom processes that `settings` select.
+        """Return `tables`, to which `settings` have been applied, with the custom processes that `settings` select.
 
         These are the processes of the process file, or none without a process file. The selection of a process is
         dropped if the process belongs to a process file that is no longer used.
@@ -131,7 +131,7 @@ class DesignTables:
         """
         new = self.changed(settings) if settings else self
         if "readout" in new.tables:
-            refuse_typed_noise(new.tables.get("reading"))
+            refuse_given_noise(new.tables.get("reading"))
         data = {**new.tables}
         # Unchanged tables have been checked already, so their records are used again.
         for table, record in self._records.items():
@@ -168,7 +168,7 @@ class DesignTables:
         if self.own and process not in [*PROCESSES]:  # a list, because an invalid name may not be hashable
             bound = f"one of {', '.join([*self.own, *PROCESSES])}"
             raise validation_error(_PROCESS, process, "", bound, "choose one of these names")
-        for key, value in settings.items():
+        for key, value in settings.items():  # only the first setting is reported
             name = f"printer.{key}"
             bound = "left out for a built-in process"
             raise validation_error(name, value, "", bound, "set print.E_MPa, or define your own process")

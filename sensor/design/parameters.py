@@ -279,8 +279,8 @@ class Design:
     def _check_leaf_thicknesses(self) -> None:
         """Raise InputError for a leaf thickness that the process cannot print.
 
-        It must be a whole number of printed lines, thick enough to be printed accurately, and thin enough to leave a
-        gap between the two leaves.
+        A thickness must be a whole number of printed lines, if the process prints lines. It must be large enough to be
+        printed accurately, and small enough to leave a gap between the two leaves.
         """
         process = self._process_as_listed
         line = process.line_width_mm
@@ -352,22 +352,22 @@ class Design:
         """
         fruit = self.fruit
         reading = self.reading
-        unused = {}  # for each key without effect, the reason and a hint
+        ineffective = {}  # for each key without effect, the reason and a hint
         if fruit.skin_mm is None:
-            unused["fruit.skin_poisson"] = ("without fruit.skin_mm", "drop it, or give a skin")
+            ineffective["fruit.skin_poisson"] = ("without fruit.skin_mm", "drop it, or give a skin")
         if fruit.thickness_mm is not None:
-            unused["fruit.height_mm"] = ("because fruit.thickness_mm replaces it", "drop one of the two")
+            ineffective["fruit.height_mm"] = ("because fruit.thickness_mm replaces it", "drop one of the two")
         if reading is not None:
             hint = "reading.tilt_deg bounds the tilt of a press"
-            unused["press.tilt_spread_deg"] = ("if the design has [reading]", hint)
+            ineffective["press.tilt_spread_deg"] = ("if the design has [reading]", hint)
             if fruit.radius_mm is None:
-                unused["reading.radius_spread"] = ("for fruit.shape = 'block'", "a flat fruit has no radius")
+                ineffective["reading.radius_spread"] = ("for fruit.shape = 'block'", "a flat fruit has no radius")
             elif reading.radius_mm is not None:
-                unused["reading.radius_spread"] = ("if reading.radius_mm is given", "drop one of the two")
+                ineffective["reading.radius_spread"] = ("if reading.radius_mm is given", "drop one of the two")
         if not self.tips.tip_layout.has_housing:
             reason = f"for tips.layout = {self.tips.layout!r}, which has no housing"
-            unused |= dict.fromkeys(_HOUSING_KEYS, (reason, "drop it, or choose another layout"))
-        for name, (reason, hint) in unused.items():
+            ineffective |= dict.fromkeys(_HOUSING_KEYS, (reason, "drop it, or choose another layout"))
+        for name, (reason, hint) in ineffective.items():
             table, _, key = name.partition(".")
             record = getattr(self, table)
             declared = record.__dataclass_fields__[key]

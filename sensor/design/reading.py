@@ -223,9 +223,9 @@ class ReadingRequirements:
         limits = self.uncertainty_limit
         if not isinstance(limits, tuple):
             return limits
-        rows = sorted(zip(moduli, limits, strict=True))
-        upper = bisect.bisect_left(rows, (E, 0.0))  # index of the first modulus that is at least E
-        if upper in (0, len(rows)):
-            return rows[min(upper, len(rows) - 1)][1]
-        (E_low, limit_low), (E_high, limit_high) = rows[upper - 1 : upper + 1]
+        points = sorted(zip(moduli, limits, strict=True))
+        upper = bisect.bisect_left(points, (E, 0.0))  # index of the first modulus that is at least E
+        if upper in (0, len(points)):  # E is not between two moduli
+            return points[min(upper, len(points) - 1)][1]
+        (E_low, limit_low), (E_high, limit_high) = points[upper - 1 : upper + 1]
         return limit_low + (limit_high - limit_low) * math.log(E / E_low) / math.log(E_high / E_low)

@@ -287,6 +287,7 @@ def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     """
     hint = "move the tips closer together, or choose a larger fruit"
     layout = tips.tip_layout
+    # The fruit is centred on the apex, so an offset of the tips takes up length on both sides.
     available_length = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
     max_spacing = available_length / layout.length
     if tips.spacing_mm > max_spacing:

@@ -74,7 +74,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sensor.arrays import Floats, rows_of
+from sensor.arrays import Flags, Floats, Ints, rows_of
 from sensor.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
 from sensor.theory.dome_form import effective_cap_height
 from sensor.theory.hertz import hertz_factor
@@ -141,8 +141,9 @@ class RollingDomes:
     def saddle(self, offset: float) -> float:
         """Return the saddle k_xy of the skin [1/mm] at which the gaps have the contrast `offset` [mm].
 
-        Domes that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root
-        that vanishes for g = 0 is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)). This form has no cancellation.
+        Domes of radius r that roll on a skin with the mean curvature H and a saddle have the gaps g x y, with
+        g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root that vanishes for g = 0 is
+        k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)). This form has no cancellation.
         """
         gap_per_xy = offset / self.contrast_of_xy  # g [1/mm]
         return (
@@ -316,13 +317,9 @@ def rise_of(
     samples before it if they go deeper. Samples after the deepest one are not used, because the flesh may have yielded.
     If no sample can be used, the result has no samples.
     """
-    index = np.arange(len(forces))
     total = forces[:, :tips].sum(axis=1)
-    # for each sample, the index of the last sample until then in which a tip is out of contact, or -1
-    last_lift = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, index))
-    # for each sample, the first sample since the last lift before it
-    touch_start = np.concatenate([[0], last_lift[:-1] + 1])[: len(forces)]
-    is_usable = (index - touch_start >= lag) & (forces > 0.0).all(axis=1)
+    touch_start = _touch_starts(np.asarray((forces > least_forces).all(axis=1)))
+    is_usable = (np.arange(len(forces)) - touch_start >= lag) & (forces > 0.0).all(axis=1)
     if not is_usable.any():
         no_samples = forces[:0]
         return Rise(instrument=no_samples[:, 0], forces=no_samples, rates=no_samples, touch=0.0, largest=0.0)
@@ -338,6 +335,16 @@ def rise_of(
         touch=float(total[begin]),
         largest=float(total[deepest]),
     )
+
+
+def _touch_starts(all_touch: Flags) -> Ints:
+    """Return, for each sample, the index of the first sample since a tip was last out of contact before it.
+
+    `all_touch` (samples,) is true in samples in which all tips are in contact.
+    """
+    # for each sample, the index of the last sample until then in which a tip is out of contact, or -1
+    last_lift = np.maximum.accumulate(np.where(all_touch, -1, np.arange(len(all_touch))))
+    return np.concatenate([[0], last_lift[:-1] + 1])[: len(all_touch)]
 
 
 def _rates(forces: Floats, t: Floats | None, rows: slice) -> Floats:
@@ -442,10 +449,11 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
     _refuse_few_samples(rise)
     if whole:
         _refuse_short_rise(rise, noises)
-    E, offset, S_offset = _solve(law, rise.moments)
+    E, offset, S_offset = _solve_press(law, rise.moments)
     tips = len(noises)
     linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
-    # The noise of a force gives G the standard deviation |c_t| sigma_t sqrt(sum (u - mean u)^2).
+    # With c the derivative of the law with respect to a force, noise of the standard deviation sigma in this force
+    # gives the co-moment with the instrument u the standard deviation |c| sigma sqrt(sum (u - mean u)^2).
     noise_per_force = (
         np.abs(linearised.sum_per_tip(linearised.per_force)) * math.sqrt(rise.spread) / abs(linearised.per_log_E[0])
     )
@@ -471,7 +479,7 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
     """Return the modulus [MPa] of a press without noise. Raises RiseError like `read_rise`."""
     _refuse_few_samples(rise)
     _refuse_short_rise(rise, np.zeros(1))
-    return _solve(law, rise.moments).E
+    return _solve_press(law, rise.moments).E
 
 
 def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
@@ -482,7 +490,7 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     touches, so a height is an offset. Raises RiseError if there are too few samples, or if no modulus fits.
     """
     _refuse_few_samples(rise)
-    E, offset, S_offset = _solve(law, rise.moments)
+    E, offset, S_offset = _solve_press(law, rise.moments)
     tips = rise.forces.shape[1]
     linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
     weights = law.contrast.arrays[0]
@@ -500,11 +508,12 @@ def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequen
     """Return the sensitivity of the modulus of a press to form errors that all domes have in common.
 
     The first entry [1] of the result is the change of ln E per relative change of the dome radius. The other entries
-    [1/mm] are its changes per height of a cap at the apex, one for each of the `cap_radii` [mm]. `domes` are the domes
-    of the law, on a half-space. Raises RiseError if there are too few samples, or if no modulus fits.
+    [1/mm] are its changes per height of a cap, one for each of the `cap_radii` [mm]. A cap is the material that is
+    missing or added at a flat or pointed apex. `domes` are the domes of the law, on a half-space. Raises RiseError if
+    there are too few samples, or if no modulus fits.
     """
     _refuse_few_samples(rise)
-    E, offset, S_offset = _solve(law, rise.moments)
+    E, offset, S_offset = _solve_press(law, rise.moments)
     tips = rise.forces.shape[1]
     linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
     relative = domes.relative_radius
@@ -533,7 +542,7 @@ def moduli_without(law: RiseLaw, rise: Rise, window: int = 1) -> Iterator[float]
         return
     for first in range(count - window + 1):
         try:
-            yield _solve(law, rise.without(first, window).moments).E
+            yield _solve_press(law, rise.without(first, window).moments).E
         except RiseError:
             yield math.nan
 
@@ -547,16 +556,21 @@ def _refuse_few_samples(rise: Rise) -> None:
 
 
 def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
+    """Raise RiseError if the last tip touches too late, or if the rise of the total force is hidden by noise.
+
+    `noises` [N] are the standard deviations of the forces.
+    """
     touch = rise.touch / rise.largest
     if touch > LARGEST_TOUCH_FORCE:
         message = f"The last tip touches at {touch:.2g} of the largest total force, above {LARGEST_TOUCH_FORCE:g}."
         raise RiseError("no_rise", f"{message} Press farther, or more level.")
     # Standard deviation of a linear rise between these forces: its range divided by sqrt(12). It ignores a hold at the
     # end, which adds no information.
-    rises = (rise.largest - rise.touch) / math.sqrt(12.0)
-    least = LEAST_RISE * float(np.linalg.norm(noises))
-    if not rises > least:
-        message = f"The total force rises by {rises:.2g} N, which must be above five times its noise, {least:.2g} N."
+    deviation = (rise.largest - rise.touch) / math.sqrt(12.0)
+    least_deviation = LEAST_RISE * float(np.linalg.norm(noises))
+    if not deviation > least_deviation:
+        bound = f"five times its noise, {least_deviation:.2g} N"
+        message = f"The total force rises by {deviation:.2g} N, which must be above {bound}."
         raise RiseError("no_rise", f"{message} Press farther.")
 
 
@@ -571,7 +585,7 @@ class _Solution(NamedTuple):
     S_offset: float
 
 
-def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
+def _solve_press(law: RiseLaw, moments: _Moments) -> _Solution:
     """Solve the two equations of a press for the modulus E and the offset gamma.
 
     With z = E^(-1/3), the co-moments with the instrument determine z, and the means then determine the offset:
@@ -687,6 +701,7 @@ class _LinearisedLaw:
         gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * two_thirds)
         spring_slopes = self._weights @ self._C
         springs = self.sum_per_tip(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
+        # A zero error is the same in all samples. It changes the co-moment only because the Hertzian slope varies.
         zeros = self.sum_per_tip(self._hertz_slope * self._inverse_roots[0])
         return RiseSlopes(
             noise=_numbers(noise_per_force),

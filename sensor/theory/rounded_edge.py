@@ -25,11 +25,11 @@ def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
     `depth`, an array of any shape, the `side` of the tip and the `radius` of its edge are in mm. The loss is
     2 radius / side at first contact and decreases with depth; it is 0 for a sharp edge. The radius is at most side / 2.
     """
-    relative_depth = np.asarray(2.0 / side * depth, dtype=np.float64)
+    relative_depth = np.asarray(2.0 / side * depth, dtype=np.float64)  # [half sides]
     if radius <= 0.0:
         return np.zeros_like(relative_depth)
     depths, losses = _loss_curve(min(1.0, 2.0 * radius / side))
-    loss_at_touch = np.full_like(relative_depth, losses[1] / depths[1])
+    loss_at_touch = np.full_like(relative_depth, losses[1] / depths[1])  # at depth 0, where 0 / 0 is undefined
     loss = np.interp(relative_depth, depths, losses)
     return np.divide(loss, relative_depth, out=loss_at_touch, where=relative_depth > 0.0)
 

@@ -223,8 +223,9 @@ class _PointsOfLine(NamedTuple):
         )
 
     def suspect(self) -> Outlier | None:
-        """Return the row whose removal reduces the scatter most, or None if no line can be fitted without it.
+        """Return the row whose removal reduces the scatter most, or None if no row can be removed.
 
+        A row can be removed if the other rows span at least a tenth of the range of x, and if they are at least three.
         The line without each row is computed from the leverages of the single fit: R. D. Cook, S. Weisberg, Residuals
         and Influence in Regression, 1982, 2.2.2.
         """
@@ -233,6 +234,7 @@ class _PointsOfLine(NamedTuple):
         is_removable = [float(np.ptp(np.delete(self.x, row))) >= _MIN_WIDTH * self.span for row in rows]
         if degrees_of_freedom < 1 or not any(is_removable):
             return None
+        # It is replaced by 1 for a row that cannot be removed, because it may then be 0.
         one_less_leverage = np.where(is_removable, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
         deleted_residuals = self.residuals / one_less_leverage  # distance of each row from the line through the others
         decreases = self.residuals * deleted_residuals  # decrease of the sum of squares if a row is removed

@@ -182,7 +182,7 @@ def nonlinearity(
     if stiffening:
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
         return curve_nonlinearity(P, curve_shares(len(P) - 1), definition)
-    K_h = springs.K_h / stiffness_ratio  # the spring that gives the same P, divided by the ratio, on an equal fruit
+    K_h = springs.K_h / stiffness_ratio  # with this K_h, the equations for equal stiffness under the two tips hold
     K_m = 0.5 * K_m_max
     if definition == "largest":
         K_m = stiffness_at_largest_nonlinearity(K_h, K_m_max)
@@ -270,7 +270,7 @@ def size_springs(
     >>> round(springs.K_l, 3), round(springs.K_h, 2)
     (0.906, 20.83)
     """
-    ratio = P_max / stiffness_ratio
+    ratio = P_max / stiffness_ratio  # force ratio for equal stiffness under the two tips
     if not (ratio > 1.0 and 0.0 < NL < _NL_LIMIT and 0.0 < K_m_max < math.inf):
         bound = f"P_max > {stiffness_ratio:g}, 0 < NL < 0.5, K_m_max > 0"
         msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm must be {bound}. Check the targets."
