@@ -70,8 +70,8 @@ class LevelPress:
     def ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
         """Return the force ratio P [1], (moduli, travels), if a `cause` acts at a multiple, `times`, of its size.
 
-        P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset),
-        where C is the compliance of the springs and S / E the compliance of the fruit.
+        P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset). C is
+        the compliance of the springs, and S / E the compliance of the fruit.
         """
         # diagonal of E C + S [1/mm]; the other elements are the crosstalk, which `own` excludes
         diagonal = []

@@ -43,9 +43,9 @@ FOOT_HIGH_MM = 0.2  # height of the first layer, which is wider by FOOT_MM on ea
 # 0.6 % for K = 17.3 N/mm, at E = 2000 MPa and w = 6 mm. This holds for plastic leaves. With long steel leaves the frame
 # contributes 6 to 7 times as much, which is 0.005 % and 0.04 %. See tests/reference/fits/test_housing.py.
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
-# Largest relative change of the low and of the high spring due to another mount, over presets, processes and mounts,
-# with a margin of a quarter: docs/measurements.md#other-mounts. The low spring becomes softer and the high spring
-# stiffer, because this changes P most.
+# Largest relative change of the low and of the high spring due to another mount, with a margin of a quarter. It covers
+# all presets, processes and mounts: docs/measurements.md#other-mounts. The low spring becomes softer and the high
+# spring stiffer, because this changes P most.
 LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
 POSE = "pose"  # name of the cause whose effect is solved in tilted scenes
 CALIBRATED = 0.01  # relative error of each stiffness after the calibration of a printed unit with weights

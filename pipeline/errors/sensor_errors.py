@@ -62,7 +62,7 @@ def sensor_errors(
 
     `reached` are P_max and NL in the scene of the design, and `press` are the solutions of this scene. The scatter is
     computed only if `options` request files for fabrication. For a sensor with `readings`, the bands of the table show
-    their uncertainty, and there is neither a budget of the force ratio nor a scatter.
+    their uncertainty. Its force ratio has no budget, and its scatter is not computed.
     """
     pair = sensor.pair  # two springs represent all springs of the sensor
     if readings is not None:
@@ -98,8 +98,8 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
     """Return the smallest and the largest modulus [MPa] that may cause each P of a curve, (moduli, travels, 2).
 
     `law` is the two-spring law of the pair. `errors` (moduli, travels) [1] are the relative errors of P. The band is
-    nan for an unknown P, at a travel at which P does not increase with the modulus, and for the first modulus, which is
-    nearly zero.
+    nan for an unknown P, and for the first modulus, which is nearly zero. It is also nan at a travel at which P does
+    not increase with the modulus.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):

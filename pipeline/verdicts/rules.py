@@ -47,8 +47,8 @@ def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdic
 def displacement_verdict(table: SensorResponse) -> Verdict:
     """Return the verdict on the relative variation of P over the travel [1], at the modulus with the largest variation.
 
-    If the contact was solved on cells, the error of the variation is twice the error of P, because it is a difference
-    of two P. A closed form has no error. The verdict fails if, at some modulus, fewer than two travels have a P.
+    The variation is a difference of two P. If the contact was solved on cells, its error is therefore twice the error
+    of P. A closed form has no error. The verdict fails if, at some modulus, fewer than two travels have a P.
     """
     name = "P_displacement_independent"
     largest_variation = 0.0

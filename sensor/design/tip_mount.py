@@ -26,8 +26,9 @@ class TipMount(NamedTuple):
 def tip_mount(design: Design, process: Process) -> TipMount:
     """Return the printed end of a shuttle: a tip, or a foot with a pocket for a pin.
 
-    Half the side of a foot is a wall plus a full side of the pocket, because the gable of the pocket ends a full side
-    above its centre. The sides are rounded to 0.001 mm. Raises InputError if there is no gap between the feet.
+    Half the side of a foot is a wall plus a full side of the pocket. The reason is the gable of the pocket, which ends
+    a full side above its centre. The sides are rounded to 0.001 mm. Raises InputError if there is no gap between the
+    feet.
     """
     tips = design.tips
     if tips.socket == "none":

@@ -25,7 +25,7 @@ class Tips(ShapeKeys):
     """The rigid tips on their springs. `side_mm` is the side of a square tip, or the diameter of a round tip.
 
     A pair lies on the length axis of the fruit, with the low spring first. A line has three tips in a row, `spacing_mm`
-    apart, with low and high springs in the order of `order`; its outer tips protrude by `outer_mm`. A square has four
+    apart, with low and high springs in the order of `order`. Its outer tips protrude by `outer_mm`. A square has four
     tips at (+-spacing / 2, +-spacing / 2), with springs of one kind on each diagonal. The keys of each shape are
     declared in `sensor/tips`. Tips are printed with the housing. With the socket "pin", they are ground steel pins that
     are glued into it.

@@ -137,8 +137,8 @@ class ContrastTerms(NamedTuple):
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
     """Return the terms of the contrast for the forces F [N] of all tips.
 
-    They are w.(C F + gaps), h w.F^(2/3) and w.(S F), with the weights w, the compliances C and S, and the Hertzian
-    constant h of the law. Raises ReadingError unless there is one force per tip, and all forces are above 0 and finite.
+    They are w.(C F + gaps), h w.F^(2/3) and w.(S F). The law has the weights w, the compliances C and S, and the
+    Hertzian constant h. Raises ReadingError unless there is one force per tip, and all forces are above 0 and finite.
     """
     if len(forces) != len(law.weights):
         msg = f"Got {len(forces)} forces for {len(law.weights)} tips. Check the channels of the sensor."
@@ -183,9 +183,9 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     Let g(F, E) be the contrast [mm]. A change dg at constant E changes ln E by dg / (-E dg/dE). For a force, dg follows
     from
 
-        dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E ,
+        dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E .
 
-    with the weights w, the compliances C and S, and the Hertzian constant h of the law.
+    The law has the weights w, the compliances C and S, and the Hertzian constant h.
     """
     _, hertz_term, flesh_term = contrast_terms(law, forces)
     E_power = E ** (-2.0 / 3.0)

@@ -5,9 +5,9 @@
     a + b z^2 + d z^3 + gamma = 0,    a = w.(C F),  b = h w.F^(2/3),  d = w.(S F),  z = E^(-1/3),
 
 with weights w that cancel any travel and any tilt. The offset gamma [mm] is the contrast of the gaps under the tips. It
-contains everything that the sensor cannot know: the saddle of the skin, errors in the heights and positions of the
-tips, and the way they are mounted. It is unknown, but it is the same in all samples of one press. A reading from the
-forces at a single moment has to assume that gamma is known.
+contains everything that the sensor cannot measure: the saddle of the skin, and errors in the heights, the positions and
+the mounting of the tips. It is unknown, but it is the same in all samples of one press. A reading from the forces at a
+single moment has to assume that gamma is known.
 
 **A pair.** The weights (-1, 1) of a pair cancel only the travel, so its tilt must not change during the press. Its
 gamma is the travel of the low tip minus the travel of the high tip. For flat tips b = 0, and a plotted against d is a
@@ -41,8 +41,8 @@ sample has the variance
 The true forces are unknown. So a sample contains information on z and gamma only in its residual r, which is the left
 side of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, where the mean is
 weighted by 1 / s^2. Its inverse is the Cramer-Rao bound on the variance of z. If s is constant, an instrument u gives
-the variance s^2 var(u) / n / (dG/dz)^2. By the Cauchy-Schwarz inequality this variance is smallest for u = q / s^2, and
-it is larger by a factor of 1 / corr(u, q)^2 for any other u. Both q and the total force rise during a press, and their
+the variance s^2 var(u) / n / (dG/dz)^2. By the Cauchy-Schwarz inequality, this variance is smallest for u = q / s^2.
+For any other u, it is larger by a factor of 1 / corr(u, q)^2. Both q and the total force rise during a press, and their
 correlation is above 0.98. So the total force comes within a few per cent of the bound.
 
 **Sensitivity.** A cause that changes the law by dG changes ln E by 3 dG / (z dG/dz). For an error that is the same in
@@ -141,8 +141,8 @@ class RollingDomes:
     def saddle(self, offset: float) -> float:
         """Return the saddle k_xy of the skin [1/mm] at which the gaps have the contrast `offset` [mm].
 
-        Domes of radius r that roll on a skin with the mean curvature H and a saddle have the gaps g x y, with
-        g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root that vanishes for g = 0 is
+        Domes of radius r that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2). Here c is
+        1 + r H, with the mean curvature H of the skin. The root that vanishes for g = 0 is
         k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)). This form has no cancellation.
         """
         gap_per_xy = offset / self.contrast_of_xy  # g [1/mm]
@@ -232,7 +232,7 @@ class RiseLaw:
 
         The first n channels are the measured forces, which bend the springs. The last n channels are the forces with
         which elastic flesh would resist the same indentation; they determine the modulus. So the springs act on the
-        first n columns, the flesh acts on the last n, and only the last n rows have a weight in the contrast.
+        first n columns, and the flesh acts on the last n. Only the last n rows have a weight in the contrast.
         """
         law = self.contrast
         _, C, S = law.arrays
@@ -310,8 +310,8 @@ def rise_of(
     the instrument. The same number of channels derived from these forces may follow (`RiseLaw.over_time`). The
     instrument of a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to a
     common time. A sample is used if its own forces are above 0, and if all forces of the `lag` samples before it exceed
-    `least_forces` (channels,) [N], a multiple of their noise. The times `t` (samples,) [s] determine the rates, which
-    are 0 without them.
+    `least_forces`. These limits (channels,) [N] are a multiple of the noise. The times `t` (samples,) [s] determine the
+    rates, which are 0 without them.
 
     A press ends when a tip lifts off. The samples after a lift have a different offset. They are used instead of the
     samples before it if they go deeper. Samples after the deepest one are not used, because the flesh may have yielded.
@@ -443,8 +443,8 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
 
     `noises` (tips,) [N] are the standard deviations of the forces, whose noise is independent from sample to sample. If
     `whole` is true, the press must rise far enough after the touch of its last tip. Pass False for a part of a press,
-    whose small rise shows in its uncertainty. Raises RiseError if there are too few samples, if the rise is too small,
-    if no modulus fits, or if noise makes the modulus too uncertain.
+    whose small rise shows in its uncertainty. Raises RiseError if there are too few samples, the rise is too small, no
+    modulus fits, or noise makes the modulus too uncertain.
     """
     _refuse_few_samples(rise)
     if whole:
@@ -452,8 +452,8 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
     E, offset, S_offset = _solve_press(law, rise.moments)
     tips = len(noises)
     linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
-    # With c the derivative of the law with respect to a force, noise of the standard deviation sigma in this force
-    # gives the co-moment with the instrument u the standard deviation |c| sigma sqrt(sum (u - mean u)^2).
+    # Let c be the derivative of the law with respect to a force, and u the instrument. If the force has noise with the
+    # standard deviation sigma, the co-moment has the standard deviation |c| sigma sqrt(sum (u - mean u)^2).
     noise_per_force = (
         np.abs(linearised.sum_per_tip(linearised.per_force)) * math.sqrt(rise.spread) / abs(linearised.per_log_E[0])
     )
@@ -677,8 +677,8 @@ class _LinearisedLaw:
         The causes add `comoment_change` dG and `mean_change` dM to the law. A zero error shifts the offset by up to 4
         mm per newton; errors of gains and spring stiffnesses shift it less. The law attributes the offset to a saddle
         of the skin, which changes S, and S changes the modulus. Let f be the change of the co-moment per change of the
-        mean that is attributed to a saddle. Then ln E changes by (dG - f dM) / (g - f m), where g and m are the
-        derivatives of the co-moment and of the mean with respect to -ln E.
+        mean that is attributed to a saddle. Let g and m be the derivatives of the co-moment and of the mean with
+        respect to -ln E. Then ln E changes by (dG - f dM) / (g - f m).
         """
         # The offset adds itself to the mean, and it changes both moments through S.
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
@@ -723,11 +723,11 @@ class _LinearisedLaw:
         """Return the slopes of ln E for gains or springs whose relative error e_0 + k F changes with the force.
 
         The force error is then e_0 F + k F^2 / 2. `constant_error` (2, tips) is the change of the law caused by a
-        constant relative error of 1. c = `per_force` (channels,) [mm/N] is the derivative of the law with respect to a
+        constant relative error of 1. `per_force` (channels,) [mm/N] is c, the derivative of the law with respect to a
         force. `F` and `squares` (2, channels) are the co-moments and means of the forces [N] and of their squares.
         """
-        # In the co-moments, an error k F^2 / 2 acts like a constant relative error of k times the force F*, with
-        # F* = cov(u, F^2) / (2 cov(u, F)). It adds c k F^2 / 2 to the mean.
+        # In the co-moments, an error k F^2 / 2 acts like a constant relative error k F*. The force F* is
+        # cov(u, F^2) / (2 cov(u, F)). In the mean, the error adds c k F^2 / 2.
         measured = slice(self._tips)  # the channels of the measured forces come first
         force_comoment = F[0, measured]
         square_comoment = squares[0, measured]

@@ -25,10 +25,10 @@ class Memory:
     def step(self, seconds: Floats) -> tuple[Floats, Floats]:
         """Return `fresh` and `lost` in F = fresh n - lost, the forces of the flesh [N] at the end of a step.
 
-        Here n are the elastic forces [N] at the end of the step, which need not be known yet; pass them to `keep` when
-        they are. `fresh` [1], (presses, 1), is the part of them that has not relaxed. `lost` [N], (presses, tips) or
-        (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the duration of the step. Elastic
-        forces are linear in time during a step, so each arm is integrated exactly.
+        Here n are the elastic forces [N] at the end of the step. They need not be known yet; pass them to `keep` as
+        soon as they are. `fresh` [1], (presses, 1), is the part of them that has not relaxed. `lost` [N], (presses,
+        tips) or (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the duration of the step.
+        Elastic forces are linear in time during a step, so each arm is integrated exactly.
         """
         duration = (seconds / self._times)[..., None]  # relative to the time constant of each arm [1]
         decay = np.exp(-duration)

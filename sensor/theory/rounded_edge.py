@@ -47,8 +47,8 @@ def _loss_curve(edge: float) -> tuple[Floats, Floats]:
     midpoints = sines[:-1, None] + steps[:, None] * _MIDPOINTS
     depth_integrals = np.cumsum(edge * steps * _depth_of_contact(edge, midpoints).mean(axis=1))
     depths = _depth_of_contact(edge, sines[1:])
-    # The force is 2 E* (depth b - integral of the depth from a to b), with a the radius of the flat face and b the
-    # contact radius. Here it is divided by 2 E*, so that the force of a sharp tip, for which b = 1, equals its depth.
+    # The flat face has the radius a, and the contact the radius b. The force is 2 E* (depth b - integral of the depth
+    # from a to b). Here it is divided by 2 E*, so that the force of a sharp tip, for which b = 1, equals its depth.
     losses = edge * (1.0 - sines[1:]) * depths + depth_integrals
     return np.append(0.0, depths), np.append(0.0, losses)
 
@@ -56,9 +56,8 @@ def _loss_curve(edge: float) -> tuple[Floats, Floats]:
 def _depth_of_contact(edge: float, sine: Floats) -> Floats:
     """Return the depth [half sides] at which the contact extends up to the edge angle with this sine.
 
-    `edge` is the radius of the edge [half sides], and `sine` has any shape. By Sneddon, the depth is t times the
-    integral of g' / sqrt(t^2 - r^2) over the radius r, where t is the radius of the contact and g the profile of the
-    tip.
+    `edge` is the radius of the edge [half sides], and `sine` has any shape. Let t be the radius of the contact, and g
+    the profile of the tip. By Sneddon, the depth is t times the integral of g' / sqrt(t^2 - r^2) over the radius r.
     """
     angle = np.arcsin(sine)
     t = 1.0 - edge + edge * sine

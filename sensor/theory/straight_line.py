@@ -118,10 +118,10 @@ class Line:
 def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | None = None) -> Line:
     """Fit a straight line to `values` (n,) against `x` (n,) by least squares, and test it for curvature and an outlier.
 
-    There must be at least `FEWEST` points, with at least two different x. The standard error of the slope includes the
-    scatter of the points, and the rounding of each value to its entry of `resolutions` (n,) [unit of the values]. If
-    the points lie on a curve, the scatter is measured about a parabola, and the standard error covers the slope at both
-    ends of the line.
+    There must be at least `FEWEST` points, with at least two different x. `resolutions` (n,) are the resolutions to
+    which the values are rounded. The standard error of the slope includes the scatter of the points and this rounding.
+    If the points lie on a curve, the scatter is measured about a parabola. The standard error then covers the slope at
+    both ends of the line.
 
     A parabola is fitted only if there are at least three different `levels` (n,) [unit of x]. These are the nominal
     values of x, by default x itself. The standard error uses the finest resolution, because a coarser rounding appears
@@ -225,7 +225,7 @@ class _PointsOfLine(NamedTuple):
     def suspect(self) -> Outlier | None:
         """Return the row whose removal reduces the scatter most, or None if no row can be removed.
 
-        A row can be removed if the other rows span at least a tenth of the range of x, and if they are at least three.
+        At least three rows must remain, and they must span at least a tenth of the range of x.
         The line without each row is computed from the leverages of the single fit: R. D. Cook, S. Weisberg, Residuals
         and Influence in Regression, 1982, 2.2.2.
         """

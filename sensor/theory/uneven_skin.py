@@ -1,7 +1,8 @@
 """The displacement of a dome by the waves of an uneven skin, as a function of the contact radius.
 
-To first order, small heights h(x, y) of the skin change the force F of a dome at a given approach in proportion to a
-weighted mean of h over the contact. The weight is the pressure p_0 of a flat punch with the contact radius a:
+Small heights h(x, y) of the skin change the force F of a dome at a given approach. To first order, the change is
+proportional to a weighted mean of h over the contact. The weight is the pressure p_0 of a flat punch with the contact
+radius a:
 
     dF = dF/d(approach) * integral of h p_0,    p_0 = 1 / (2 pi a sqrt(a^2 - r^2)),    integral of p_0 = 1.
 
@@ -14,7 +15,7 @@ So the effective height under a dome changes while its contact grows. A constant
 not affect a press, but a changing height is mistaken for a rise of the contrast. Short waves average out only after the
 contact has become wide.
 
-If the contact is not much wider than a wavelength, it splits into several parts, and the law gives only the order of
+If the contact is not much wider than a wavelength, it splits into several parts. The law then gives only the order of
 magnitude: see tests/reference/fits/test_uneven_skin.py. Units: mm.
 """
 
