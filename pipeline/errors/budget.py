@@ -25,7 +25,7 @@ ROUND_OFF = 1e-9  # smaller relative changes are round-off
 LIFTED = 1.0  # relative change that represents a cause which lifts a tip off the fruit
 
 Change = Callable[[Cause, float], Floats]
-"""A function that returns the relative change of results of any shape [1] due to a cause times a sign."""
+"""A function of a cause and a multiple of its size. It returns the relative change of results [1], of any shape."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -127,8 +127,7 @@ def uncertainty_budgets(
     """Return the error budgets of both springs, of P_max and NL, and of the compliance of the fruit.
 
     `reached` has P_max and NL of the scene, and `press` the solutions of the scene. P_max and NL have budgets only if
-    the `level` presses are given, because their causes act on these presses. If the scene was also solved at other
-    tilts, these solutions give the change due to the pose.
+    the `level` presses are given, because their causes act on these presses.
     """
     travel = pair.design.press.travel_mm
     spring_causes = all_causes(pair, travel, _largest_deflections(pair))
@@ -137,22 +136,34 @@ def uncertainty_budgets(
         None if spring.K_error is None else budget_of(spring.K_error, spring_causes, change)
         for spring, change in zip(pair.springs.springs.values(), (_change_of_K_l, _change_of_K_h), strict=True)
     )
-    P_max = None
-    if level is not None and reached.P_max is not None:
-        tilted = [float(response.P[-1, -1]) for response in press.tilted]
-        change = _with_pose(relative_change(level.largest_ratio), reached.P_max.value, tilted)
-        P_max = budget_of(reached.P_max.relative, level.causes, change)
-    NL = None
-    if level is not None and reached.NL is not None:
-        tilted = [_tilted_NL(response) for response in press.tilted]
-        change = _with_pose(relative_change(level.nonlinearity, reached.NL.value), reached.NL.value, tilted)
-        NL = budget_of(reached.NL.relative, level.causes, change)
+    P_max, NL = (None, None) if level is None else _ratio_budgets(reached, press, level)
     contact = None
     if not pair.design.tips.tip_shape.obeys_hertz:
         # On rigid springs, the whole travel indents the fruit.
         rigid_spring_causes = all_causes(pair, travel, np.zeros(2))
         contact = budget_of(pair.contact.error_pair, rigid_spring_causes, _change_of_contact)
     return Budgets(K_l=K_l, K_h=K_h, P_max=P_max, NL=NL, contact=contact)
+
+
+def _ratio_budgets(
+    reached: SceneTargets, press: ScenePress, level: LevelPress
+) -> tuple[UncertaintyBudget | None, UncertaintyBudget | None]:
+    """Return the error budgets of P_max and of NL in a scene. A budget is None if a tip is out of contact.
+
+    The causes act on the `level` presses. If the scene was also solved at other tilts, these solutions in `press` give
+    the change due to the pose.
+    """
+    P_max = None
+    if reached.P_max is not None:
+        tilted_P_max = [float(response.P[-1, -1]) for response in press.tilted]
+        change = _with_pose(relative_change(level.largest_ratio), reached.P_max.value, tilted_P_max)
+        P_max = budget_of(reached.P_max.relative, level.causes, change)
+    NL = None
+    if reached.NL is not None:
+        tilted_NL = [_tilted_NL(response) for response in press.tilted]
+        change = _with_pose(relative_change(level.nonlinearity, reached.NL.value), reached.NL.value, tilted_NL)
+        NL = budget_of(reached.NL.relative, level.causes, change)
+    return P_max, NL
 
 
 def _largest_deflections(pair: PressedSensor) -> Floats:

@@ -10,9 +10,9 @@ from sensor.verdict import Verdict
 from sensor.words import ROUND_OFF, shown, value_with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
-"""The statement above a table for the screen, whose error bars are expanded. Files contain standard uncertainties."""
+"""The statement above a table on the screen, whose error bars are expanded. Files contain standard uncertainties."""
 UNREAD = "some poses have no reading"
-"""Reason for the failure of a verdict on readings whose value is within the limit, but leaves out some poses."""
+"""The reason why a verdict on readings fails although its value, which leaves out some poses, is within the limit."""
 
 
 def headline(name: str, verdicts: Sequence[Verdict]) -> str:

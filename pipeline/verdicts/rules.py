@@ -1,6 +1,7 @@
 """Functions that each judge one quantity of a sensor, with the texts that describe its value."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -134,21 +135,12 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     """Return the verdict on whether each dome touches only within its face, at every modulus and full travel.
 
-    Its value is the largest distance from the centre of the face to the edge of a contact [mm], by Hertz's law. It must
-    be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.
-    A tip out of contact has no contact edge, so it is skipped.
+    Its value is the largest distance from the centre of the face to the edge of a contact [mm]. It must be at most half
+    the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.
     """
     tips = design.tips
-    # relative radius of curvature [mm], with the smaller principal radius of the fruit
-    relative_R = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
     slopes = [_slope_under_tip(design, position) for position in tips.places_mm]
-    farthest = 0.0
-    forces_at_full_travel = press.table.F[:, -1]
-    for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
-        for force, slope in zip(forces, slopes, strict=True):
-            if np.isfinite(force):
-                reach = contact_reach(force, E, design.fruit.poisson, relative_R, slope)
-                farthest = max(farthest, reach)
+    farthest = _farthest_contact(design, press, slopes)
     steepest = math.degrees(math.atan(max(slopes)))
     towards = "across the sides of" if tips.socket == "none" else "under"
     half_face = 0.5 * tips.side_mm
@@ -157,6 +149,24 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
         f"{steepest:.2g} deg steep {towards} a tip; must be at most half of tips.side_mm"
     )
     return judge("geometry.tip_face", Estimate(farthest, 0.0, "mm"), text, limit=half_face)
+
+
+def _farthest_contact(design: Design, press: ScenePress, slopes: Sequence[float]) -> float:
+    """Return the largest distance from the centre of a dome's face to the edge of its contact [mm], by Hertz's law.
+
+    It is the largest of all tips and moduli, at full travel. `slopes` (tips,) [1] are the slopes of the fruit under the
+    tips. A tip out of contact has no contact edge, so it is skipped.
+    """
+    # relative radius of curvature [mm], with the smaller principal radius of the fruit
+    relative_R = relative_radius(design.tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
+    farthest = 0.0
+    forces_at_full_travel = press.table.F[:, -1]
+    for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
+        for force, slope in zip(forces, slopes, strict=True):
+            if np.isfinite(force):
+                reach = contact_reach(force, E, design.fruit.poisson, relative_R, slope)
+                farthest = max(farthest, reach)
+    return farthest
 
 
 def _slope_under_tip(design: Design, position: Position) -> float:

@@ -346,13 +346,24 @@ class Design:
             raise validation_error("targets.P_max", self.targets.P_max, "1", bound, "[targets] would have no effect")
 
     def _check_keys_without_effect(self) -> None:
-        """Raise InputError for a key that has no effect in this design.
+        """Raise InputError for a key that is set but has no effect in this design.
 
         The default value is allowed, because every design file that is written contains it. The value 0 is allowed too.
         """
+        for name, (reason, hint) in self._keys_without_effect.items():
+            table, _, key = name.partition(".")
+            record = getattr(self, table)
+            declared = record.__dataclass_fields__[key]
+            value = getattr(record, key)
+            if value not in (declared.default, 0.0):
+                raise validation_error(name, value, declared.metadata.get("unit", ""), f"left out {reason}", hint)
+
+    @property
+    def _keys_without_effect(self) -> dict[str, tuple[str, str]]:
+        """Return the keys TABLE.KEY that have no effect in this design, each with the reason and a hint."""
         fruit = self.fruit
         reading = self.reading
-        ineffective = {}  # for each key without effect, the reason and a hint
+        ineffective = {}
         if fruit.skin_mm is None:
             ineffective["fruit.skin_poisson"] = ("without fruit.skin_mm", "drop it, or give a skin")
         if fruit.thickness_mm is not None:
@@ -367,13 +378,7 @@ class Design:
         if not self.tips.tip_layout.has_housing:
             reason = f"for tips.layout = {self.tips.layout!r}, which has no housing"
             ineffective |= dict.fromkeys(_HOUSING_KEYS, (reason, "drop it, or choose another layout"))
-        for name, (reason, hint) in ineffective.items():
-            table, _, key = name.partition(".")
-            record = getattr(self, table)
-            declared = record.__dataclass_fields__[key]
-            value = getattr(record, key)
-            if value not in (declared.default, 0.0):
-                raise validation_error(name, value, declared.metadata.get("unit", ""), f"left out {reason}", hint)
+        return ineffective
 
     def _check_ranges_of_reading(self) -> None:
         """Raise InputError for ranges in [reading] that this fruit or these tips do not allow.

@@ -1,7 +1,7 @@
 """Whether a print process can make the two springs, by the law of a guided beam.
 
-Finite elements on the solid change the leaf length of beam theory by up to `LENGTH_MARGIN`. So a leaf whose length is
-this close to a bound is undecided (`passed` is None) until its solved length is given.
+The leaf length that finite elements give for the solid differs from beam theory by up to `LENGTH_MARGIN`. So a leaf
+whose length is this close to a bound is undecided (`passed` is None) until its solved length is given.
 """
 
 from dataclasses import dataclass

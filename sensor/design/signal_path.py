@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sensor.design.bench import Bench
 from sensor.design.processes import Process
@@ -136,6 +137,32 @@ def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
     return tuple(1e3 / amplifier.rate_Hz * (order.index(tip) % inputs) / inputs for tip in range(len(kinds)))
 
 
+class _InputSignal(NamedTuple):
+    """The signal at the input of the amplifier: its sensitivity, its noise (one standard deviation), and its drifts."""
+
+    V_per_mm: float
+    noise_V: float
+    zero_drift_V: float
+    gain_drift_percent: float
+
+
+def _input_signal(readout: Readout) -> _InputSignal:
+    """Return the signal of a displacement sensor at the input of the amplifier, with the errors of both.
+
+    The amplifier and the displacement sensor have independent errors, so their squares add.
+    """
+    # Factors of 1e-3, 1e-4 and 1e-9 convert mV to V and um to mm, ppm to per cent, and nV to V.
+    amplifier = readout.circuit
+    V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
+    noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um
+    noise_V = math.hypot(1e-9 * amplifier.noise_nV, 1e-3 * noise_um * V_per_mm)
+    probe_zero_V = 1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm
+    zero_V = math.hypot(1e-9 * amplifier.offset_nV_per_K * readout.tare_K, probe_zero_V)
+    probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
+    gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
+    return _InputSignal(V_per_mm=V_per_mm, noise_V=noise_V, zero_drift_V=zero_V, gain_drift_percent=gain_percent)
+
+
 def signal_path(
     readout: Readout, springs: Sequence[SpringToRead], process: Process, kinds: Sequence[str]
 ) -> SignalPath:
@@ -146,26 +173,17 @@ def signal_path(
     those for the temperature changes of `readout`. The stiffness of the springs drifts with the modulus of the
     `process`.
     """
-    # The amplifier and the displacement sensor have independent errors, so their squares add. Voltages are those at the
-    # input of the amplifier. Factors of 1e-3, 1e-4 and 1e-9 convert mV to V and um to mm, ppm to per cent, and nV to V.
     amplifier = readout.circuit
-    V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
-    noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um
-    noise_V = math.hypot(1e-9 * amplifier.noise_nV, 1e-3 * noise_um * V_per_mm)
-    probe_zero_V = 1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm
-    zero_V = math.hypot(1e-9 * amplifier.offset_nV_per_K * readout.tare_K, probe_zero_V)
-    probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
-    gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
-
+    signal = _input_signal(readout)
     channels = {}  # for each kind of spring, the numbers of a channel that reads it
     for spring in springs:
-        V_per_N = V_per_mm / spring.K
+        V_per_N = signal.V_per_mm / spring.K
         counts_per_N = V_per_N * amplifier.counts_per_V
         channels[spring.name] = {
             "full_counts": counts_per_N * spring.force,
             "counts_per_N": counts_per_N,
-            "noise_N": noise_V / V_per_N,
-            "zero_drift_N": zero_V / V_per_N,
+            "noise_N": signal.noise_V / V_per_N,
+            "zero_drift_N": signal.zero_drift_V / V_per_N,
         }
 
     def per_tip(key: str) -> tuple[float, ...]:
@@ -182,7 +200,7 @@ def signal_path(
         counts_per_N=per_tip("counts_per_N"),
         noise_N=per_tip("noise_N"),
         zero_drift_N=per_tip("zero_drift_N"),
-        gain_drift_percent=(gain_percent,) * len(kinds),
+        gain_drift_percent=(signal.gain_drift_percent,) * len(kinds),
         modulus_drift_percent=100.0 * abs(process.E_per_K or 0.0) * readout.drift_K,
         delay_ms=channel_delays(readout, kinds),
         time_error_ms=readout.largest_time_error_ms,

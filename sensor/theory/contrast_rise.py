@@ -642,17 +642,20 @@ class _LinearisedLaw:
         z = math.pow(E, -1.0 / 3.0)
         hertz_factors = law.contrast.hertz * z**2 * self._weights
         F, two_thirds = rise.moments
-        self._inverse_roots = rise.comoment_and_mean(1.0 / np.cbrt(rise.forces))
+        self._inverse_roots = rise.comoment_and_mean(1.0 / np.cbrt(rise.forces))  # of F^(-1/3)
         # derivative of the residual with respect to each force [mm/N], without Hertzian contact
         self._linear_slope = self._weights @ (self._C + S * z**3)
         # derivative of the Hertz term with respect to each force, times F^(1/3); 1.5 comes from the exponent 2/3
         self._hertz_slope = hertz_factors / 1.5
+        # the Hertz term and the flesh term of the law
         self.hertz = two_thirds @ hertz_factors
         self.flesh = F @ (self._weights @ S) * z**3
         # derivative with respect to -ln E; the terms are proportional to E^(-2/3) and E^(-1)
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
-        # A dome indents the flesh under it by Hertz's law, proportional to E^(-2/3); a flat tip indents it by F / E.
+        # Change of the law per relative change of the modulus of the flesh under each tip. A dome indents this flesh by
+        # Hertz's law, in proportion to E^(-2/3), and a flat tip in proportion to 1 / E.
         self.own_flesh = self._hertz_slope * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
+        # derivative with respect to the offset, which changes S
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
 
     @property
