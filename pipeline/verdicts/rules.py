@@ -32,8 +32,8 @@ def P_max_verdict(P_max: Estimate | None, targets: Targets, scene_text: str) -> 
 
     `scene_text` names the springs and the scene of the value.
     """
-    text = f"force ratio at E_max {scene_text}; tolerance relative to the target"
-    return judge("P_max", P_max, LIFTED if P_max is None else text, limit=targets.P_max)
+    reference = f"force ratio at E_max {scene_text}; tolerance relative to the target"
+    return judge("P_max", P_max, LIFTED if P_max is None else reference, limit=targets.P_max)
 
 
 def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
@@ -41,8 +41,8 @@ def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdic
 
     `scene_text` names the springs and the scene of the value.
     """
-    text = f"departure of P from its straight line, {targets.NL_definition}, {scene_text}; tolerance absolute"
-    return judge("NL", NL, LIFTED if NL is None else text, limit=targets.NL)
+    reference = f"departure of P from its straight line, {targets.NL_definition}, {scene_text}; tolerance absolute"
+    return judge("NL", NL, LIFTED if NL is None else reference, limit=targets.NL)
 
 
 def displacement_verdict(table: SensorResponse) -> Verdict:
@@ -60,8 +60,8 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
         largest_variation = max(largest_variation, float(np.ptp(known_P) / known_P.mean()))
     errors = table.P_error[np.isfinite(table.P_error)]
     error = 2.0 * float(errors.max()) if table.cells and errors.size else 0.0
-    text = "(max P - min P) / mean P over the travel, the worst of all E"
-    return judge(name, Estimate(largest_variation, error), text)
+    reference = "(max P - min P) / mean P over the travel, the worst of all E"
+    return judge(name, Estimate(largest_variation, error), reference)
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
@@ -75,8 +75,8 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
     if not np.isfinite(P).all():
         return judge(name, None, "a tip is off the fruit at full travel")
     smallest_step = float((np.diff(P) / P[:-1]).min())
-    text = "smallest relative step of P between neighbouring E at full travel"
-    return judge(name, smallest_step, text, passed=smallest_step > 0.0)
+    reference = "smallest relative step of P between neighbouring E at full travel"
+    return judge(name, smallest_step, reference, passed=smallest_step > 0.0)
 
 
 # Springs
@@ -94,19 +94,19 @@ def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Ver
         return judge(name, None, "not made, so not solved", limit=limit, passed=None)
     is_known = monolithic or spring.error <= (row.tolerance or 0.0) * spring.target
     tolerance = row.tolerance if is_known else row.tolerance_with_pins
-    text = "FE of the exported housing; tolerance relative"
+    reference = "FE of the exported housing; tolerance relative"
     K = Estimate(spring.K, spring.error, "N/mm")
-    return judge(name, K.times(1e3, "N/m"), text, limit=limit, tolerance=tolerance)
+    return judge(name, K.times(1e3, "N/m"), reference, limit=limit, tolerance=tolerance)
 
 
-def own_part_verdict(name: str, K: Estimate, target: float, text: str) -> Verdict:
+def own_part_verdict(name: str, K: Estimate, target: float, reference: str) -> Verdict:
     """Return the verdict on the stiffness of a spring [N/m] in a part that the user made, against its target [N/m].
 
-    The tolerance is wider if the error bar exceeds the usual tolerance.
+    `reference` describes how K was found. The tolerance is wider if the error bar exceeds the usual tolerance.
     """
     row = row_of(name)
     is_known = K.error <= (row.tolerance or 0.0) * target
-    return judge(name, K, text, limit=target, tolerance=row.tolerance if is_known else row.tolerance_of_own_part)
+    return judge(name, K, reference, limit=target, tolerance=row.tolerance if is_known else row.tolerance_of_own_part)
 
 
 def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
@@ -144,11 +144,11 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     steepest = math.degrees(math.atan(max(slopes)))
     towards = "across the sides of" if tips.socket == "none" else "under"
     half_face = 0.5 * tips.side_mm
-    text = (
+    reference = (
         f"farthest contact from the middle of a face, Hertz, at full travel and every E; the fruit is up to "
         f"{steepest:.2g} deg steep {towards} a tip; must be at most half of tips.side_mm"
     )
-    return judge("geometry.tip_face", Estimate(farthest, 0.0, "mm"), text, limit=half_face)
+    return judge("geometry.tip_face", Estimate(farthest, 0.0, "mm"), reference, limit=half_face)
 
 
 def _farthest_contact(design: Design, press: ScenePress, slopes: Sequence[float]) -> float:
@@ -194,16 +194,16 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
     The bias whose error bar extends farthest may belong to another pose, so it is compared with the limit too. If its
     bar reaches the limit, the verdict is undecided.
     """
-    text = "largest |E read / E - 1| without noise, over all fruits and poses"
+    reference = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:
         accuracy = readings.worst_bias
-        text += f": at {accuracy.E:.3g} MPa, {accuracy.worst}"
+        reference += f": at {accuracy.E:.3g} MPa, {accuracy.worst}"
     limit = reading.bias_limit
-    verdict = _verdict_over_poses("reading.bias", readings.bias, limit, text, readings.refused)
+    verdict = _verdict_over_poses("reading.bias", readings.bias, limit, reference, readings.refused)
     reach = readings.reach  # the bias whose error bar extends farthest, with its error
     if reach is None or verdict.passed is False:
         return verdict
-    reach_verdict = judge(verdict.name, reach, text, limit=limit)
+    reach_verdict = judge(verdict.name, reach, reference, limit=limit)
     if reach_verdict.passed is verdict.passed:
         return verdict
     reach_text = (
@@ -218,15 +218,15 @@ def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements)
     The reference text names this modulus and the largest source of uncertainty. The limit is the limit at this modulus.
     If no modulus can be read, it is the smallest limit in `reading`.
     """
-    text = "uncertainty of E over all fruits and poses"
+    reference = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
     if readings.moduli:
         accuracy = readings.worst_uncertainty
         sources = accuracy.sources.contributions
         largest_source = list(sources)[first_largest(sources.values())]
-        text += f", at {accuracy.E:.3g} MPa; largest source: {largest_source}"
+        reference += f", at {accuracy.E:.3g} MPa; largest source: {largest_source}"
         limit = accuracy.uncertainty_limit
-    return _verdict_over_poses("reading.uncertainty", readings.uncertainty, limit, text, readings.refused)
+    return _verdict_over_poses("reading.uncertainty", readings.uncertainty, limit, reference, readings.refused)
 
 
 def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
@@ -240,8 +240,8 @@ def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements
     if errors is None:
         return None
     if "stiffness_percent" in errors.typed:
-        text = "as reading.stiffness_percent gives it; the bench is not used"
-        return judge(name, errors.largest_stiffness, text, limit="as given", passed=True)
+        reference = "as reading.stiffness_percent gives it; the bench is not used"
+        return judge(name, errors.largest_stiffness, reference, limit="as given", passed=True)
     bench = f"a balance of {errors.balance_g:g} g up to {errors.balance_max_g:g} g, and a dial of {errors.dial_mm:g} mm"
     spring = f"uncertainty of the spring of {errors.worst_tip} after calibration"
     return judge(name, errors.largest_stiffness, f"{spring}, most of it by the {errors.by}; with {bench}")
@@ -249,8 +249,8 @@ def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements
 
 def touch_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the travel at which all tips touch the fruit, as a fraction of the whole travel [1]."""
-    text = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
-    return judge("reading.touch", readings.touch, text, limit=LARGEST_TOUCH_FRACTION)
+    reference = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
+    return judge("reading.touch", readings.touch, reference, limit=LARGEST_TOUCH_FRACTION)
 
 
 def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
@@ -262,20 +262,24 @@ def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Ve
     if not pressures:
         return None
     worst = pressures[first_largest(pressure.over_limit for pressure in pressures)]
-    text = f"mean pressure over what a tip touches, at {worst.E_MPa:.3g} MPa, {worst.worst}; must be at most the limit"
-    return judge("bruise", Estimate(worst.pressure_MPa, worst.error_MPa, "MPa"), text, limit=worst.limit_MPa)
+    reference = (
+        f"mean pressure over what a tip touches, at {worst.E_MPa:.3g} MPa, {worst.worst}; must be at most the limit"
+    )
+    return judge("bruise", Estimate(worst.pressure_MPa, worst.error_MPa, "MPa"), reference, limit=worst.limit_MPa)
 
 
-def _verdict_over_poses(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
+def _verdict_over_poses(
+    name: str, estimate: Estimate | None, limit: float, reference: str, refused: str | None
+) -> Verdict:
     """Return the verdict on an estimate over all poses [1]. It fails if a pose has no reading.
 
-    `refused` counts and explains the poses without a reading; it is None if there are none. The estimate does not
-    include them. It is None if even a level press has no reading.
+    `reference` describes the estimate. `refused` counts and explains the poses without a reading; it is None if there
+    are none. The estimate does not include them. It is None if even a level press has no reading.
     """
     if refused is None:
-        return judge(name, estimate, words, limit=limit)
+        return judge(name, estimate, reference, limit=limit)
     whose = "" if estimate is None else "of the others: "
-    return replace(judge(name, estimate, f"{refused}; {whose}{words}", limit=limit), passed=False)
+    return replace(judge(name, estimate, f"{refused}; {whose}{reference}", limit=limit), passed=False)
 
 
 def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
@@ -290,8 +294,8 @@ def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
         return judge(name, None, "a tip is off the fruit during the hold", limit=limit)
     read_s = over_time.t[over_time.at]  # time of the reading [s]
     steadiest = over_time.steadiest  # the moment at which the reading changes least
-    text = (
+    reference = (
         f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
         f"{steadiest.moves_percent:.2g} %, at {steadiest.at_s:.3g} s"
     )
-    return judge(name, largest_change, text, limit=limit)
+    return judge(name, largest_change, reference, limit=limit)

@@ -60,8 +60,8 @@ def _ratio_verdict(
         return None
     reached = sensor.reached  # raises an error for a scene that cannot be pressed
     springs = sensor.springs.as_pair
-    text = ratio_in_words(springs, level=sensor.is_level, reached=reached)
-    verdict = make_verdict({"P_max": reached.P_max, "NL": reached.NL}[name], targets, text)
+    scene_text = ratio_in_words(springs, level=sensor.is_level, reached=reached)
+    verdict = make_verdict({"P_max": reached.P_max, "NL": reached.NL}[name], targets, scene_text)
     return verdict if springs.known else replace(verdict, passed=None)
 
 
@@ -104,8 +104,8 @@ def _bruise_verdict(sensor: "Sensor") -> Verdict | None:
     limits = sensor.design.fruit.bruise_limits_MPa
     if sensor.design.reading is not None or not limits:
         return None
-    text = "largest force over the face of a tip, at the largest E and full travel; must be at most the limit"
-    return judge("bruise", tip_pressure(sensor.pressed, sensor.press), text, limit=max(limits))
+    reference = "largest force over the face of a tip, at the largest E and full travel; must be at most the limit"
+    return judge("bruise", tip_pressure(sensor.pressed, sensor.press), reference, limit=max(limits))
 
 
 def _relaxation_verdict(sensor: "Sensor") -> Verdict | None:
@@ -171,10 +171,10 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
     paper = _on_paper_springs(sensor)
     press = press_scene(scene_of(paper.design), paper.contact, paper.C)
     reached = reached_targets(paper, PAPER_TARGETS, press)
-    text = _scene_in_words(level=press.level, reached=reached)
+    scene_text = _scene_in_words(level=press.level, reached=reached)
     return (
-        P_max_verdict(reached.P_max, PAPER_TARGETS, text),
-        NL_verdict(reached.NL, PAPER_TARGETS, text),
+        P_max_verdict(reached.P_max, PAPER_TARGETS, scene_text),
+        NL_verdict(reached.NL, PAPER_TARGETS, scene_text),
         displacement_verdict(press.table),
         monotonic_verdict(press.scan),
     )

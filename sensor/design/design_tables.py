@@ -129,15 +129,15 @@ class DesignTables:
 
         Raises InputError for an unknown name, or if the design is invalid.
         """
-        new = self.changed(settings) if settings else self
-        if "readout" in new.tables:
-            refuse_given_noise(new.tables.get("reading"))
-        data = {**new.tables}
+        changed = self.changed(settings) if settings else self
+        if "readout" in changed.tables:
+            refuse_given_noise(changed.tables.get("reading"))
+        data = {**changed.tables}
         # Unchanged tables have been checked already, so their records are used again.
         for table, record in self._records.items():
-            if new.tables.get(table) is self.tables[table]:
+            if changed.tables.get(table) is self.tables[table]:
                 data[table] = record
-        return design_from_mapping(new._with_process(data))
+        return design_from_mapping(changed._with_process(data))
 
     @cached_property
     def _records(self) -> dict[str, Any]:

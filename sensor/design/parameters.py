@@ -179,6 +179,12 @@ class Print:
             )
 
 
+def _is_whole_lines(thickness: float, line_width: float) -> bool:
+    """Return whether a thickness [mm] is a whole multiple of the line width [mm], and at least one line."""
+    lines = max(1, round(thickness / line_width))
+    return abs(thickness - lines * line_width) <= _ROUND_OFF * thickness
+
+
 _HOUSING_KEYS = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mount")
 """Keys that have an effect only if the sensor has a housing."""
 
@@ -283,18 +289,17 @@ class Design:
         printed accurately, and small enough to leave a gap between the two leaves.
         """
         process = self._process_as_listed
-        line = process.line_width_mm
+        line_width = process.line_width_mm
         max_thickness = self.tips.tip_layout.leaf_separation_mm - 2.0 * process.fillet_mm
         for key in ("leaf_thickness_low_mm", "leaf_thickness_high_mm"):
             thickness = getattr(self.print, key)
             if thickness is None:
                 continue
             hint = "leave it out to use the thickness of the process"
-            # The nearest whole number of lines is at least one.
-            if line is not None and abs(thickness - max(1, round(thickness / line)) * line) > _ROUND_OFF * thickness:
-                lines = max(1, math.floor(thickness / line))
-                bound = f"a whole number of lines of {line:g} mm, as {process.name} prints"
-                hint = f"choose {lines * line:g} or {(lines + 1) * line:g} mm"
+            if line_width is not None and not _is_whole_lines(thickness, line_width):
+                lines = max(1, math.floor(thickness / line_width))
+                bound = f"a whole number of lines of {line_width:g} mm, as {process.name} prints"
+                hint = f"choose {lines * line_width:g} or {(lines + 1) * line_width:g} mm"
             elif thickness < process.thinnest_leaf_mm:
                 min_thickness = process.thinnest_leaf_mm
                 bound = f"at least {min_thickness:.4g} mm, as {process.name} is accurate to {process.accuracy_mm:g} mm"

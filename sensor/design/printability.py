@@ -98,13 +98,15 @@ def check_printable(
     process = design.process
     largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (largest_K_m, stiffness_ratio * largest_K_m)  # under the low and the high tip
+    margin = LENGTH_MARGIN if lengths_mm is None else 0.0  # relative error of a length
     determining_keys = _determining_keys(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
         # A tip that does not reach the fruit has a negative travel, and no deflection.
-        leaf = _leaf_of(design, i, spring_give(K, K_m[i], max(0.0, design.full_travels_mm[i])))
+        travel = max(0.0, design.full_travels_mm[i])
+        leaf = _leaf_of(design, i, spring_give(K, K_m[i], travel))
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
-        passed, reason = _judge_leaf(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)
+        passed, reason = _judge_leaf(leaf, length, margin)
         if passed is not True:
             hint = "choose another process, or see what pipeline suggest finds"
             reason = f"{determining_keys[i]}: asks {process.name} for {reason}; {hint}"
