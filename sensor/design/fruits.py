@@ -9,7 +9,7 @@ from typing import ClassVar
 from sensor.input_file import read_toml
 from sensor.quantity import LENGTH, MODULUS, Bounds, Sourced, quantity, validation_error
 
-_ENDS = 2
+_ENDS = 2  # number of ends of a range
 _SHARE = Bounds(above=0.0, below=1.0)
 
 

@@ -12,7 +12,7 @@ from sensor.design.tip_mount import plate_depth
 from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
 from sensor.theory.two_spring_law import Springs, spring_give
 
-LENGTH_MARGIN = 0.15
+LENGTH_MARGIN = 0.15  # largest relative error of a leaf length by beam theory
 SHORTEST_LEAF = 5.0
 """Minimum length of a leaf divided by its thickness. The stiffness of a shorter leaf depends little on its length."""
 FILLET_STRAIN = 1.3

@@ -25,7 +25,7 @@ _FRACTION = Bounds(above=0.0, below=1.0)
 _SCATTER = Bounds(above=0.0, at_most=0.23)
 _MAX_THICKNESS_ERROR = 0.45  # maximum thickness error (two sigma), as a fraction of the thickness of the thinnest leaf
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium, the densest element, has 22.6
-_LONGEST_TEXT = 64
+_MAX_NAME_LENGTH = 64
 FOOT_MM = 0.15
 """Width by which the first layer spreads on each side of a leaf [mm], by judgement for one layer of 0.2 mm."""
 KINDS = ("fdm", "sla", "sls", "dmls", "other")
@@ -132,8 +132,8 @@ class Process(Sourced):
 def check_process_name(name: object) -> None:
     """Raise InputError unless the value can be the name of a process."""
     text = name if isinstance(name, str) else ""
-    if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _LONGEST_TEXT:
-        bound = f"1 to {_LONGEST_TEXT} letters, digits, - or _"
+    if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _MAX_NAME_LENGTH:
+        bound = f"1 to {_MAX_NAME_LENGTH} letters, digits, - or _"
         raise validation_error("print.process", name, "", bound, "choose a name that can be part of a file name")
 
 

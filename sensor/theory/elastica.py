@@ -9,7 +9,7 @@ from sensor.quantity import Bounds, validation_error
 
 _DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # deflection divided by length; no leaf bends as far as 0.5
 _SINES = Bounds(at_least=0.0, below=1.0)
-_ROUND_OFF = 1e-17
+_ROUND_OFF = 1e-17  # largest sum of the neglected terms of a series, relative to the series
 _CONVERGED = 4.0 * float(np.finfo(np.float64).eps)  # relative error of a deflection at convergence
 _MAX_STEPS = 40  # each iteration reduces the error to at most a quarter
 
@@ -69,7 +69,7 @@ def _integral_series(square: Floats) -> tuple[Floats, Floats]:
         even_integral = odd_integral * 4 * n / (4 * n + 1)  # integral of (1 - v^2)^(2 n)
         odd_integral = even_integral * (4 * n + 2) / (4 * n + 3)  # integral of (1 - v^2)^(2 n + 1)
         a = a + coefficient * even_integral
-        b = b + 1.5 * coefficient * odd_integral
+        b = b + 1.5 * coefficient * odd_integral  # because 1 + b is 1.5 J
         # The terms decrease faster than a geometric series in s^2, so the remaining terms sum to less than this.
         if (coefficient * square / (1.0 - square) <= _ROUND_OFF * a).all():
             return a, b

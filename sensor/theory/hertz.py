@@ -69,7 +69,7 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
         """Return the ratio of the radii of bodies whose contact ellipse has this m, minus the given ratio [1]."""
         return float(elliprd(0.0, 1.0, 1.0 - m) / elliprd(0.0, 1.0 - m, 1.0)) - larger / smaller
 
-    # The bracket ends just below m = 1, where the ellipse would be infinitely long.
+    # The bracket ends just below m = 1, where the ellipse would be infinitely long. The tolerance is round-off.
     m = brentq(excess, 0.0, 1.0 - 1e-15, xtol=1e-16)
     axis_ratio = math.sqrt(1.0 - m)
     K = float(elliprf(0.0, 1.0 - m, 1.0))

@@ -296,6 +296,6 @@ def size_springs(
         msg = f"NL = {NL:g} must be above {nonlinearity_of_skin:.4g}, the NL caused by the skin. Choose a larger NL."
         raise ValueError(msg)
     # The skin adds to NL, so the root is smaller than r without a skin. Twice this r is a safe upper end of the
-    # bracket.
+    # bracket. The tolerances are round-off.
     log_r = brentq(excess, _LEAST_LOG_R, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
     return springs_for(math.exp(log_r))
