@@ -46,8 +46,8 @@ class DesignTables:
         """Return the tables of a design file with the content `data`, and its custom print processes.
 
         The table `printer` defines a single process, which `print.process` names. A process file, whose path is
-        relative to `folder`, may define several. Raises InputError if the process file cannot be used, or if the design
-        file has both.
+        relative to `folder`, may define several. Raises InputError if the design file has both, if the process file
+        cannot be used, or if `print.process` does not name one of the processes.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
         print_value = tables.get("print")  # may be invalid, which is reported when the design is built

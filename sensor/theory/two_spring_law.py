@@ -201,8 +201,8 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
 
     `P` [1] are the force ratios at increasing moduli `E`, in any unit, of which the first is nearly 0. "mid-range" is
     the deviation at the middle modulus. "largest" is the vertex of the parabola through the largest deviation and its
-    two neighbours, which are treated as equally spaced. The result is nan if P is not finite, because a tip is out of
-    contact, or if P does not change.
+    two neighbours, which are treated as equally spaced. The result is nan if a P that it needs is not finite, because a
+    tip is out of contact, or if P does not change.
     """
     rise = P[-1] - P[0]
     if not (math.isfinite(rise) and rise != 0.0):
