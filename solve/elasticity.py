@@ -53,8 +53,8 @@ def stiffness_matrix(
 ) -> csc_matrix:
     """Return the stiffness matrix of isotropic elasticity, shape (dofs, dofs) [E times mm].
 
-    The bilinear form is a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each a number,
-    or an array with one entry per element.
+    The bilinear form is a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). `basis` is a basis of displacements, as
+    `vector_basis` returns it. E and Poisson's ratio are each a number, or an array with one entry per element.
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, but takes ten times as long. Here the
     products of scalar gradients, P_abij = int d_a N_i d_b N_j with nodes i, j and axes a, b, are formed for many
@@ -68,14 +68,15 @@ def stiffness_matrix(
     gradients = scalar_gradients(basis).transpose(1, 2, 0, 3)  # (dim, elements, nodes, points)
     dim, elements, nodes, _ = gradients.shape
     lam, mu = lame_parameters(_broadcast(E, elements), _broadcast(poisson, elements))
-    columns = np.empty((elements, nodes, dim, nodes, dim))  # the element matrices in column-major order
+    # The element matrices are stored column by column, because `assemble_elements` sorts their columns.
+    columns = np.empty((elements, nodes, dim, nodes, dim))
     for start in range(0, elements, _GROUP_SIZE):
         group = slice(start, start + _GROUP_SIZE)
         G = np.ascontiguousarray(gradients[:, group])
-        P = (G * basis.dx[group, None])[:, None] @ G.swapaxes(2, 3)
+        P = (G * basis.dx[group, None])[:, None] @ G.swapaxes(2, 3)  # (axis a, axis b, element, node i, node j)
         dilatation = _projected_dilatation(G, basis.dx[group], basis.quadrature[0]) if b_bar else P
         matrices = lam[group] * dilatation + mu[group] * P.swapaxes(0, 1)
-        same_axis = mu[group] * np.einsum("cceij->eij", P)  # the term with delta_ab
+        same_axis = mu[group] * np.einsum("cceij->eij", P)  # the term with delta_ab, so it is added only for a = b
         for axis in range(dim):
             matrices[axis, axis] += same_axis
         columns[group] = matrices.transpose(2, 4, 1, 3, 0)
@@ -89,12 +90,12 @@ def _broadcast(value: float | Floats, elements: int) -> Floats:
 
 
 def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
-    """Return the integrals of products of projected gradients [mm], which replace P_abij in the lambda term.
+    """Return the integrals of products of projected gradients [mm], for the B-bar method.
 
-    Each derivative d_a N_i is projected by least squares onto the functions 1, X, Y, Z of the unit cube. `G` (dim,
-    elements, nodes, points) [1/mm] are the gradients at the quadrature points, whose weights are `dx` (elements,
-    points) [mm^3]. `points` (dim, points) are their coordinates in the unit cube. The result has the shape (dim, dim,
-    elements, nodes, nodes).
+    They replace P_abij in the lambda term of the element matrix; see `stiffness_matrix`. Each derivative d_a N_i is
+    projected by least squares onto the functions 1, X, Y, Z of the unit cube. `G` (dim, elements, nodes, points) [1/mm]
+    are the gradients at the quadrature points, whose weights are `dx` (elements, points) [mm^3]. `points` (dim, points)
+    are their coordinates in the unit cube. The result has the shape (dim, dim, elements, nodes, nodes).
     """
     linear = np.concatenate([np.ones((1, points.shape[1])), 2.0 * points - 1.0])
     weighted = linear[None] * dx[:, None]  # (elements, 4, points)

@@ -15,10 +15,11 @@ class SolveInfo:
 
 
 def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
-    """Return the half width of the error bar of function(*values), given the half widths `errors` of its arguments.
+    """Return the half width of the error bar of function(*values), in the unit of the function.
 
-    It is half the sum, over all arguments, of the absolute change in the function from value - error to value + error.
-    If the function is nearly linear over the error bars, this is the worst case of simultaneous errors.
+    `errors` are the half widths of the error bars of `values`, in their units. The result is half the sum, over all
+    arguments, of the absolute change in the function from value - error to value + error. If the function is nearly
+    linear over the error bars, this is the worst case of simultaneous errors.
     """
     half_width = 0.0
     for i, error in enumerate(errors):

@@ -47,10 +47,10 @@ class Factor:
     back_substitute: Callable[[Floats], Floats]
 
     def solve(self, load: Floats, prescribed: Floats | None = None) -> Floats:
-        """Solve K u = load on the free dofs, and return the displacements u, shape (dofs,) or (dofs, loads).
+        """Solve K u = load on the free dofs, and return the displacements u [mm], shape (dofs,) or (dofs, loads).
 
-        `load` has the shape of u. `prescribed` gives the displacements of the fixed dofs, by default 0. Raises
-        SolveError if the relative residual on the free dofs exceeds 1e-9.
+        `load` [N] has the shape of u. `prescribed` [mm] are the displacements of the fixed dofs, in the order of
+        `fixed`; by default they are 0. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
         """
         u = np.zeros_like(load, dtype=np.float64)
         right_side = load[self.free]
@@ -58,16 +58,18 @@ class Factor:
             u[self.fixed] = prescribed
             right_side = right_side - (self.matrix @ u)[self.free]
         solution = self.back_substitute(right_side)
-        solution = solution + self.back_substitute(right_side - self.block @ solution)  # iterative refinement
+        # One step of iterative refinement reduces the round-off error.
+        solution = solution + self.back_substitute(right_side - self.block @ solution)
         _check_residual(self.block, solution, right_side)
         u[self.free] = solution
         return u
 
     def solve_near(self, matrix: csc_matrix, load: Floats) -> Floats:
-        """Return the displacements u (dofs, loads) for another matrix close to K, with the same fixed dofs held at 0.
+        """Return the displacements u [mm] for another `matrix` close to K, with the same fixed dofs held at 0.
 
-        The method is conjugate gradients, preconditioned by the factorisation of K: the closer the matrix is to K, the
-        fewer iterations it takes. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
+        u and `load` [N] have the shape (dofs, loads). The method is conjugate gradients, preconditioned by the
+        factorisation of K: the closer the matrix is to K, the fewer iterations it needs. Raises SolveError if the
+        relative residual on the free dofs exceeds 1e-9.
         """
         block = csc_matrix(matrix[:, self.free][self.free])
         preconditioner = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
@@ -104,25 +106,28 @@ def _check_residual(block: csc_matrix, solution: Floats, right_side: Floats) -> 
 def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     """Factorise a symmetric positive definite matrix (dofs, dofs), with the dofs `fixed` (n,) prescribed.
 
+    The rows and columns of the fixed dofs are removed before the factorisation.
+
     Raises SolveError if the matrix is singular, for example because the part is not clamped. Also raises the errors of
     `check_cost`.
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
-    free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
-    ascending = csc_matrix(matrix[:, free][free])
+    ascending_free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
+    ascending = csc_matrix(matrix[:, ascending_free][ascending_free])
     # With the dofs in descending order, the factorisation has 5 % fewer nonzeros. Row and column i become n - 1 - i.
     # Reversing the arrays of the sparse matrix has this effect, and keeps the indices sorted.
     data, indices, pointers = ascending.data, ascending.indices, ascending.indptr
-    reversed_arrays = (data[::-1].copy(), len(free) - 1 - indices[::-1], ascending.nnz - pointers[::-1])
+    reversed_arrays = (data[::-1].copy(), len(ascending_free) - 1 - indices[::-1], ascending.nnz - pointers[::-1])
     block = csc_matrix(reversed_arrays, shape=ascending.shape)
-    free = free[::-1]
-    if not len(free):
+    free = ascending_free[::-1]
+    if not len(free):  # SuperLU refuses an empty matrix; its inverse maps an empty array to an empty array
         return Factor(matrix, block, free, fixed, np.copy)
-    back_substitute = _back_substitution(block)
+    back_substitute = _factorise_block(block)
 
-    # Estimate the condition number |K^-1| |K| from one right-hand side without zeros. Above the limit, round-off would
-    # leave too few correct digits in the displacements.
+    # Estimate the condition number |K^-1| |K| from one right-hand side without zeros. Its entries are at most 1, so the
+    # largest entry of the solution is a lower bound of |K^-1|. Above the limit, round-off would leave too few correct
+    # digits in the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
     condition = float(np.abs(back_substitute(probe)).max()) * float(magnitude(block).sum(axis=0).max())
     limit = DIGITS / EPSILON
@@ -131,12 +136,15 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     return Factor(matrix, block, free, fixed, back_substitute)
 
 
-def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
-    """Factorise a matrix with SuperLU, and return a function that applies its inverse to right-hand sides.
+def _factorise_block(block: csc_matrix) -> Callable[[Floats], Floats]:
+    """Factorise a symmetric positive definite matrix with SuperLU, and return a function that applies its inverse.
 
-    Raises SolveError if the matrix is singular, and MemoryError if there is not enough memory.
+    The function takes right-hand sides of shape (n,) or (n, loads). Raises SolveError if the matrix is singular, and
+    MemoryError if there is not enough memory.
     """
-    symmetric = {"SymmetricMode": True}  # use the diagonal as pivots, because the matrix is positive definite
+    # The columns are reordered so that the factor has few nonzeros. The diagonal entries are the pivots, which is
+    # stable because the matrix is positive definite.
+    symmetric = {"SymmetricMode": True}
     try:
         factor = splu(
             block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_MERGED_COLUMNS, options=symmetric

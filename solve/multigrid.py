@@ -4,7 +4,7 @@ Factorising the matrix of quadratic tetrahedra would cost much more: docs/your-o
 of the cost.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, eye, kron, vstack
@@ -38,9 +38,10 @@ class TwoGrid:
     largest: float
 
     def solve(self, load: Floats) -> Floats:
-        """Return the displacements (dofs, loads) under loads (dofs, loads), with the held dofs at 0.
+        """Return the displacements (dofs, loads) [mm] under the forces `load` (dofs, loads) [N].
 
-        Raises SolveError if the conjugate-gradient iteration does not converge.
+        The held dofs have displacements of 0. Each load is solved by conjugate gradients, preconditioned by the
+        two-grid cycle. Raises SolveError if the iteration does not converge.
         """
         preconditioner = LinearOperator(self.block.shape, matvec=self._precondition, dtype=np.float64)
         u = np.zeros_like(load)
@@ -68,10 +69,13 @@ class TwoGrid:
         solve does not help. The names of the variables are those of Y. Saad, Iterative Methods for Sparse Linear
         Systems (2003), section 12.1.
         """
-        high, low = _EIGENVALUE_MARGIN * self.largest, _SMOOTHED_RATIO * self.largest
-        theta, delta = 0.5 * (high + low), 0.5 * (high - low)
+        high = _EIGENVALUE_MARGIN * self.largest  # upper end of the smoothed part of the spectrum
+        low = _SMOOTHED_RATIO * self.largest  # lower end
+        theta = 0.5 * (high + low)
+        delta = 0.5 * (high - low)
         sigma = theta / delta
         rho = 1.0 / sigma
+        # For x = 0, the residual is the right-hand side. This saves one product with the matrix.
         residual = (right_side - self.block @ x if x.any() else right_side) / self.diagonal
         step = residual / theta
         for _ in range(_SMOOTHING_STEPS - 1):
@@ -86,8 +90,9 @@ class TwoGrid:
 def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     """Return the two-grid solver for a stiffness matrix of quadratic tetrahedra, with the dofs `held` (n,) at 0.
 
-    The coarse space consists of the piecewise linear functions on the same mesh. At the midpoint of an edge, such a
-    function is the mean of its values at the two ends. This defines the prolongation P, and the coarse matrix is the
+    `basis` holds the displacements of the tetrahedra, and `matrix` [N/mm] is their stiffness matrix A before any dof is
+    held. The coarse space consists of the piecewise linear functions on the same mesh. At the midpoint of an edge, such
+    a function is the mean of its values at the two ends. This defines the prolongation P, and the coarse matrix is the
     Galerkin product P^T A P of the fine matrix A. Raises SolveError if the coarse matrix is singular or too large to
     factorise.
     """
@@ -97,20 +102,21 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     # The dofs of the corners come first, so the coarse dofs have the same numbers in the fine matrix.
     coarse_free = np.setdiff1d(np.arange(corner_to_node.shape[1]), held)
     prolongation = csr_matrix(corner_to_node[:, coarse_free][free])
+    # The held dofs have already been removed from the coarse matrix, so no further dof is fixed.
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
     # `factorise` reorders its unknowns. The reordered factor takes and returns vectors in the order of the coarse dofs.
-    reordered = Factor(
-        coarse.matrix,
-        coarse.block,
-        coarse.free,
-        coarse.fixed,
-        lambda right_side: coarse.back_substitute(right_side[coarse.free])[np.argsort(coarse.free)],
+    reordered = replace(
+        coarse,
+        back_substitute=lambda right_side: coarse.back_substitute(right_side[coarse.free])[np.argsort(coarse.free)],
     )
-    # The smoother needs the largest eigenvalue of the matrix scaled by its diagonal, to about 1 %.
+    # The smoother needs the largest eigenvalue of the matrix scaled by its diagonal, to about 1 %. The start vector is
+    # fixed, so that repeated runs give the same digits.
     diagonal = block.diagonal()
     scaled = diags(diagonal**-0.5) @ block @ diags(diagonal**-0.5)
     largest = float(eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))[0])
-    return TwoGrid(block, free, prolongation, reordered, diagonal, largest)
+    return TwoGrid(
+        block=block, free=free, prolongation=prolongation, coarse=reordered, diagonal=diagonal, largest=largest
+    )
 
 
 def _corner_interpolation(mesh: Mesh) -> csr_matrix:
@@ -121,7 +127,7 @@ def _corner_interpolation(mesh: Mesh) -> csr_matrix:
     corner_count = int(mesh.t.max()) + 1
     edges = mesh.edges
     edge_count = edges.shape[1]
-    rows = np.repeat(np.arange(edge_count), 2)
+    rows = np.repeat(np.arange(edge_count), 2)  # each edge has two entries of 0.5, one for each of its ends
     to_midpoints = csr_matrix((np.full(2 * edge_count, 0.5), (rows, edges.T.ravel())), shape=(edge_count, corner_count))
     to_nodes = csr_matrix(vstack([eye(corner_count, format="csr"), to_midpoints]))
     return csr_matrix(kron(to_nodes, csr_matrix(np.eye(3))))  # the same for each of the three components

@@ -69,7 +69,7 @@ def swept_compliance(
     presses: Mapping[str, Direction],
     layers: Sequence[ElasticLayer] = (),
 ) -> PartCompliance:
-    """Return the compliance of the pressed faces of a swept part.
+    """Return the compliance, the corner strains and the strain energies of a swept part under a load on each face.
 
     `material` is Young's modulus [MPa] and Poisson's ratio. `presses` maps the name of each pressed face to the unit
     vector along its load. The part is supported by the elastic `layers`; without layers, its held faces cannot move.
@@ -77,6 +77,7 @@ def swept_compliance(
     """
     start = time.perf_counter()
     half = clamped_half(part.mesh, *material, layers)
+    # A column of `means` (dofs, loads) is a load of 1 N; its product with displacements is the mean over the face.
     means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
     u = half.factor.solve(part.share * means)  # if only half the part is meshed, half of each load acts on it
     C = means.T @ u
@@ -84,7 +85,7 @@ def swept_compliance(
     strains = [_corner_strain(half.basis, column) for column in u.T]
     energies = [_energy(half, material, column) for column in u.T]
     return PartCompliance(
-        C=0.5 * (C + C.T),
+        C=0.5 * (C + C.T),  # removes the asymmetry due to round-off
         strain_per_N=tuple(at_edges for at_edges, _ in strains),
         strain_inside_per_N=tuple(inside for _, inside in strains),
         density=tuple(density for density, _ in energies),
@@ -115,17 +116,18 @@ def _check_reciprocal(C: Floats) -> None:
 def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
     """Return the largest strain at round inner corners [1], extrapolated to element edges and inside elements.
 
-    `u` (dofs,) [mm] are the displacements. Both values are nan if there is no round inner corner, or if the strain is
-    much larger at another wall. Such a maximum lies at a sharp corner, where the strain increases with every refinement
-    of the mesh.
+    `u` (dofs,) [mm] are the displacements. Both values are nan if there is no round inner corner, or if the strain at
+    another wall is more than 1.2 times as large. Such a maximum lies at a sharp corner, where the strain increases with
+    every refinement of the mesh.
     """
     if FILLETS not in basis.mesh.boundaries:
         return np.nan, np.nan
     at_fillets, inside = largest_strain(basis, FILLETS, u)
     at_walls, _ = largest_strain(basis, WALLS, u)
-    # In the straight wall next to a wide fillet the strain may be slightly larger than in the fillet. At a sharp corner
-    # it is far larger.
-    return (max(at_fillets, at_walls), inside) if _SHARP_CORNER_RATIO * at_fillets >= at_walls else (np.nan, np.nan)
+    if not _SHARP_CORNER_RATIO * at_fillets >= at_walls:
+        return np.nan, np.nan
+    # In the straight wall next to a wide fillet, the strain may be slightly larger than in the fillet.
+    return max(at_fillets, at_walls), inside
 
 
 def tetrahedral_compliance(
@@ -136,9 +138,10 @@ def tetrahedral_compliance(
 ) -> PartCompliance:
     """Return the compliance of the pressed faces of a part, solved with quadratic tetrahedra.
 
-    Strains and energies are not computed. `material`, `presses` and `layers` are the arguments of `swept_compliance`.
-    Raises SolveError if nothing holds the part, if conjugate gradients do not converge, or if the compliance is not
-    symmetric.
+    The strains are nan, and there are no strain energies. `material` is Young's modulus [MPa] and Poisson's ratio.
+    `presses` maps the name of each pressed face to the unit vector along its load. The part is supported by the elastic
+    `layers`; without layers, its held faces cannot move. Raises SolveError if nothing holds the part, if conjugate
+    gradients do not converge, or if the compliance is not symmetric.
     """
     start = time.perf_counter()
     basis = vector_basis(mesh, ElementTetP2(), _TETRAHEDRA_ORDER)
@@ -148,11 +151,12 @@ def tetrahedral_compliance(
         matrix = csc_matrix(matrix + layer_matrix(basis, layers, *material))
         held = held[:0]  # only the layers support the part
     means = np.column_stack([press_mean(basis, name, direction) for name, direction in presses.items()])
+    # `means` (dofs, loads) are the loads of 1 N, and also the vectors whose products with displacements are the means.
     C = means.T @ two_grid(basis, matrix, held).solve(means)
     _check_reciprocal(C)
     unknown = (np.nan,) * len(presses)
     return PartCompliance(
-        C=0.5 * (C + C.T),
+        C=0.5 * (C + C.T),  # removes the asymmetry due to round-off
         strain_per_N=unknown,
         strain_inside_per_N=unknown,
         density=(),
@@ -203,8 +207,11 @@ def left_out(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
     energy density of the most strained cell of the column.
     """
     neglected_volume = VOID_FACTOR * part.effect * part.area
-    largest_density = (density[part.cells].max(axis=0) for density in solution.density)
-    return tuple(float((neglected_volume * each).sum()) / solution.C[i, i] for i, each in enumerate(largest_density))
+    largest_densities = (density[part.cells].max(axis=0) for density in solution.density)  # one array per load
+    return tuple(
+        float((neglected_volume * density).sum()) / solution.C[load, load]
+        for load, density in enumerate(largest_densities)
+    )
 
 
 def _corner_shares(part: SweptPart, energy: Floats) -> Floats:

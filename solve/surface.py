@@ -41,11 +41,13 @@ def nodal_dofs(basis: CellBasis, elements: Ints) -> Ints:
 
 
 def patch_inside(basis: CellBasis, elements: Ints, points: Floats, weights: Floats) -> SurfacePatch:
-    """Return the quadrature at given points of the reference cell, in the elements (e,), with weights (e, q) [mm^2].
+    """Return the patch of the elements (e,) with quadrature at given points and with the weights (e, q) [mm^2].
 
-    Points of shape (3, q) [1] are the same in all elements; points of shape (3, e, q) [1] differ between elements.
+    `points` [1] are positions in the reference cell. Points of shape (3, q) are the same in all elements; points of
+    shape (3, e, q) differ between elements.
     """
     table = shape_table(basis.elem.elem, points)
+    # The shape is (nodes, e, q), or (nodes, 1, q) if all elements have the same points.
     values = table.values.reshape(len(table.values), -1, weights.shape[1])
     return SurfacePatch(
         points=cell_points(basis.mesh, points, elements),

@@ -1,4 +1,4 @@
-"""Isotropic hyperelastic laws of flesh at finite strain: a sum over principal stretches plus a function of the volume.
+"""Isotropic hyperelastic laws of the flesh: a sum over the principal stretches plus a function of the volume.
 
     W = phi(l1) + phi(l2) + phi(l3) + U(theta),    theta = ln(l1 l2 l3)
 
@@ -21,7 +21,7 @@ FOAM_EXPONENT = 4.0  # exponent of the stretches in the foam law
 
 @dataclass(frozen=True, kw_only=True)
 class FleshLaw:
-    """A law of flesh, chosen by `name`, with Young's modulus 1 and a Poisson's ratio from 0 to 0.49.
+    """A material law of the flesh, chosen by `name`, with Young's modulus 1 and a Poisson's ratio from 0 to 0.49.
 
     - neo-hooke: W = mu/2 (I1 - 3 - 2 ln J) + lambda/2 ln^2 J, where I1 is the sum of l^2. J. C. Simo, K. S. Pister,
       Comput. Methods Appl. Mech. Eng. 46, 1984, doi 10.1016/0045-7825(84)90062-8.
@@ -44,7 +44,11 @@ class FleshLaw:
     def phi(self, stretch: Floats) -> tuple[Floats, Floats, Floats]:
         """Return phi, the strain-energy term of one principal stretch, and its first and second derivatives.
 
-        `stretch` [1] is an array of any shape, and the three results have the same shape. Young's modulus is 1.
+        `stretch` l [1] is an array of any shape, and the three results have the same shape. Young's modulus is 1.
+
+        - neo-hooke: phi = mu/2 (l^2 - 1)
+        - hencky: phi = mu ln^2 l
+        - foam: phi = 2 mu / n^2 (l^n - 1), where n = 4
         """
         _, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
@@ -52,22 +56,26 @@ class FleshLaw:
         if self.name == "hencky":
             log = np.log(stretch)
             return mu * log**2, 2.0 * mu * log / stretch, 2.0 * mu * (1.0 - log) / stretch**2
-        n = FOAM_EXPONENT  # the foam law
+        n = FOAM_EXPONENT  # only the foam law remains
         scale = 2.0 * mu / n**2
         power = stretch**n
         return scale * (power - 1.0), scale * n * power / stretch, scale * n * (n - 1.0) * power / stretch**2
 
     def U(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return U, the strain-energy term of the volume, and its first and second derivatives by theta = ln J.
+        """Return U, the strain-energy term of the volume, and its first and second derivatives with respect to theta.
 
-        `theta` [1] is an array of any shape, and the three results have the same shape. Young's modulus is 1.
+        `theta` [1] is ln J, an array of any shape, and the three results have the same shape. Young's modulus is 1.
+
+        - neo-hooke: U = (lambda/2 theta - mu) theta
+        - hencky: U = lambda/2 theta^2
+        - foam: U = 2 mu / (n^2 b) (exp(-n b theta) - 1), where n = 4 and b = nu / (1 - 2 nu)
         """
         lam, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
             return (0.5 * lam * theta - mu) * theta, lam * theta - mu, np.full_like(theta, lam)
         if self.name == "hencky":
             return 0.5 * lam * theta**2, lam * theta, np.full_like(theta, lam)
-        n = FOAM_EXPONENT  # the foam law
+        n = FOAM_EXPONENT  # only the foam law remains
         b = self.poisson / (1.0 - 2.0 * self.poisson)
         if b == 0.0:  # the limit of the formulas below as b tends to 0
             return -2.0 * mu / n * theta, np.full_like(theta, -2.0 * mu / n), np.zeros_like(theta)

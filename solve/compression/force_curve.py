@@ -62,10 +62,11 @@ class ForceCurve:
 
 
 def force_curve(press: CompressionPress) -> ForceCurve:
-    """Return the force curve of a compression on a fine mesh, with its error.
+    """Return the force curve of the compression `press` on a fine mesh, with its relative error.
 
     The error is the largest relative difference from the curve on a coarser mesh, plus the scatter on the fine mesh.
-    Travels below a tenth of the maximum are not compared. Raises SolveError if no equilibrium is found.
+    Travels below a tenth of the maximum are not compared, because they do not affect the modulus. Raises SolveError if
+    no equilibrium is found.
     """
     coarse = fit_force_curve(press)
     fine = fit_force_curve(press, FINE)
@@ -81,7 +82,7 @@ def force_curve(press: CompressionPress) -> ForceCurve:
 
 @functools.lru_cache(maxsize=256)  # the analysis of a test requests the same presses again
 def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
-    """Fit a force curve to the forces solved on one mesh.
+    """Solve the forces of the compression `press` on one mesh, and fit a force curve to them.
 
     The error of the curve [1] is the root-mean-square scatter of the forces about it. Doubling the `refinement` halves
     the element size. Raises SolveError if no equilibrium is found.
@@ -90,16 +91,17 @@ def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> Forc
     edge = math.inf if press.tool.curvature else press.tool.edge  # the edge of a spherical face does not touch the body
     body = HalfBody(press.section, press.law, press.contact, refinement, edge)
     forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
-    ratios = forces / travels**press.exponent
+    ratios = forces / travels**press.exponent  # the polynomial in sqrt(travel) is fitted to these
     # Minimise the squares of the relative differences: the ratio of fit to force should be 1 at each travel.
     powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERM_COUNT)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))
     scatter = (powers @ coefficients / ratios - 1.0)[travels >= _SMALLEST_COMPARED * press.deepest]
+    degrees_of_freedom = len(scatter) - _TERM_COUNT
     return ForceCurve(
         exponent=press.exponent,
         coefficients=np.asarray(coefficients, dtype=np.float64),
         deepest=press.deepest,
-        error=float(np.sqrt((scatter**2).sum() / (len(scatter) - _TERM_COUNT))),
+        error=float(np.sqrt((scatter**2).sum() / degrees_of_freedom)),
     )
 
 

@@ -56,7 +56,7 @@ class Section:
 
 
 class HalfBody:
-    """The finite-element model of the upper half of a body, with a law of flesh for E = 1 MPa.
+    """The finite-element model of the upper half of a body, with the material law of its flesh scaled to E = 1 MPa.
 
     Displacements (nodes, 2) [mm] are along r and z. `x` (nodes, 2) [mm] are the positions of the nodes of the
     undeformed body. `surface` holds the indices of the nodes that a tool may touch, outwards from the axis. `area`
@@ -69,13 +69,14 @@ class HalfBody:
     ) -> None:
         """Place the nodes, and compute the matrices that map displacements to deformation gradients.
 
-        `contact` [mm] is the approximate radius of the largest contact. `edge` [mm] is the radius of a flat plunger,
-        and infinite for other tools. Doubling the `refinement` halves the element size.
+        `section` is the shape of the half section, and `law` the material law of the flesh. `contact` [mm] is the
+        approximate radius of the largest contact. `edge` [mm] is the radius of a flat plunger, and infinite for other
+        tools. Doubling the `refinement` halves the element size.
         """
         self.law = law
-        lines, lines_down = _section_lines(section, contact, refinement, edge)
-        across = _with_midpoints(lines)
-        up = 1.0 - _with_midpoints(lines_down)[::-1]
+        boundaries_across, boundaries_down = _element_boundaries(section, contact, refinement, edge)
+        across = _with_midpoints(boundaries_across)
+        up = 1.0 - _with_midpoints(boundaries_down)[::-1]  # from the middle plane to the top
         columns = len(across)
         rows = len(up)
         r, z = section.place(*np.meshgrid(across, up, indexing="ij"))
@@ -84,15 +85,15 @@ class HalfBody:
 
         # Nodes are numbered upwards in columns, which begin at the axis. An element has 3 x 3 nodes.
         index = np.arange(self.count).reshape(columns, rows)
-        corners = index[:-1:2, :-1:2].reshape(-1, 1)
-        nodes = corners + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
+        lowest_nodes = index[:-1:2, :-1:2].reshape(-1, 1)  # the node of each element with the smallest index
+        nodes = lowest_nodes + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
         self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _ELEMENT_DOFS)
         held = np.zeros((self.count, 2), dtype=bool)
         held[index[0], 0] = True  # nodes on the axis cannot move along r
         held[index[:, 0], 1] = True  # nodes on the middle plane cannot move along z
         self.held = held.ravel()
         self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])  # along the top, then down the side
-        self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]
+        self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]  # empty without a table
         self.area = _nodal_areas(self.x[self.surface], section.length)
         self._strain, self._volumes = _strain_operator(self.x[nodes], section.length)
 
@@ -114,9 +115,9 @@ class HalfBody:
     def tangent(self, deformed: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
         """Return the internal nodal forces (2 nodes,) [N] and the tangent stiffness (2 nodes, 2 nodes) [N/mm].
 
-        They are the first and second derivatives of the strain energy by the displacements in the state `deformed`.
-        With `convex`, negative stiffnesses of the modes at the Gauss points are set to 0. The matrix is then positive
-        semidefinite, so that a Newton step lowers the energy.
+        They are the first and second derivatives of the strain energy with respect to the displacements, in the state
+        `deformed`. With `convex`, negative stiffnesses of the modes at the Gauss points are set to 0. The matrix is
+        then positive semidefinite, so that a Newton step lowers the energy.
         """
         _, slope, curvature = self.law.phi(deformed.stretches)
         _, pressure, bulk = self.law.U(np.log(deformed.stretches.prod(axis=0)))
@@ -125,23 +126,25 @@ class HalfBody:
         if convex:
             stiffness = np.maximum(stiffness, 0.0)
 
-        # `moduli` are the second derivatives of the energy density by the components i and j of F. The outer product is
-        # the part of U that is due to its curvature in theta; the modes contribute all other terms.
+        # `moduli` are the second derivatives of the energy density with respect to the components i and j of F. The
+        # outer product is the part of U that is due to its curvature in theta; the modes m contribute all other terms.
         theta_gradient = _gradient_by_F(modes, 1.0 / deformed.stretches)
         moduli = bulk * theta_gradient[:, None] * theta_gradient[None, :]
         moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
-        moduli[4, 4] += stiffness[4]
+        moduli[4, 4] += stiffness[4]  # the fifth mode is the hoop stretch, the fifth component of F
         stress = _gradient_by_F(modes, slope + pressure / deformed.stretches)  # first Piola-Kirchhoff stress
 
         # Integrate over the elements. The indices are element e, Gauss point q, dofs d and f.
-        matrices = np.einsum("eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True)
-        forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
+        element_matrices = np.einsum(
+            "eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True
+        )
+        element_forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
         size = 2 * self.count
         rows = np.repeat(self.dofs, _ELEMENT_DOFS, axis=1)
         columns = np.tile(self.dofs, (1, _ELEMENT_DOFS))
-        matrix = csc_matrix((matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
-        total = np.bincount(self.dofs.ravel(), forces.ravel(), minlength=size)
-        return total.astype(np.float64, copy=False), matrix
+        matrix = csc_matrix((element_matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
+        forces = np.bincount(self.dofs.ravel(), element_forces.ravel(), minlength=size)
+        return forces.astype(np.float64, copy=False), matrix
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -159,48 +162,51 @@ class Deformed:
     energy: float
 
 
-def _section_lines(section: Section, contact: float, refinement: float, edge: float) -> tuple[Floats, Floats]:
+def _element_boundaries(section: Section, contact: float, refinement: float, edge: float) -> tuple[Floats, Floats]:
     """Return the coordinates of the element boundaries in the unit square of a section, across and downwards.
 
-    Each array increases from 0 to 1. Elements are small near the axis and the top or, for a plunger, near its `edge`
-    [mm]. `contact` [mm] and `refinement` are the arguments of `HalfBody`.
+    Each array increases from 0 to 1. Elements are small near the axis and the top or, for a plunger, near its edge.
+    `contact` [mm] is the radius of the largest contact, and `edge` [mm] the radius of a plunger or infinity. Doubling
+    the `refinement` halves the element size.
     """
     half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
-    top_width = float(section.place(np.array(1.0), np.array(1.0))[0])
-    if edge < top_width:
+    top_half_width = float(section.place(np.array(1.0), np.array(1.0))[0])
+    if edge < top_half_width:
         # Elements grow in both directions from the edge of the plunger, towards the axis and towards the side.
-        edge_share = edge / top_width
-        inner = edge_share * (1.0 - _graded_lines(_EDGE_ELEMENT, refinement, _GROWTH_FROM_EDGE)[::-1])
-        outer_share = 1.0 - edge_share
-        first = _EDGE_ELEMENT * edge_share / outer_share
-        outer = edge_share + outer_share * _graded_lines(first, refinement, _GROWTH_FROM_EDGE)
-        lines = np.concatenate([inner, outer[1:]])
-        lines_down = _graded_lines(_EDGE_ELEMENT * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
+        inner_width = edge / top_half_width  # in the unit square
+        inner = inner_width * (1.0 - _graded_boundaries(_EDGE_ELEMENT, refinement, _GROWTH_FROM_EDGE)[::-1])
+        outer_width = 1.0 - inner_width
+        first = _EDGE_ELEMENT * inner_width / outer_width  # the elements on the two sides of the edge have equal sizes
+        outer = inner_width + outer_width * _graded_boundaries(first, refinement, _GROWTH_FROM_EDGE)
+        across = np.concatenate([inner, outer[1:]])
+        down = _graded_boundaries(_EDGE_ELEMENT * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
     else:
-        lines = lines_down = _graded_lines(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
-    return lines, lines_down
+        across = down = _graded_boundaries(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
+    return across, down
 
 
 def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     """Return the matrices that map the displacements of an element to the change in F, and the Gauss-point volumes.
 
-    The nodes of the elements are at x (elements, 9, 2) [mm]. The matrices have shape (elements, points, 5, 18) [1/mm],
-    the volumes (elements, points) [mm^3]. With a `length` [mm] the body is in plane strain; without, axisymmetric.
+    F is the deformation gradient. The nodes of the elements are at x (elements, 9, 2) [mm]. The matrices have shape
+    (elements, points, 5, 18) [1/mm], the volumes (elements, points) [mm^3]. With a `length` [mm] the body is in plane
+    strain; without, axisymmetric.
     """
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     along = np.repeat(points, _POINTS)
     upward = np.tile(points, _POINTS)
-    value = tensor_product(quadratic(along), quadratic(upward))
-    slope = np.stack(
+    # The indices are Gauss point q, node n, axes i and k, element e.
+    shapes = tensor_product(quadratic(along), quadratic(upward))
+    reference_gradient = np.stack(
         [
             tensor_product(quadratic_slope(along), quadratic(upward)),
             tensor_product(quadratic(along), quadratic_slope(upward)),
         ],
         axis=-1,
     )
-    jacobian = np.einsum("qnk,eni->eqik", slope, x)
-    gradient = np.einsum("qnk,eqki->eqni", slope, np.linalg.inv(jacobian))
-    r = np.einsum("qn,en->eq", value, x[:, :, 0])
+    jacobian = np.einsum("qnk,eni->eqik", reference_gradient, x)
+    gradient = np.einsum("qnk,eqki->eqni", reference_gradient, np.linalg.inv(jacobian))
+    r = np.einsum("qn,en->eq", shapes, x[:, :, 0])
     # The extent normal to the section is the circumference or, in plane strain, twice the length: the section is
     # modelled only for r >= 0.
     extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
@@ -211,8 +217,8 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     operator[:, :, 1, :, 0] = gradient[..., 1]
     operator[:, :, 2, :, 1] = gradient[..., 0]
     operator[:, :, 3, :, 1] = gradient[..., 1]
-    if length is None:
-        operator[:, :, 4, :, 0] = value / r[:, :, None]
+    if length is None:  # the hoop strain is u_r / r; in plane strain it is 0
+        operator[:, :, 4, :, 0] = shapes / r[:, :, None]
     return operator.reshape(*volumes.shape, 5, _ELEMENT_DOFS), volumes
 
 
@@ -229,30 +235,30 @@ def _nodal_areas(x: Floats, length: float | None) -> Floats:
 
 
 def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:
-    """Return the derivatives of a quantity by the components of F, shape (5, ...), by the chain rule.
+    """Return the derivatives of a quantity with respect to the components of F, shape (5, ...), by the chain rule.
 
-    `principal` (3, ...) holds the derivatives of the quantity by the principal stretches. The first two `modes` are the
-    derivatives of the in-plane stretches by F.
+    `principal` (3, ...) holds its derivatives with respect to the principal stretches. The first two `modes` are the
+    derivatives of the in-plane stretches with respect to F.
     """
     in_plane = principal[0] * modes[0] + principal[1] * modes[1]
     return np.concatenate([in_plane, principal[2:]])
 
 
-def _graded_lines(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
-    """Return the boundaries of elements from 0 to 1, each `growth` times as large as the previous one.
+def _graded_boundaries(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
+    """Return the boundaries of elements from 0 to 1, whose lengths grow by the factor `growth` if `refinement` is 1.
 
     The first element is about `first` / `refinement` long, and none is longer than _LARGEST_ELEMENT / `refinement`.
-    Refinement also reduces the growth. The boundaries are finally scaled so that the last one is 1.
     """
-    growth = 1.0 + (growth - 1.0) / refinement
-    lines = [0.0]
+    # Refinement also reduces the growth, so that it divides the size of the elements by the same factor everywhere.
+    refined_growth = 1.0 + (growth - 1.0) / refinement
+    boundaries = [0.0]
     step = first / refinement
-    while lines[-1] < 1.0:
-        lines.append(lines[-1] + step)
-        step = min(growth * step, _LARGEST_ELEMENT / refinement)
-    return np.array(lines) / lines[-1]
+    while boundaries[-1] < 1.0:
+        boundaries.append(boundaries[-1] + step)
+        step = min(refined_growth * step, _LARGEST_ELEMENT / refinement)
+    return np.array(boundaries) / boundaries[-1]  # the last boundary becomes exactly 1
 
 
-def _with_midpoints(lines: Floats) -> Floats:
-    """Return the coordinates `lines` together with the midpoint of each interval, in increasing order."""
-    return np.sort(np.concatenate([lines, 0.5 * (lines[1:] + lines[:-1])]))
+def _with_midpoints(boundaries: Floats) -> Floats:
+    """Return the `boundaries` of elements together with the midpoint of each element, in increasing order."""
+    return np.sort(np.concatenate([boundaries, 0.5 * (boundaries[1:] + boundaries[:-1])]))

@@ -15,7 +15,7 @@ _EQUAL_TOLERANCE = 1e-7  # relative difference of stretches below which a differ
 
 
 def principal_stretches(F: Floats) -> Floats:
-    """Return both in-plane stretches, the larger one first, and the hoop stretch [1], shape (3, ...).
+    """Return the two in-plane stretches, the larger one first, and the hoop stretch [1], shape (3, ...).
 
     A negative stretch means that the element is inverted.
     """
@@ -28,6 +28,7 @@ def principal_stretches(F: Floats) -> Floats:
 def principal_modes(F: Floats) -> Floats:
     """Return the four orthonormal modes of the in-plane part of F [1], shape (4 modes, 4 components of F, ...).
 
+    A mode is a direction in which F changes. `F` (5, ...) [1] has the in-plane components F_rr, F_rz, F_zr and F_zz.
     The first two modes each change one of the in-plane stretches. The third mode is a rotation, and the fourth is a
     shear. With the hoop stretch as the fifth mode, the second derivative of any isotropic energy is diagonal. See B.
     Smith, F. de Goes, T. Kim, ACM Trans. Graph. 38, 2019, doi 10.1145/3241041.
@@ -35,12 +36,13 @@ def principal_modes(F: Floats) -> Floats:
     rr, rz, zr, zz = F[:4]
     rotation_cos, rotation_sin = _cosine_and_sine(0.5 * (rr + zz), 0.5 * (zr - rz))
     reflection_cos, reflection_sin = _cosine_and_sine(0.5 * (rr - zz), 0.5 * (zr + rz))
-    # The derivatives by F of the sum and of the difference of the stretches, and the directions orthogonal to both.
+    # The derivatives of the sum and of the difference of the stretches with respect to F, and the two directions that
+    # are orthogonal to these derivatives.
     sum_gradient = np.stack([rotation_cos, -rotation_sin, rotation_sin, rotation_cos])
     difference_gradient = np.stack([reflection_cos, reflection_sin, reflection_sin, -reflection_cos])
     rotation = np.stack([-rotation_sin, -rotation_cos, rotation_cos, -rotation_sin])
     shear = np.stack([-reflection_sin, reflection_cos, reflection_cos, reflection_sin])
-    normalisation = math.sqrt(0.5)
+    normalisation = math.sqrt(0.5)  # each of the four directions has the length sqrt(2)
     return np.stack(
         [
             0.5 * (sum_gradient + difference_gradient),
@@ -65,6 +67,7 @@ def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure
     """
     l1, l2, _ = stretches
     difference = l1 - l2
+    # For equal stretches, the difference quotient of phi' is 0 / 0. Its limit is the second derivative of phi.
     is_equal = difference < _EQUAL_TOLERANCE * l1
     quotient = (slope[0] - slope[1]) / np.where(is_equal, 1.0, difference)
     shear = np.where(is_equal, 0.5 * (curvature[0] + curvature[1]), quotient)

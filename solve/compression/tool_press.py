@@ -32,7 +32,7 @@ class _ToolState:
     """A deformed body under a tool, and its contact; arrays are (surface nodes,).
 
     `height` [mm] is the height of each surface node above the face of the tool; where positive, it is the penetration.
-    `slope` [1] and `slope_rate` [1/mm] are the slope of the face at the node and its derivative by the radius.
+    `slope` [1] is the slope of the face at the node, and `slope_rate` [1/mm] its derivative with respect to the radius.
     `touches` marks the nodes in contact. `energy` [N mm] is the strain energy plus the energy of the penalty.
     """
 
@@ -64,7 +64,10 @@ class _ToolPress:
         return float(np.finfo(np.float64).eps) * self.body.volume
 
     def state(self, u: Floats) -> _ToolState:
-        """Return the deformed body, its contact and its energy for displacements u (nodes, 2) [mm]."""
+        """Return the deformed body, its contact and its energy for displacements u (nodes, 2) [mm].
+
+        A surface node touches if it is not below the face of the tool and lies, undeformed, within the tool's edge.
+        """
         body = self.body
         r = body.x[body.surface, 0]
         z = body.x[body.surface, 1]
@@ -85,31 +88,31 @@ class _ToolPress:
         not converge.
         """
         state = start
-        fixed = np.flatnonzero(held)
+        held_dofs = np.flatnonzero(held)
         for _ in range(_MAX_ITERATIONS):
             # If the Newton step does not lower the energy, try the Newton step of a convex approximation of the energy.
             for convex in (False, True):
                 residual, matrix, force = self._linearise(state, held, convex=convex)
                 if np.linalg.norm(residual) <= max(_RESIDUAL_LIMIT * force, self.round_off):
                     return state, force
-                step = factorise(matrix, fixed).solve(-residual)
-                lower = self._line_search(state, step, float(residual @ step))
-                if lower is not None:
+                step = factorise(matrix, held_dofs).solve(-residual)
+                next_state = self._line_search(state, step, float(residual @ step))
+                if next_state is not None:
                     break
-            if lower is None:
+            if next_state is None:  # neither step lowers the energy
                 break
-            state = lower
+            state = next_state
         msg = f"compression: no equilibrium was found at a travel of {self.travel:.3g} mm. Reduce the travel."
         raise SolveError(msg)
 
     def _linearise(self, state: _ToolState, held: Flags, *, convex: bool) -> tuple[Floats, csc_matrix, float]:
         """Return the residual (2 nodes,) [N], its derivative (2 nodes, 2 nodes) [N/mm], and the force on the tool [N].
 
-        The residual and its derivative are the first and second derivatives of the total energy by the displacements.
-        The penalty energy of a node in contact is 1/2 k height^2, where k is the penalty stiffness [N/mm]. The height
-        increases by 1 per unit upward displacement, and decreases by the slope of the face per unit outward
-        displacement. With `convex`, negative curvatures of the energy are set to 0. The residual is set to 0 at the
-        dofs marked in `held`.
+        The residual and its derivative are the first and second derivatives of the total energy with respect to the
+        displacements. The penalty energy of a node in contact is 1/2 k height^2, where k is the penalty stiffness
+        [N/mm]. The height increases by 1 per unit upward displacement, and decreases by the slope of the face per unit
+        outward displacement. With `convex`, negative curvatures of the energy are set to 0. The residual is set to 0 at
+        the dofs marked in `held`.
         """
         body = self.body
         stiffness = self.penalty * body.area
@@ -132,8 +135,8 @@ class _ToolPress:
     def _line_search(self, state: _ToolState, step: Floats, slope: float) -> _ToolState | None:
         """Return the state after a fraction of `step` (2 nodes,) [mm] that lowers the energy sufficiently.
 
-        The fractions 1, 1/2, 1/4 and so on are tried, and the first that satisfies Armijo's condition is taken. The
-        result is None if no fraction does. `slope` is the derivative of the energy along the step [N mm].
+        The fractions 1, 1/2, 1/4 and so on are tried, and the first that satisfies Armijo's condition is used. The
+        result is None if no fraction does. `slope` [N mm] is the derivative of the energy with respect to the fraction.
         """
         for halvings in range(_HALVINGS):
             fraction = 0.5**halvings
@@ -150,7 +153,7 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     longer move along r, nor can nodes on a table. Raises SolveError if no equilibrium is found.
     """
     tool = tool or Tool()
-    held = body.held.copy()
+    held = body.held.copy()  # gripped dofs are added below
     if grips:
         initial_state = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
         held[2 * body.surface[initial_state.touches]] = True
@@ -181,7 +184,7 @@ def _extrapolate(solutions: Sequence[Floats], solved_travels: Sequence[float], t
     `solved_travels` [mm] are the travels of these solutions.
     """
     weights = np.ones(len(solutions))
-    for i, node in enumerate(solved_travels):
-        others = [other for j, other in enumerate(solved_travels) if j != i]
-        weights[i] = math.prod((travel - other) / (node - other) for other in others)
+    for i, solved_travel in enumerate(solved_travels):
+        other_travels = [other for j, other in enumerate(solved_travels) if j != i]
+        weights[i] = math.prod((travel - other) / (solved_travel - other) for other in other_travels)
     return np.asarray(np.einsum("s,snd->nd", weights, np.array(solutions)))
