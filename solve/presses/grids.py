@@ -2,7 +2,7 @@
 
 Within a grid, the compliance is Love's solution for a uniformly loaded rectangle, applied as a convolution (K. L.
 Johnson, Contact Mechanics (1985), equation (3.25)). Between grids, it is Boussinesq's 1 / r, evaluated between the
-Chebyshev nodes of both grids. E* is E / (1 - nu^2).
+Chebyshev nodes of the two grids. E* is E / (1 - nu^2).
 """
 
 import math
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 
 from sensor.arrays import Floats
-from solve.presses.pressed_bodies import EllipsoidFruit
+from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone, OuterLayer
 
 Complexes = NDArray[np.complex128]
 
@@ -48,31 +48,47 @@ class Grids:
     ) -> None:
         """Prepare the interpolation between cells and Chebyshev nodes, and the compliance between nodes of two grids.
 
+        `centres` (tips, 2) [mm] and `half_widths` (tips,) [mm] describe the grids, each with `cells` cells per side.
         `kernel` is `love(cells)`. `fruit` provides the local compliance under each dome, and its layer if it has one.
         Without `fruit`, the flesh is a homogeneous half-space.
         """
-        self.centres, self.half_widths, self.cells, self.kernel = centres, half_widths, cells, kernel
+        self.centres = centres
+        self.half_widths = half_widths
+        self.cells = cells
+        self.kernel = kernel
         self.cell_coordinates = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # centres of the cells, from -1 to 1
         self.cell_size = 2.0 * half_widths / cells
         nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
         polynomials = []
-        for n in nodes:
-            polynomials.append(np.prod([(self.cell_coordinates - m) / (n - m) for m in nodes if m != n], axis=0))
+        for node in nodes:
+            polynomials.append(
+                np.prod([(self.cell_coordinates - other) / (node - other) for other in nodes if other != node], axis=0)
+            )
         self.node_polynomials = np.array(polynomials)  # Lagrange polynomials of the nodes at the cells, (nodes, cells)
         distance = self._node_distances(nodes)
-        self.node_compliance = 1.0 / distance
+        self.node_compliance = 1.0 / distance  # times pi E* [1/mm]
         fruit = fruit or EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)
-        self.softness, self.constant = (np.broadcast_to(row, len(centres)) for row in fruit.local_compliance)
+        factor, constant = fruit.local_compliance
+        self.softness = np.broadcast_to(factor, len(centres))
+        self.constant = np.broadcast_to(constant, len(centres))
         self.layer_kernel: Complexes | None = None
         if fruit.layer is not None:
-            # The compliance of a layer is the compliance of its material plus the effect of the base.
-            offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
-            cell_distances = self.cell_size[:, None, None] * np.hypot(offsets[:, None], offsets)
-            self.layer_kernel = rfft2(fruit.layer.base_effect(cell_distances))
-            self.softness = self.softness / fruit.layer.stiffness
-            is_between_grids = np.isfinite(distance)
-            self.node_compliance = self.node_compliance / fruit.layer.stiffness
-            self.node_compliance[is_between_grids] += fruit.layer.base_effect(distance[is_between_grids])
+            self._add_layer(fruit.layer, distance)
+
+    def _add_layer(self, layer: OuterLayer | FleshOnStone, distance: Floats) -> None:
+        """Change the compliances within and between grids to those of flesh with a layer.
+
+        The compliance of a layer is the compliance of its material plus the effect of the base. `distance` [mm] holds
+        the distances between nodes, as `_node_distances` returns them.
+        """
+        # Within a grid, the effect of the base is smooth, so it is evaluated at the distances between cell centres.
+        offsets = np.fft.fftfreq(2 * self.cells, 1.0 / (2 * self.cells))
+        cell_distances = self.cell_size[:, None, None] * np.hypot(offsets[:, None], offsets)
+        self.layer_kernel = rfft2(layer.base_effect(cell_distances))
+        self.softness = self.softness / layer.stiffness
+        is_between_grids = np.isfinite(distance)
+        self.node_compliance = self.node_compliance / layer.stiffness
+        self.node_compliance[is_between_grids] += layer.base_effect(distance[is_between_grids])
 
     def _node_distances(self, nodes: Floats) -> Floats:
         """Return the distances between all nodes of all grids [mm], shape (tips, tips, NODES^2, NODES^2).
@@ -104,13 +120,15 @@ class Grids:
         transferred: Floats = np.zeros_like(forces)
         for tip in range(len(forces)):
             offset = (centres - self.centres)[tip, :, None]
-            # Find the row and column of the old cell that contains the centre of each new cell.
+            # Find the row and column of the old cell that contains the centre of each new cell. Along each axis,
+            # `from_edge` [mm] is the distance of a new cell from the edge of the old grid.
             from_edge = self.cell_coordinates * half_widths[tip] + offset + self.half_widths[tip]
             row, column = np.floor(from_edge / self.cell_size[tip]).astype(int)
             is_inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
-            nearest = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
+            old_forces = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
+            # At the same pressure, the force on a cell is proportional to its area.
             area_ratio = (half_widths[tip] / self.half_widths[tip]) ** 2
-            transferred[tip] = nearest * np.outer(*is_inside) * area_ratio
+            transferred[tip] = old_forces * np.outer(*is_inside) * area_ratio
         return transferred
 
     def precondition(self, deflections: Floats) -> Floats:
@@ -136,7 +154,9 @@ class Grids:
         if self.layer_kernel is not None:
             own_transform = own_transform + force_transform * self.layer_kernel
         from_own_grid: Floats = irfft2(own_transform, padded)[:, : self.cells, : self.cells]
+        # The constant part of the local compliance deflects all cells of a grid equally.
         from_own_grid = from_own_grid + self.constant[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
+        # The indices are grids t and s, nodes a of grid t and b of grid s.
         node_forces = self.node_polynomials @ forces @ self.node_polynomials.T
         node_deflections = np.einsum("tsab,sb->ta", self.node_compliance, node_forces.reshape(len(forces), -1))
         node_deflections = node_deflections.reshape(-1, NODES, NODES)

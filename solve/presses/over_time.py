@@ -42,8 +42,8 @@ class _Memory:
     def begin_step(self, step: float) -> tuple[float, Floats]:
         """Return a factor c [1] and a known part k (tips,) [N], so that sum g_i m_i = c F + k at the end of a step [s].
 
-        F are the forces at the end of the step. An arm with x = step / tau decays by exp(-x), and its mean decay over
-        the step is (1 - exp(-x)) / x.
+        F are the forces at the end of the step, which are not yet known. An arm with x = step / tau decays by exp(-x),
+        and its mean decay over the step is (1 - exp(-x)) / x. The terms of each arm are kept for `end_step`.
         """
         decay = np.exp(-step / self.times)
         # The lower bound of 1e-12 avoids 0 / 0 for a step of 0, whose mean decay is 1.
@@ -61,15 +61,15 @@ class _Memory:
 def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
     """Return the Kelvin elements, a_0 and arms (a_i, tau_i), of the creep compliance (t / at_s) ** exponent [1].
 
-    They are fitted to this power law for times t from a millisecond to a week. For PETG, whose exponent is 0.01, the
-    error of the fit is below 0.1 %.
+    They are fitted to this power law for times t from a millisecond to a week. `at_s` [s] is the time at which the
+    creep compliance is 1. For PETG, whose exponent is 0.01, the error of the fit is below 0.1 %.
     """
-    if exponent == 0.0:
+    if exponent == 0.0:  # an elastic spring
         return 1.0, ()
     t = np.geomspace(1e-3, 6e5, 200)
     time_constants = 10.0**_LOG_TIME_CONSTANTS
     columns = np.column_stack([np.ones(len(t)), 1.0 - np.exp(-t[:, None] / time_constants)])
-    # Nonnegative least squares, because a Kelvin element cannot have a negative compliance.
+    # The least squares are nonnegative, because a Kelvin element cannot have a negative compliance.
     compliances, _ = nnls(columns, (t / at_s) ** exponent)
     return float(compliances[0]), tuple(zip(compliances[1:].tolist(), time_constants.tolist(), strict=True))
 
@@ -91,8 +91,9 @@ def press_with_creep(
 ) -> tuple[Floats, Floats]:
     """Return the forces on the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
-    `motion` is the motion of the sensor. `flesh` holds the arms (g_i, tau_i) of the flesh. `creep` holds the Kelvin
-    elements of the springs, as returned by `creep_of`. Raises ArithmeticError if the elastic forces decrease on flesh
+    `pressing` is the sensor on the fruit, not yet pressed, and `motion` is the motion of the sensor. `flesh` holds the
+    arms (g_i, tau_i) of the flesh; by default it is elastic. `creep` holds the Kelvin elements of the springs, as
+    returned by `creep_of`; by default they do not creep. Raises ArithmeticError if the elastic forces decrease on flesh
     that relaxes, because the law of Lee and Radok does not hold for shrinking contacts.
     """
     K = pressing.sensor.K
@@ -109,7 +110,8 @@ def press_with_creep(
         # that has recovered. An elastic solve with such springs therefore gives n.
         pressing.spring_compliance = compliance_factor * force_factor / K
         pressing.recovered = (compliance_factor * relaxed - crept) / K
-        previous, elastic = elastic, pressing.forces(travel, np.multiply(motion.drift, travel / last_travel))
+        previous = elastic
+        elastic = pressing.forces(travel, np.multiply(motion.drift, travel / last_travel))
         if len(flesh) and (elastic < previous * (1.0 - _ALLOWED_DECREASE)).any():
             msg = f"the elastic force on a dome decreases at a travel of {travel:.3g} mm, although the flesh relaxes"
             raise ArithmeticError(msg)
@@ -131,7 +133,8 @@ def press_over_time(
 ) -> Floats:
     """Return the forces on the domes [N], shape (samples, tips), on flesh that relaxes, with elastic springs.
 
-    `travels` [mm] and `times` [s] are those of the samples. `arms` are the arms (g_i, tau_i) of the flesh. `cells` is
-    the number of cells per side of the contact grid under each dome.
+    `travels` (samples,) [mm] are measured from the first touch, at the `times` (samples,) [s]. `arms` are the arms
+    (g_i, tau_i) of the flesh. `cells` is the number of cells per side of the contact grid under each dome. Raises
+    ArithmeticError like `press_with_creep`.
     """
     return press_with_creep(Pressing(sensor, fruit, cells), PressMotionOverTime(travels=travels, times=times), arms)[0]

@@ -106,9 +106,10 @@ class FleshOnStone:
 
 
 def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
-    """Return the compliance of a layer on a base, divided by that of a half-space of the layer's material [1].
+    """Return Burmister's transform of a layer on a base [1], as a function of the wave number of the pressure.
 
-    With the argument t, the wave number times the thickness of the layer [1], Burmister's transform is
+    It is the compliance of the layer on its base, divided by the compliance of a half-space of the layer's material.
+    With the argument t, the wave number times the thickness of the layer [1], it is
 
         (1 + 4 b t exp(-2 t) - a b exp(-4 t)) / (1 - (a + b + 4 b t^2) exp(-2 t) + a b exp(-4 t)),
 
@@ -116,11 +117,12 @@ def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
     modulus of the base is s, the argument `stiffness`; s = 0 is a rigid base. Both have the same Poisson's ratio nu.
     """
     k = 3.0 - 4.0 * poisson
-    upper = (stiffness - 1.0) / (stiffness + k)
-    lower = k * (stiffness - 1.0) / (1.0 + stiffness * k)
-    decay, decay_squared = np.exp(-2.0 * t), np.exp(-4.0 * t)
-    numerator = 1.0 + 4.0 * t * upper * decay - lower * upper * decay_squared
-    return numerator / (1.0 - (lower + upper + 4.0 * upper * t**2) * decay + lower * upper * decay_squared)
+    b = (stiffness - 1.0) / (stiffness + k)
+    a = k * (stiffness - 1.0) / (1.0 + stiffness * k)
+    decay = np.exp(-2.0 * t)
+    decay_squared = np.exp(-4.0 * t)
+    numerator = 1.0 + 4.0 * t * b * decay - a * b * decay_squared
+    return numerator / (1.0 - (a + b + 4.0 * b * t**2) * decay + a * b * decay_squared)
 
 
 def _base_effect(compliance: Callable[[Floats], Floats], thickness: float, stiffness: float) -> CubicSpline:

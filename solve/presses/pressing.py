@@ -33,8 +33,14 @@ SMALLEST_FRACTION = 1e-3  # smallest fraction of a step towards the forces of an
 GAP_TOLERANCE = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
 
 # Fitting of the grids to their contacts. The fill of a grid is the width of its contact divided by its own width.
-ALLOWED_FILL = (0.72, 0.94)  # smallest and largest allowed fill
+ALLOWED_FILL = (0.72, 0.94)  # a grid is kept as long as its fill is within this range
 TARGET_FILL = 0.83  # fill of a new grid, the middle of ALLOWED_FILL
+SMALLEST_FITTED_CELLS = 2.5  # number of cells to which a narrower contact is widened when its grid is chosen
+# A dome out of contact gets the grid of a contact with an interference of this fraction of its gap, but at least of
+# this length [mm].
+EXPECTED_INTERFERENCE = 0.02
+SMALLEST_EXPECTED_INTERFERENCE = 1e-3
+EXPECTED_CONTACT_MARGIN = 1.2  # half width of that grid divided by the expected contact radius
 CUT_OFF_FILL = 0.9  # fill above which a contact at the edge of its grid may be much wider than the grid
 CUT_OFF_GROWTH = 1.5  # factor by which a grid grows if its edge cuts off the contact
 WIDENING_FACTOR = 0.8  # factor on the smallest allowed fill of a grid if a bump touches outside it
@@ -53,12 +59,14 @@ class Pressing:
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
-        """Find the point of first contact under each dome.
+        """Find the point of first contact under each dome, for a contact grid with `cells` cells per side.
 
-        Newton's method finds it for ideal spheres on a smooth ellipsoid. If the skin has bumps, or the domes have a
-        form error or a rim, three successively finer grids around that point are then searched.
+        Newton's method finds the point for ideal spheres on a smooth ellipsoid. If the skin has bumps, or the domes
+        have a form error or a rim, three successively finer grids around that point are then searched.
         """
-        self.sensor, self.fruit, self.cells = sensor, fruit, cells
+        self.sensor = sensor
+        self.fruit = fruit
+        self.cells = cells
         self.kernel = love(cells)
         self.touch = sensor.positions.copy()
         for _ in range(NEWTON_STEPS):
@@ -111,11 +119,13 @@ class Pressing:
         and the protrusion of the dome are subtracted.
         """
         r = self.sensor.dome_radius
+        # Height of the domes above their lowest points; beyond the equator of a sphere it is its radius.
         dx = x - self.sensor.positions[:, 0, None, None]
         dy = y - self.sensor.positions[:, 1, None, None]
         dome_height: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
         if self.sensor.form is not None:
             dome_height = dome_height - self.sensor.form(np.hypot(dx, dy))
+        # Depth of the skin below its tangent plane at the apex
         k: Floats = self.fruit.curvature
         x0, y0 = self.fruit.apex
         skin_depth = 0.5 * (k[0, 0] * (x - x0) ** 2 + 2.0 * k[0, 1] * (x - x0) * (y - y0) + k[1, 1] * (y - y0) ** 2)
@@ -130,8 +140,10 @@ class Pressing:
 
         The slope of the sensor along x and y has changed by `changed_slope` [1] since the first touch. Contact is first
         solved on the grids of the previous travel. Grids that do not fit their contacts are replaced, and the contact
-        is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts.
+        is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts, or if a contact or
+        the set of yielded cells does not settle.
         """
+        # Displacement of the undeformed domes [mm]. The sensor touches first where the gap at height 0 is smallest.
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         interference = lowering - self.nearest
         if self.grids is None:
@@ -144,6 +156,7 @@ class Pressing:
             dome_forces: Floats = cell_forces.sum(axis=(1, 2))
             centres, half_widths, fits = self._fitted_grids(grids, cell_forces, interference)
             if fits and self.fruit.bumps is not None:
+                # Widen a grid if a bump would touch beside it, and let it stay wider than its contact needs.
                 touches_outside = self._touches_outside(grids, dome_forces, lowering)
                 self.smallest_fill[touches_outside] *= WIDENING_FACTOR
                 half_widths = np.where(touches_outside, half_widths / WIDENING_FACTOR, half_widths)
@@ -170,45 +183,61 @@ class Pressing:
     def _fitted_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
         """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
-        A grid fits if its contact does not touch its edge, and if its fill is between `smallest_fill` and
-        ALLOWED_FILL[1]. `cell_forces` (tips, cells, cells) [N] are the forces on the cells. `interference` (tips,) [mm]
-        is the depth of the undeformed domes below the undeformed skin.
+        The centres (tips, 2) and the half widths (tips,) are in mm. `cell_forces` (tips, cells, cells) [N] are the
+        forces on the cells. `interference` (tips,) [mm] is the depth of the undeformed domes below the undeformed skin.
         """
-        centres, half_widths = grids.centres.copy(), grids.half_widths.copy()
+        centres = grids.centres.copy()
+        half_widths = grids.half_widths.copy()
         fits = True
         for tip, forces in enumerate(cell_forces):
-            rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
-            # A dome out of contact keeps a small grid where it will touch. Its half width is 1.2 contact radii for an
-            # interference of 2 % of the present gap.
-            if not len(rows):
-                half_widths[tip] = 1.2 * math.sqrt(self.relative_radius * max(0.02 * abs(interference[tip]), 1e-3))
+            if not forces.any():  # a dome out of contact keeps a small grid where it will touch
+                expected = max(EXPECTED_INTERFERENCE * abs(interference[tip]), SMALLEST_EXPECTED_INTERFERENCE)
+                half_widths[tip] = EXPECTED_CONTACT_MARGIN * math.sqrt(self.relative_radius * expected)
                 centres[tip] = self.touch[tip]
                 continue
-            first = np.array([rows[0], columns[0]])
-            last = np.array([rows[-1], columns[-1]])
-            fill = (last - first + 1).max() / grids.cells
-            is_at_edge = first.min() == 0 or last.max() == grids.cells - 1
-            if is_at_edge or not self.smallest_fill[tip] <= fill <= ALLOWED_FILL[1]:
+            new_grid = self._better_grid(grids, tip, forces)
+            if new_grid is not None:
                 fits = False
-                centres[tip] = grids.centres[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.cell_size[tip]
-                # If the edge cuts the contact off, its width is unknown, so the grid grows by a fixed factor. Otherwise
-                # the new grid has the fill TARGET_FILL. A contact of one or two cells is treated as 2.5 cells wide, so
-                # that the grid does not shrink too fast.
-                is_cut_off = is_at_edge and fill > CUT_OFF_FILL
-                growth = CUT_OFF_GROWTH if is_cut_off else max(fill, 2.5 / grids.cells) / TARGET_FILL
-                half_widths[tip] = grids.half_widths[tip] * growth
+                centres[tip], half_widths[tip] = new_grid
         return centres, half_widths, fits
+
+    def _better_grid(self, grids: Grids, tip: int, forces: Floats) -> tuple[Floats, float] | None:
+        """Return the centre (2,) [mm] and the half width [mm] of a better grid for a contact, or None if its grid fits.
+
+        A grid fits if its contact does not touch its edge, and if its fill is between `smallest_fill` and
+        ALLOWED_FILL[1]. `forces` (cells, cells) [N] are the forces on its cells, some of which are positive. `tip` is
+        the index of the dome.
+        """
+        rows = np.flatnonzero(forces.any(axis=1))
+        columns = np.flatnonzero(forces.any(axis=0))
+        first = np.array([rows[0], columns[0]])
+        last = np.array([rows[-1], columns[-1]])
+        fill = (last - first + 1).max() / grids.cells
+        is_at_edge = first.min() == 0 or last.max() == grids.cells - 1
+        if not is_at_edge and self.smallest_fill[tip] <= fill <= ALLOWED_FILL[1]:
+            return None
+        centre = grids.centres[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.cell_size[tip]
+        # If the edge cuts the contact off, its width is unknown, so the grid grows by a fixed factor. Otherwise the new
+        # grid has the fill TARGET_FILL. The width of a contact of one or two cells is rounded up, so that the grid does
+        # not shrink too fast.
+        is_cut_off = is_at_edge and fill > CUT_OFF_FILL
+        growth = CUT_OFF_GROWTH if is_cut_off else max(fill, SMALLEST_FITTED_CELLS / grids.cells) / TARGET_FILL
+        return centre, grids.half_widths[tip] * growth
 
     def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
         """Return whether a bump of the skin would touch each dome outside its grid, shape (tips,).
 
-        The deflection of the skin outside a grid is computed as if the forces acted at the centres of the grids.
+        Points up to twice the half width of a grid from its centre are checked. The deflection of the skin there is
+        computed as if the `dome_forces` (tips,) [N] acted at the centres of the grids. `lowering` (tips,) [mm] is the
+        displacement of the domes, without the deflection of their springs.
         """
-        coordinates = np.linspace(-2.0, 2.0, 81)  # points up to twice the half width from the centre of a grid
+        coordinates = np.linspace(-2.0, 2.0, 81)  # in half widths of a grid; the grid itself ends at -1 and 1
         is_outside = np.maximum(np.abs(coordinates[:, None]), np.abs(coordinates)) > 1.0
         x = grids.centres[:, 0, None, None] + grids.half_widths[:, None, None] * coordinates[:, None]
         y = grids.centres[:, 1, None, None] + grids.half_widths[:, None, None] * coordinates
         x, y = np.broadcast_arrays(x, y)
+        # Distance of the points around each grid from the centre of each grid. The lower limit of 1e-3 mm avoids a
+        # division by 0 at a centre.
         distance = np.hypot(
             x[:, None] - grids.centres[:, 0, None, None], y[:, None] - grids.centres[:, 1, None, None]
         ).clip(1e-3)
@@ -222,13 +251,15 @@ class Pressing:
     def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
         """Return the forces on all cells [N], each capped at the force at which the flesh yields.
 
-        `lowering` (tips,) [mm] is the displacement of the domes. `start` [N] is the initial guess of the forces, or
-        None. Yielded cells carry their yield force, and the forces on the other cells are solved elastically. The set
-        of yielded cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less
-        than the dome requires. Raises ArithmeticError if the set of yielded cells does not settle.
+        The forces and `start` have the shape (tips, cells, cells). `lowering` (tips,) [mm] is the displacement of the
+        domes, without the deflection of their springs. `start` [N] is the initial guess of the forces, or None. Yielded
+        cells carry their yield force, and the forces on the other cells are solved elastically. The set of yielded
+        cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less than the
+        dome requires. Raises ArithmeticError if the set of yielded cells does not settle.
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)  # deflection of each cell if it touches its dome
+        # Force on each cell at which the flesh yields [N]
         largest = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
         on_domes = self._on_domes(x, y)
         is_yielded = np.zeros_like(on_domes)
@@ -240,7 +271,7 @@ class Pressing:
                 grids, required - yield_deflection, elastic_start, on_domes & ~is_yielded
             )
             forces = elastic_forces + yield_forces
-            if math.isinf(self.fruit.yields):
+            if math.isinf(self.fruit.yields):  # no cell can yield, so no iteration is needed
                 return forces
             remains_yielded = is_yielded & (self._deflection(grids, forces) <= required)
             # The margin of 1e-9 keeps round-off from marking a cell that carries exactly its yield force.
@@ -259,33 +290,40 @@ class Pressing:
     def _contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
         """Return the nonnegative forces f on the cells [N] that minimise the energy, by an active-set method.
 
-        The energy is f.(A f) / 2 - f.required, where A f is the deflection of the cells under f. `required` [mm] is the
-        deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` [N] is the
-        initial guess of the forces, or None. Raises ArithmeticError if the active set does not settle.
+        The energy [N mm] is f.(A f) / 2 - f.required, where A f is the deflection of the cells under f. `required` [mm]
+        is the deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` [N]
+        is the initial guess of the forces, or None. All arrays are (tips, cells, cells). Raises ArithmeticError if the
+        active set does not settle.
         """
 
         def deflection(forces: Floats) -> Floats:
             return self._deflection(grids, forces)
 
-        tolerance = GAP_TOLERANCE * max(required.max(), 1e-6)
+        def energy_of(forces: Floats, deflection_minus_twice_required: Floats) -> float:
+            return float(0.5 * (forces * deflection_minus_twice_required).sum())
+
+        tolerance = GAP_TOLERANCE * max(required.max(), 1e-6)  # [mm]; the bound of 1e-6 mm keeps it positive
         # Ignore tension that would move a cell by only a few tolerances.
         ignored_tension = (tolerance * grids.cell_size / self.fruit.compliance)[:, None, None]
         active = free & (required > 0.0 if start is None else start > 0.0)
         f = np.zeros_like(required) if start is None else start
-        energy = 0.5 * (f * (deflection(f) - 2.0 * required)).sum()
+        energy = energy_of(f, deflection(f) - 2.0 * required)
         system = _System(grids, deflection, required, 0.5 * tolerance)
         for _ in range(MAX_ACTIVE_SETS):
             solution, gaps = system.solve(np.where(active, f, 0.0), active)
             has_tension = (solution < -ignored_tension).any()
-            # If cells would be in tension, shorten the step until it lowers the energy.
-            previous, f, fraction = f, solution, 1.0
+            # If cells would be in tension, set tension to zero and halve the step until the energy decreases. The
+            # shortest step is accepted in any case.
+            previous = f
+            f = solution
+            fraction = 1.0
             while has_tension and fraction > SMALLEST_FRACTION:
                 f = np.maximum(previous + fraction * (solution - previous), 0.0)
                 gaps = deflection(f) - required
                 fraction *= 0.5
-                if 0.5 * (f * (gaps - required)).sum() < energy:
+                if energy_of(f, gaps - required) < energy:
                     break
-            energy = 0.5 * (f * (gaps - required)).sum()
+            energy = energy_of(f, gaps - required)
             # Cells without a force that penetrate the dome enter the active set; cells in tension have left it.
             enters = free & (f == 0.0) & (gaps < -tolerance)
             if not has_tension and not enters.any():
@@ -311,16 +349,19 @@ class _System:
         """Return the forces on the active cells [N] that give the required deflection, and the gaps of all cells [mm].
 
         The method is conjugate gradients, preconditioned by the inverse of each grid's convolution. `f` [N] is the
-        initial guess of the forces. Raises ArithmeticError if the iteration does not converge.
+        initial guess of the forces, and 0 on all cells not marked in `active`. All arrays are (tips, cells, cells).
+        Raises ArithmeticError if the iteration does not converge.
         """
         gaps = self.deflection(f) - self.required
-        direction, previous_product = np.zeros_like(f), 1.0
+        direction = np.zeros_like(f)
+        previous_product = 1.0
         for step in range(MAX_CG_STEPS):
             residual = np.where(active, gaps, 0.0)
             if np.abs(residual).max() < self.tolerance:
                 return f, gaps
             preconditioned = np.where(active, self.grids.precondition(residual), 0.0)
             product = (residual * preconditioned).sum()
+            # The first direction is the preconditioned residual, because there is no previous direction.
             direction = -preconditioned + (product / previous_product if step else 0.0) * direction
             previous_product = product
             change = self.deflection(direction)
@@ -342,8 +383,9 @@ def press(
     """Return the forces on the domes [N], shape (samples, tips), at increasing travels [mm] from the first touch.
 
     `cells` is the number of cells per side of the contact grid under each dome. The slope of the sensor changes in
-    proportion to the travel. At the last travel it has changed by `drift` [1] along x and y.
+    proportion to the travel. At the last travel it has changed by `drift` [1] along x and y. Raises ArithmeticError if
+    the contact at a travel cannot be solved.
     """
     pressing = Pressing(sensor, fruit, cells)
     last_travel = max(travels)
-    return np.array([pressing.forces(x, np.multiply(drift, x / last_travel)) for x in travels])
+    return np.array([pressing.forces(travel, np.multiply(drift, travel / last_travel)) for travel in travels])
