@@ -54,15 +54,20 @@ class Layer:
     def softening(self, kh: Floats) -> Floats:
         """Return T - 1 [1], the relative change in compliance due to the half-space below the layer.
 
-        T is Burmister's function, as in the docstring of this module. `kh` > 0 [1] is the wave number times the
-        thickness, an array of any shape.
+        The argument t of Burmister's function T is `kh` > 0 [1], the wave number times the thickness, an array of any
+        shape. With the ratio m of the shear modulus of the layer to that of the half-space,
+
+            T = (1 + 4 b t exp(-2 t) - a b exp(-4 t)) / (1 - (a + b + 4 b t^2) exp(-2 t) + a b exp(-4 t)),
+
+        where a = 1 - 4 (1 - nu_s) / (1 + m (3 - 4 nu)), b = (m - 1) / (m + 3 - 4 nu_s), and nu is Poisson's ratio of
+        the half-space. See K. L. Johnson, Contact Mechanics (1985), section 5.8.
         """
-        shear = self.modulus * (1.0 + self.poisson_below) / (1.0 + self.poisson)
-        lower = 1.0 - 4.0 * (1.0 - self.poisson) / (1.0 + shear * (3.0 - 4.0 * self.poisson_below))
-        upper = (shear - 1.0) / (shear + 3.0 - 4.0 * self.poisson)
+        shear_ratio = self.modulus * (1.0 + self.poisson_below) / (1.0 + self.poisson)
+        a = 1.0 - 4.0 * (1.0 - self.poisson) / (1.0 + shear_ratio * (3.0 - 4.0 * self.poisson_below))
+        b = (shear_ratio - 1.0) / (shear_ratio + 3.0 - 4.0 * self.poisson)
         decay = np.exp(-2.0 * kh)
-        numerator = 1.0 + 4.0 * upper * kh * decay - lower * upper * decay**2
-        denominator = 1.0 - (lower + upper + 4.0 * upper * kh**2) * decay + lower * upper * decay**2
+        numerator = 1.0 + 4.0 * b * kh * decay - a * b * decay**2
+        denominator = 1.0 - (a + b + 4.0 * b * kh**2) * decay + a * b * decay**2
         return np.asarray(numerator / denominator - 1.0)
 
     def smooth_compliance(self, deviations: Sequence[float], distance: float) -> float:
@@ -83,16 +88,17 @@ class Layer:
         normally distributed pressure of standard deviation `deviation` [mm]. `curvatures` [1/mm] are the two principal
         curvatures kappa_x and kappa_y of the layer.
 
-        At the wave vector (k_x, k_y), a shallow shell has the additional normal stiffness per area
-        (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4. It is averaged over all directions of the wave vector. Its
-        effect on the compliance is computed to first order. See E. Reissner, J. Math. Phys. 25 (1946) 80,
-        doi:10.1002/sapm194625180.
+        Let E_s be the modulus of the layer, h its thickness, and E the modulus below. At the wave vector (k_x, k_y), a
+        shallow shell has the additional normal stiffness per area (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4.
+        It is averaged over all directions of the wave vector. Its effect on the compliance is computed to first order.
+        See E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180.
         """
         kappa_x, kappa_y = curvatures
         # The mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions is `squares` / 8.
         squares = 3.0 * kappa_x**2 + 3.0 * kappa_y**2 + 2.0 * kappa_x * kappa_y
         shell_stiffness = (self.modulus - 1.0) * self.thickness * squares / 8.0
         k, weight = _panels(LARGEST_KA / radius, 2.0 * math.pi / max(radius, deviation))
+        # Surface displacement per unit pressure of wave number k, times the modulus below [mm]
         compliance = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
         # Squared Fourier transforms of the two pressures: the circular punch minus the normal distribution.
         spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
@@ -102,15 +108,16 @@ class Layer:
 def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     """Return the change in compliance due to the half-space below each layer, times the modulus below [1/mm].
 
-    The change is the term (1 - nu_s^2) / (pi E_s) l(r) in the docstring of this module. `distances` r [mm] may have any
-    shape (...), and the result has the shape (layers, ...). All layers must have the same thickness. The values are
-    interpolated in a table, so that many distances cost little.
+    The change is (1 - nu_s^2) / (pi E_s) int_0^inf (T(k h) - 1) J_0(k r) dk, relative to a half-space of the layer's
+    material. `distances` r [mm] between load and displacement may have any shape (...), and the result has the shape
+    (layers, ...). All layers must have the same thickness h. The values are interpolated in a table, so that many
+    distances cost little.
     """
     h = layers[0].thickness
     largest = max(float(distances.max(initial=0.0)), h)
     # The distances of the table have equal steps up to about the thickness, and equal ratios beyond.
     table_distances = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), TABLE_DISTANCES))
-    table_distances[-1] = largest
+    table_distances[-1] = largest  # without round-off, so that no distance is outside the table
     return np.asarray(_spline(table_distances, _added_at(layers, table_distances), axis=1)(distances))
 
 
@@ -167,7 +174,7 @@ class RoundContact:
 
 @functools.lru_cache(maxsize=64)
 def round_contact(layer: Layer, largest: float) -> RoundContact:
-    """Return the table of axisymmetric punches on a layered half-space, up to the contact radius `largest` [mm].
+    """Return the table of axisymmetric punches on the layered half-space `layer`, up to the radius `largest` [mm].
 
     For each contact radius a, the integral equation of N. N. Lebedev and Y. S. Ufliand,
 
@@ -188,7 +195,7 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     )
     gauss_points, gauss_weights = legendre.leggauss(RADIAL_POINTS)
     radii = np.geomspace(SMALLEST_RADIUS * min(h, largest), largest, TABLE_RADII)
-    rows = []
+    punches = []  # depth, force and stiffness of each punch, as in `RoundContact`
     for a in radii:
         t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last point is at the edge of the contact
         s = t[:-1]
@@ -201,8 +208,9 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
         flat_at_edge, parabola_at_edge = right_sides[-1] - kernel[-1] @ phi
         depth = parabola_at_edge / flat_at_edge
         stiffness, parabola_force = 2.0 * math.pi * weights @ phi
-        rows.append((depth, depth * stiffness - parabola_force, stiffness))
-    return RoundContact(radii, *np.array(rows).T)
+        punches.append((depth, depth * stiffness - parabola_force, stiffness))
+    depths, forces, stiffnesses = np.array(punches).T
+    return RoundContact(radius=radii, depth=depths, force=forces, stiffness=stiffnesses)
 
 
 def _spline(x: Floats, y: Floats, axis: int = 0) -> Callable[[Floats], Floats]:

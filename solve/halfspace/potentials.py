@@ -43,9 +43,11 @@ class Potentials:
 
 
 def displacement(f: Potentials, E: float, poisson: float) -> Floats:
-    """Return the displacement u = (u_x, u_y, u_z) [mm], shape (3, ...).
+    """Return the displacement u = (u_x, u_y, u_z) [mm] under a load, shape (3, ...).
 
-    E is in MPa. The potentials are those of a unit load, a force of 1 N or a pressure of 1 MPa.
+    `f` holds the potentials phi and psi of a unit load, a force of 1 N or a pressure of 1 MPa. E is in MPa. With c = (1
+    + nu) / (2 pi E), u_x is c (-z psi,x - (1 - 2 nu) phi,x), u_y is analogous, and u_z is c (-z psi,z + 2 (1 - nu)
+    psi).
     """
     c = (1.0 + poisson) / (2.0 * np.pi * E)
     kappa = 1.0 - 2.0 * poisson
@@ -60,7 +62,11 @@ def displacement(f: Potentials, E: float, poisson: float) -> Floats:
 
 
 def stress(f: Potentials, poisson: float) -> Floats:
-    """Return the stress sigma [MPa], shape (3, 3, ...), under a load of 1 N or 1 MPa; tension is positive."""
+    """Return the stress sigma [MPa] under a load, shape (3, 3, ...); tension is positive.
+
+    `f` holds the potentials of a unit load, a force of 1 N or a pressure of 1 MPa. The formulas of the components are
+    in the docstring of this module.
+    """
     kappa = 1.0 - 2.0 * poisson
     psi_z = -(f.phi_xx + f.phi_yy)  # because phi is harmonic
     xx = -f.z * f.psi_xx - kappa * f.phi_xx + 2.0 * poisson * psi_z
@@ -80,25 +86,25 @@ def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
     """
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z
-    phi_x_over_x = 1.0 / (R * S)
+    phi_x_over_x = 1.0 / (R * S)  # also phi,y / y
     inverse_cube = phi_x_over_x * S / R**2  # 1 / R^3
-    second = (R + S) * inverse_cube / S**2  # -d(phi_x_over_x)/dx divided by x
-    inverse_fifth = 3.0 / R**5
+    decrease_over_x = (R + S) * inverse_cube / S**2  # -d(phi_x_over_x)/dx divided by x; also along y
+    three_over_fifth = 3.0 / R**5
     return Potentials(
         z=z,
         phi_x=x * phi_x_over_x,
         phi_y=y * phi_x_over_x,
         psi=1.0 / R,
-        phi_xx=phi_x_over_x - x * x * second,
-        phi_xy=-x * y * second,
-        phi_yy=phi_x_over_x - y * y * second,
+        phi_xx=phi_x_over_x - x * x * decrease_over_x,
+        phi_xy=-x * y * decrease_over_x,
+        phi_yy=phi_x_over_x - y * y * decrease_over_x,
         psi_x=-x * inverse_cube,
         psi_y=-y * inverse_cube,
-        psi_xx=x * x * inverse_fifth - inverse_cube,
-        psi_xy=x * y * inverse_fifth,
-        psi_yy=y * y * inverse_fifth - inverse_cube,
-        psi_xz=x * z * inverse_fifth,
-        psi_yz=y * z * inverse_fifth,
+        psi_xx=x * x * three_over_fifth - inverse_cube,
+        psi_xy=x * y * three_over_fifth,
+        psi_yy=y * y * three_over_fifth - inverse_cube,
+        psi_xz=x * z * three_over_fifth,
+        psi_yz=y * z * three_over_fifth,
     )
 
 
@@ -129,17 +135,17 @@ def _corner_terms(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
     # TINY keeps the terms finite on the lines X = z = 0 and Y = z = 0. There the infinite terms tend to zero or cancel
     # in the sum over the corners.
     R = np.sqrt(X**2 + Y**2 + z**2)
-    over_R = 1.0 / (R + TINY)
-    xz = X**2 + z**2 + TINY
-    yz = Y**2 + z**2 + TINY
-    log_x = np.arcsinh(Y / np.sqrt(xz))
-    log_y = np.arcsinh(X / np.sqrt(yz))
+    inverse_R = 1.0 / (R + TINY)
+    xz_squared = X**2 + z**2 + TINY
+    yz_squared = Y**2 + z**2 + TINY
+    log_x = np.arcsinh(Y / np.sqrt(xz_squared))
+    log_y = np.arcsinh(X / np.sqrt(yz_squared))
     log_z = np.log(R + z + TINY)
-    # atan(Y / X) - atan(z Y / (X R)) as one arctangent, and the same with X and Y exchanged
+    # Each is the difference atan(Y / X) - atan(z Y / (X R)), or the same with X and Y exchanged, as one arctangent.
     phi_xx = np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)
     phi_yy = np.arctan2(Y * X * (R - z), Y * Y * R + z * X * X)
-    log_x_z = -Y * over_R / xz  # d log_x / dX over X, and d log_x / dz over z
-    log_y_z = -X * over_R / yz
+    log_x_slope = -Y * inverse_R / xz_squared  # d log_x / dX divided by X, and d log_x / dz divided by z
+    log_y_slope = -X * inverse_R / yz_squared  # d log_y / dY divided by Y, and d log_y / dz divided by z
     return [
         Y * log_z + z * log_x + X * phi_xx,  # phi,x
         X * log_z + z * log_y + Y * phi_yy,  # phi,y
@@ -149,9 +155,9 @@ def _corner_terms(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
         phi_yy,
         log_x,  # psi,x
         log_y,  # psi,y
-        X * log_x_z,  # psi,xx
-        over_R,  # psi,xy
-        Y * log_y_z,  # psi,yy
-        z * log_x_z,  # psi,xz
-        z * log_y_z,  # psi,yz
+        X * log_x_slope,  # psi,xx
+        inverse_R,  # psi,xy
+        Y * log_y_slope,  # psi,yy
+        z * log_x_slope,  # psi,xz
+        z * log_y_slope,  # psi,yz
     ]

@@ -76,23 +76,24 @@ def lagrange(nodes: Floats, x: Floats) -> Floats:
 def square_punch(nodes_per_side: int) -> Punch:
     """Return the punch table of a square of side 1, by Galerkin boundary elements graded towards its edges.
 
-    The pressure is constant in each cell. The results of two grids are extrapolated with convergence order 3, and a
-    tenth of the extrapolation is the error estimate. The exact F / (E* d) is 1.15230: pi times 0.36679, the capacitance
-    of a square plate of side 1 in units of 4 pi epsilon_0 (Read 1997).
+    The table has `nodes_per_side`^2 nodes. The pressure is constant in each cell. The results of two grids are
+    extrapolated with convergence order 3. The relative error is a tenth of the extrapolation step of the force under a
+    flat punch. The exact F / (E* d) is 1.15230: pi times 0.36679, the capacitance of a square plate of side 1 in units
+    of 4 pi epsilon_0 (Read 1997).
     """
     coarse, _ = _square_moments(CELLS[0], nodes_per_side)
     fine, flat_forces = _square_moments(CELLS[1], nodes_per_side)
-    step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)
+    step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)  # from the fine grid to the limit
     # The nodes are the Gauss points for the pressure of the flat punch.
     along_x = _gauss_points(flat_forces.sum(axis=1), nodes_per_side)
     along_y = _gauss_points(flat_forces.sum(axis=0), nodes_per_side)
-    error = 0.1 * abs(step[0, 0] / fine[0, 0])
-    return Punch(_nodal_stiffness(fine + step, along_x, along_y), error, along_x, along_y)
+    error = 0.1 * abs(step[0, 0] / fine[0, 0])  # the entry for a uniform displacement is the force of a flat punch
+    return Punch(stiffness=_nodal_stiffness(fine + step, along_x, along_y), error=error, x=along_x, y=along_y)
 
 
 @functools.lru_cache(maxsize=16)
 def circle_punch(nodes_per_side: int) -> Punch:
-    """Return the punch table of a circle of diameter 1, exact to rounding.
+    """Return the punch table of a circle of diameter 1 with `nodes_per_side`^2 nodes, exact to rounding.
 
     The harmonics P_l^m(sqrt(1 - r^2)) cos m phi with even l - m are eigenfunctions of the unit disc. The pressure for
     such a displacement is proportional to the displacement divided by sqrt(1 - r^2). The eigenvalues are from
@@ -100,9 +101,10 @@ def circle_punch(nodes_per_side: int) -> Punch:
     """
     n = nodes_per_side
     # Integrals over the disc with the weight 1 / sqrt(1 - r^2) are integrals over the hemisphere above it, where the
-    # integrands are smooth. The quadrature has Gauss points along the height and equal steps of the angle.
-    height, weight = legendre.leggauss(2 * n)
-    radius = np.sqrt(1.0 - 0.25 * (height + 1.0) ** 2)
+    # integrands are smooth. The quadrature has Gauss points along the height and equal steps of the angle. The Gauss
+    # points lie between -1 and 1, so the height is (point + 1) / 2.
+    point, weight = legendre.leggauss(2 * n)
+    radius = np.sqrt(1.0 - 0.25 * (point + 1.0) ** 2)
     angle = np.pi / (2 * n) * np.arange(4 * n)
     x = np.outer(radius, np.cos(angle)).ravel()
     y = np.outer(radius, np.sin(angle)).ravel()
@@ -119,25 +121,25 @@ def circle_punch(nodes_per_side: int) -> Punch:
     # the displacement 1 / (pi r) under a unit force, and from scaling the disc of radius 1 to diameter 1.
     node_coordinates = 0.5 * legendre.leggauss(n)[0]
     stiffness = _nodal_stiffness(0.5 * np.pi * work, node_coordinates, node_coordinates)
-    return Punch(stiffness, ROUND_OFF, node_coordinates, node_coordinates)
+    return Punch(stiffness=stiffness, error=ROUND_OFF, x=node_coordinates, y=node_coordinates)
 
 
-def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float, Floats]]:
-    """Yield the eigenvalue of each harmonic of the unit disc, and its values at points x, y (n,).
+def _disc_harmonics(x: Floats, y: Floats, degree_count: int) -> Iterator[tuple[float, Floats]]:
+    """Yield the eigenvalue of each harmonic of the unit disc, and its values at points x, y (n,) of the disc.
 
-    The harmonics P_l^m(sqrt(1 - r^2)) cos m phi and sin m phi have degrees l below `degrees` and even l - m. With the
-    gamma function G, the eigenvalue is pi G((l + m + 1) / 2) G((l - m + 1) / 2) / (G((l + m + 2) / 2) G((l - m + 2) /
-    2)).
+    The harmonics P_l^m(sqrt(1 - r^2)) cos m phi and sin m phi have degrees l below `degree_count` and even l - m. With
+    the gamma function G, the eigenvalue is pi G((l + m + 1) / 2) G((l - m + 1) / 2) / (G((l + m + 2) / 2) G((l - m + 2)
+    / 2)).
     """
     cosine = np.sqrt(1.0 - (x**2 + y**2))
     phi = np.arctan2(y, x)
-    for degree in range(degrees):
+    for degree in range(degree_count):
         for order in range(degree % 2, degree + 1, 2):
             eigenvalue = np.pi * gamma((degree + order + 1) / 2) * gamma((degree - order + 1) / 2)
             eigenvalue /= gamma((degree + order + 2) / 2) * gamma((degree - order + 2) / 2)
             radial = lpmv(order, degree, cosine)
             yield eigenvalue, radial * np.cos(order * phi)
-            if order > 0:
+            if order > 0:  # for m = 0 the sine is 0 everywhere
                 yield eigenvalue, radial * np.sin(order * phi)
 
 
@@ -151,7 +153,7 @@ def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Float
     values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
     inverse = np.linalg.inv(values)
     stiffness = inverse.T @ moments @ inverse
-    return 0.5 * (stiffness + stiffness.T)
+    return 0.5 * (stiffness + stiffness.T)  # removes the asymmetry due to round-off
 
 
 def graded_edges(cells: int, grading: float = GRADING) -> Floats:
@@ -165,11 +167,12 @@ def graded_edges(cells: int, grading: float = GRADING) -> Floats:
 
 
 def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
-    """Return the work of polynomial displacements of a square on one another, and the cell forces under a flat punch.
+    """Return the mutual work of polynomial displacements of a square, and the cell forces under a flat punch.
 
-    The work int P_a A^-1 P_b has shape (n^2, n^2). The P_a are the products of the first n Legendre polynomials in x
-    with those in y. A maps uniform pressures on `cells` x `cells` cells to displacements. The forces are (cells,
-    cells).
+    The work int P_a A^-1 P_b, shape (n^2, n^2), is the work of the pressures for the displacement P_b on the
+    displacement P_a. The P_a are the products of the first n Legendre polynomials in x with the first n in y. A maps
+    uniform pressures on `cells` x `cells` cells to displacements. The forces have the shape (cells, cells). The side of
+    the square and E* are 1.
     """
     # Integrate P_0(2 x) to P_n-1(2 x) over each cell, by the recurrence relation of their antiderivatives.
     polynomials = legendre.legvander(2.0 * graded_edges(cells), n).T
@@ -200,7 +203,7 @@ def influence(x: Floats, y: Floats) -> Floats:
 
     r is the distance between a point of one cell and a point of the other. `x` (n_x + 1,) and `y` (n_y + 1,) are the
     boundaries of the cells, in any unit of length. The double integral over two rectangles is the fourth difference of
-    a function G with G,xxyy = 1 / r.
+    a function with G,xxyy = 1 / r. It is G = x y (x arsinh(y / x) + y arsinh(x / y)) / 2 - r^3 / 6.
     """
     dx = np.abs(x[:, None] - x)[:, :, None, None]
     dy = np.abs(y[:, None] - y)[None, None]
@@ -217,12 +220,14 @@ def influence(x: Floats, y: Floats) -> Floats:
 def _gauss_points(weight: Floats, n: int) -> Floats:
     """Return the n Gauss points between -1/2 and 1/2 of a symmetric measure, given by the weights of graded cells.
 
-    The points are the eigenvalues of the measure's Jacobi matrix (Golub and Welsch). The Lanczos recurrence constructs
-    this matrix by making each power of x orthogonal to the previous ones. The diagonal is 0 because the measure is
+    `weight` (cells,) is the measure of each cell between `graded_edges`, concentrated at the middle of the cell. The
+    points are the eigenvalues of the measure's Jacobi matrix (Golub and Welsch). The Lanczos recurrence constructs this
+    matrix by making each power of x orthogonal to the previous ones. The diagonal is 0 because the measure is
     symmetric.
     """
     edges = graded_edges(len(weight))
     points = 0.5 * (edges[1:] + edges[:-1])
+    # The vectors are values of polynomials times the square root of the weight, so that their products are integrals.
     root = np.sqrt(weight)
     basis = [root / np.linalg.norm(root)]
     off_diagonal: list[float] = []

@@ -88,12 +88,12 @@ def clamped_half(
     if layers:
         ground = layer_matrix(basis, layers, E, poisson)
         matrix = csc_matrix(matrix + ground)
-        clamped = np.zeros(0, dtype=np.int64)
+        clamped = np.zeros(0, dtype=np.int64)  # only the layers hold the housing
     else:
         ground = None
         clamped = basis.get_dofs(HOLES).all()
     factor = factorise(matrix, np.union1d(clamped, _symmetry_dofs(basis, axis)))
-    return ClampedHalf(basis, matrix, ground, clamped, factor)
+    return ClampedHalf(basis=basis, matrix=matrix, ground=ground, clamped=clamped, factor=factor)
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
@@ -127,9 +127,9 @@ def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean over a face of their component `axis`.
 
-    With `slope`, LENGTHWISE or ACROSS, the product is instead the least-squares slope of the component along this axis.
-    Half of the vector is also a load on the half mesh: it represents 1 N on the whole face or, with `slope`, a moment
-    of 1 N mm.
+    `name` is the boundary of the mesh on the face. With `slope`, LENGTHWISE or ACROSS, the product is instead the
+    least-squares slope [rad] of the component along this axis. Half of the vector is also a load on the half mesh: it
+    represents 1 N on the whole face or, with `slope`, a moment of 1 N mm.
     """
     patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
     # Along y, the centre of the whole face is y = 0, because its other half lies beyond the plane of symmetry.
@@ -138,7 +138,8 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
         area = sum(float(patch.weights.sum()) for patch in patches)
         centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
 
-    # The mean is int u / int 1. The slope is int u (x - centre) / int (x - centre)^2.
+    # The mean is int u / int 1. The slope is int u (x - centre) / int (x - centre)^2. With a lever of 1 for the mean,
+    # both are int u lever / int lever^2.
     integral = np.zeros(basis.N)
     norm = 0.0
     for patch in patches:
@@ -161,8 +162,9 @@ def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> 
     """Raise SolveError unless the loads on tips satisfy Betti's theorem and the mount carries each load completely.
 
     `work[i, j]` [N mm] is the work of load i on the displacements due to load j. `support` (loads,) [N] is the force of
-    the mount. It must balance 0.5 N, the load on the half mesh for 1 N on the whole tip. `support` is None if the plane
-    of symmetry carries a part of the load. `round_off` [N] is the numerical error of `support`.
+    the mount. It must balance 0.5 N, the load on the half mesh for 1 N on the whole tip. The tolerance is 1e-5 N or, if
+    larger, the numerical error `round_off` [N] of `support`. `support` is None if the plane of symmetry carries a part
+    of the load; the balance is then not checked.
     """
     asymmetry = float(np.abs(work - work.T).max())
     if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):

@@ -70,8 +70,9 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     """Return the contribution of elastic layers to the stiffness matrix [N/mm], shape (dofs, dofs).
 
     An entry is the stiffness per area times int N_a N_b over the covered part of each facet. The stiffness per area is
-    G / thickness for the components parallel to the layer, and E / thickness for the normal component. E [MPa] and
-    Poisson's ratio are those of the housing, because the layers have the same material.
+    G / thickness for the components parallel to the layer, and E / thickness for the normal component. `basis` holds
+    the displacements of the housing. E [MPa], Poisson's ratio and the shear modulus G are those of the housing, because
+    the layers have the same material.
     """
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
@@ -84,6 +85,7 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             reference_points = facet.inside(points)
             area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
             x, _, z = cell_points(basis.mesh, reference_points, facet.elements)
+            # The reference facet is the unit square, or half of it for a tetrahedron.
             weight = (0.5 if basis.mesh.refdom is RefTet else 1.0) * _WEIGHT
             weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
             # All elements in this group have the same local facet, so their shape functions there are the same.

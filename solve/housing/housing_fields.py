@@ -58,18 +58,18 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
     `basis` has 20-node cells with 2^3 Gauss points, and `unloaded` is the name of the unloaded boundary. At nodes on
     this boundary, the strain is extrapolated only within facets of the boundary. The reason is that strain at a fillet
     varies nonlinearly through the thickness of a leaf. Linear extrapolation from two points in a cell would miss the
-    peak strain.
+    peak strain. `poisson` is Poisson's ratio, which the strain normal to an unloaded surface depends on.
     """
     nodes = nodes_of_cells(basis.mesh)
     # The extrapolation is more accurate in a small cell, so small cells get a larger weight in the average.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
 
-    total, weight = _cell_strain(basis, u, nodes, weights)
-    surface_total, surface_weight = _surface_strain(basis, u, nodes, weights, poisson, unloaded)
-    on_surface = surface_weight > 0.0
-    total[on_surface] = surface_total[on_surface]
-    weight[on_surface] = surface_weight[on_surface]
-    return (total / weight[:, None, None]).transpose(1, 2, 0)
+    strain_sum, weight_sum = _cell_strain(basis, u, nodes, weights)
+    surface_strain_sum, surface_weight_sum = _surface_strain(basis, u, nodes, weights, poisson, unloaded)
+    on_surface = surface_weight_sum > 0.0
+    strain_sum[on_surface] = surface_strain_sum[on_surface]
+    weight_sum[on_surface] = surface_weight_sum[on_surface]
+    return (strain_sum / weight_sum[:, None, None]).transpose(1, 2, 0)
 
 
 def _surface_strain(
@@ -77,15 +77,17 @@ def _surface_strain(
 ) -> tuple[Floats, Floats]:
     """Return the weighted sum of strains at each node (nodes, 3, 3), and the sum of the weights (nodes,).
 
-    Only the facets on the boundary `unloaded` contribute. The strains are extrapolated from their Gauss points. `nodes`
-    and `weights` (20, cells) are the indices of the nodes of each cell, and their weights in the average.
+    Only the facets on the boundary named `unloaded` contribute. The strains are extrapolated from their Gauss points,
+    for displacements u (dofs,) [mm] and Poisson's ratio `poisson`. `nodes` and `weights` (20, cells) are the indices of
+    the nodes of each cell, and their weights in the average.
     """
     reference_nodes = basis.elem.elem.doflocs  # nodes of the unit cube
     count = 1 + int(nodes.max())
-    surface_total = np.zeros((count, 3, 3))
-    surface_weight = np.zeros(count)
+    strain_sum = np.zeros((count, 3, 3))
+    weight_sum = np.zeros(count)
     for facet in surface_facets(basis, unloaded):
         reference_points = facet.inside(POINTS)
+        # No integral is computed here, so the quadrature weights are arbitrary.
         patch = patch_inside(basis, facet.elements, reference_points, np.ones((len(facet.elements), POINTS.shape[1])))
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
         strain = _unloaded_strain(gradient, facet.normals(basis.mesh, POINTS), poisson)
@@ -96,8 +98,8 @@ def _surface_strain(
         facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
         at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
         facet_nodes = nodes[on_facet][:, facet.elements]
-        _add_weighted(surface_total, surface_weight, facet_nodes, at_nodes, weights[on_facet][:, facet.elements])
-    return surface_total, surface_weight
+        _add_weighted(strain_sum, weight_sum, facet_nodes, at_nodes, weights[on_facet][:, facet.elements])
+    return strain_sum, weight_sum
 
 
 def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:
@@ -112,20 +114,20 @@ def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> t
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
     to_nodes = _extrapolation(basis.elem.elem.doflocs.T, basis.quadrature[0])
     count = 1 + int(nodes.max())
-    total = np.zeros((count, 3, 3))
-    weight = np.zeros(count)
-    _add_weighted(total, weight, nodes, np.einsum("nq,ijcq->ncij", to_nodes, strain), weights)
-    return total, weight
+    strain_sum = np.zeros((count, 3, 3))
+    weight_sum = np.zeros(count)
+    _add_weighted(strain_sum, weight_sum, nodes, np.einsum("nq,ijcq->ncij", to_nodes, strain), weights)
+    return strain_sum, weight_sum
 
 
-def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:
+def _add_weighted(strain_sum: Floats, weight_sum: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:
     """Add weighted strains to the sums at their nodes.
 
     `strain` (n, cells, 3, 3) has the weights `weights` (n, cells) and belongs to the node indices `nodes` (n, cells).
-    The sum of weighted strains `total` (nodes, 3, 3) and the sum of weights `weight` (nodes,) are changed in place.
+    The sum of weighted strains (nodes, 3, 3) and the sum of weights (nodes,) are changed in place.
     """
-    np.add.at(total, nodes, strain * weights[..., None, None])
-    np.add.at(weight, nodes, weights)
+    np.add.at(strain_sum, nodes, strain * weights[..., None, None])
+    np.add.at(weight_sum, nodes, weights)
 
 
 def _unloaded_strain(gradient: Floats, normal: Floats, poisson: float) -> Floats:
@@ -137,9 +139,9 @@ def _unloaded_strain(gradient: Floats, normal: Floats, poisson: float) -> Floats
     """
     n = normal / np.linalg.norm(normal, axis=0)
     normal_projector = np.einsum("i...,j...->ij...", n, n)
-    projector = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - normal_projector
+    plane_projector = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - normal_projector
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
-    in_plane = np.einsum("ik...,kl...,lj...->ij...", projector, strain, projector)
+    in_plane = np.einsum("ik...,kl...,lj...->ij...", plane_projector, strain, plane_projector)
     return np.asarray(in_plane - poisson / (1.0 - poisson) * np.trace(in_plane) * normal_projector)
 
 

@@ -1,4 +1,4 @@
-"""The stiffness of both flexures of a printed housing in its mount, from the displacement of each tip per force on it.
+"""The stiffness of the two flexures of a printed housing in its mount, from the displacements of the tips per force.
 
 The mesh is the half y >= 0, but all forces are forces on the whole part. Arrays over tips are in the order of
 `SPRINGS`. The elements are 20-node hexahedra with 2^3 Gauss points; with full integration, a leaf would need eight
@@ -7,7 +7,7 @@ times as many elements.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from skfem import CellBasis, Mesh
@@ -42,6 +42,7 @@ ERROR_SHARE = 0.2
 # Error bar of the strain divided by the increase in strain that results from extrapolation to element edges. The
 # largest ratio found is 1.1, and 0.85 in tests/reference/fits/test_housing.py.
 STRAIN_ERROR_SHARE = 1.5
+WEIGHT_SAG_ERROR_SHARE = 1.0  # error bar of the sag divided by the difference between the meshes
 # Matrix that linearly extrapolates values at the two Gauss points of an edge to the ends of the edge.
 _EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 - np.sqrt(3.0), 1.0 + np.sqrt(3.0)]])
 
@@ -114,7 +115,8 @@ def tip_stiffnesses(C: Floats) -> PerTip:
 def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
     """Return the solution on the fine mesh, with errors estimated from the difference between the two meshes.
 
-    The strain error is instead estimated from the increase in strain that results from extrapolation to element edges.
+    The arguments are the solutions on a fine and a coarse mesh of the same housing. The strain error is instead
+    estimated from the increase in strain that results from extrapolation to element edges on the fine mesh.
     """
     return HousingStiffness(
         C=fine.C,
@@ -123,7 +125,7 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
         strain_error=_relative_errors(fine.strain_per_N, fine.strain_inside_per_N, STRAIN_ERROR_SHARE),
         tilt_per_N=fine.tilt_per_N,
         weight_sag=fine.weight_sag,
-        weight_sag_error=_relative_errors(fine.weight_sag, coarse.weight_sag, 1.0),
+        weight_sag_error=_relative_errors(fine.weight_sag, coarse.weight_sag, WEIGHT_SAG_ERROR_SHARE),
         weight_sag_lengthwise=fine.weight_sag_lengthwise,
         info=SolveInfo(
             method="20-node hexahedra",
@@ -148,40 +150,44 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, layers: Sequence[Elasti
     violated.
     """
     start = time.perf_counter()
-    return compliance_of(clamped_half(mesh, E, poisson, layers), start)
+    compliance = compliance_of(clamped_half(mesh, E, poisson, layers))
+    return replace(compliance, seconds=time.perf_counter() - start)
 
 
-def compliance_of(half: ClampedHalf, start: float | None = None) -> TipCompliance:
+def compliance_of(half: ClampedHalf) -> TipCompliance:
     """Return the compliance, strains and sags of a half housing whose matrix is already factorised.
 
-    `start` is the value of `time.perf_counter` at which the caller began to assemble the half, by default now. The
-    reported `seconds` count from it. Raises SolveError like `tip_compliance`.
+    `half` is factorised for loads along the press. The reported `seconds` do not include its assembly and
+    factorisation. Raises SolveError if the linear solve fails, or if the balance of forces or the reciprocity of the
+    loads is violated.
     """
-    start = time.perf_counter() if start is None else start
+    start = time.perf_counter()
     basis = half.basis
+    # The product of a column of `mean` with displacements is the mean displacement of a tip. The column is also a
+    # uniform load of 1 N on the tip.
     mean = tip_means(basis, PRESS)
     # The loads act on half the housing, so 1 N on a whole tip is 0.5 `mean`. The other two loads are body forces along
     # the press and along x.
     loads = [0.5 * mean, weight_load(half, PRESS), weight_load(half, LENGTHWISE)]
     solution = half.factor.solve(np.column_stack(loads))
-    u = solution[:, : len(SPRINGS)]
+    u = solution[:, : len(SPRINGS)]  # displacements due to 1 N on each tip
     sag, lengthwise_sag = solution[:, len(SPRINGS) :].T @ mean
     check_tips(0.5 * mean.T @ u, half.support(u), half.round_off(u))
 
-    tilt = []
-    strain = []
-    strain_inside = []
+    tilts = []
+    strains = []
+    strains_inside = []
     for j, spring in enumerate(SPRINGS):
-        tilt.append(float(face_mean(basis, tip_face(spring), PRESS, slope=LENGTHWISE) @ u[:, j]))
+        tilts.append(float(face_mean(basis, tip_face(spring), PRESS, slope=LENGTHWISE) @ u[:, j]))
         at_corners, inside = largest_strain(basis, leaf_faces(spring), u[:, j])
-        strain.append(at_corners)
-        strain_inside.append(inside)
+        strains.append(at_corners)
+        strains_inside.append(inside)
     C = mean.T @ u
     return TipCompliance(
-        C=0.5 * (C + C.T),
-        strain_per_N=tuple(strain),
-        strain_inside_per_N=tuple(strain_inside),
-        tilt_per_N=tuple(tilt),
+        C=0.5 * (C + C.T),  # removes the asymmetry due to round-off
+        strain_per_N=tuple(strains),
+        strain_inside_per_N=tuple(strains_inside),
+        tilt_per_N=tuple(tilts),
         weight_sag=tuple(sag.tolist()),
         weight_sag_lengthwise=tuple(lengthwise_sag.tolist()),
         dofs=int(basis.N),
@@ -210,8 +216,10 @@ def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float
 def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> PerTip:
     """Return the lateral stiffness of each tip [N/mm]: force divided by displacement along y, normal to the plate.
 
-    The arguments and exceptions are those of `tip_compliance`. The balance of forces is not checked, because the plane
-    of symmetry carries a part of the load.
+    `mesh` [mm] is the half y >= 0 of a housing with modulus E [MPa] and Poisson's ratio. The housing rests on the
+    `layers`; without layers, its mounting holes are clamped. Raises SolveError if the linear solve fails or the
+    reciprocity of the loads is violated. The balance of forces is not checked, because the plane of symmetry carries a
+    part of the load.
     """
     half = clamped_half(mesh, E, poisson, layers, ACROSS)
     mean = tip_means(half.basis, ACROSS)
@@ -231,16 +239,18 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
     # Loads along x and along the press are symmetric about y = 0, and loads along y are antisymmetric. They need
     # different boundary conditions on the plane of symmetry, so they are solved separately.
-    for part, lateral_axis in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
-        slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=lateral_axis) for spring in SPRINGS]
+    for held_half, lateral_axis in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
+        basis = held_half.basis
+        slopes = [face_mean(basis, tip_face(spring), PRESS, slope=lateral_axis) for spring in SPRINGS]
         tilts = np.column_stack(slopes)
-        # The point moves by the displacement of its face, minus the rotation of the face times the lever.
-        displacement = {lateral_axis: tip_means(part.basis, lateral_axis) - lever * tilts}
+        # The product of a vector in `point_means` with displacements is the displacement of a point along an axis. The
+        # point moves by the displacement of its face, minus the rotation of the face times the lever.
+        point_means = {lateral_axis: tip_means(basis, lateral_axis) - lever * tilts}
         if lateral_axis == LENGTHWISE:
-            displacement[PRESS] = tip_means(part.basis, PRESS)
-        axes = tuple(displacement)
-        vectors = np.column_stack(list(displacement.values()))  # (dofs, axes times tips)
-        u = part.factor.solve(0.5 * vectors)
+            point_means[PRESS] = tip_means(basis, PRESS)
+        axes = tuple(point_means)
+        vectors = np.column_stack(list(point_means.values()))  # (dofs, axes times tips)
+        u = held_half.factor.solve(0.5 * vectors)  # half of each load acts on the half mesh
         check_tips(0.5 * vectors.T @ u, None)
         # Reorder the axes from (axis, tip, axis, tip) to (tip, tip, axis, axis).
         shape = (len(axes), len(SPRINGS))
