@@ -9,47 +9,51 @@ from typing import Any, TypeVar
 
 from sensor.quantity import key_of
 
-Kind = TypeVar("Kind", bound=type[Any])
+RecordClass = TypeVar("RecordClass", bound=type[Any])
 
 _EXAMPLES = "\n\nExamples\n--------\n"
 _WIDTH = 100
 _LINK = re.compile(r"\[([^]]+)\]\([^)]+\)")
-_FIRST_CLAUSE = re.compile(r"(?=; |\. )|$")
+_FIRST_CLAUSE = re.compile(r"(?=; |\. )|$")  # matches the end of the first clause
 _MODULE = re.compile(r"\b(?:\w+\.)+(?=\w)")
 
 
-def with_attributes(kind: Kind) -> Kind:
+def with_attributes(record_class: RecordClass) -> RecordClass:
     """Add an Attributes section to the docstring of a record class, before its examples. This is a class decorator.
 
     Each attribute is described by its type and by the unit and meaning of its field. If the key in JSON has another
     name, that name follows.
     """
-    if kind.__doc__ is not None:  # the option -OO of Python removes all docstrings
-        description, title, examples = inspect.cleandoc(kind.__doc__).partition(_EXAMPLES)
-        lines = [line for item in dataclasses.fields(kind) for line in _attribute_lines(item)]
-        kind.__doc__ = "\n".join([description, "", "Attributes", "----------", *lines]) + title + examples
-    return kind
+    if record_class.__doc__ is not None:  # the option -OO of Python removes all docstrings
+        description, title, examples = inspect.cleandoc(record_class.__doc__).partition(_EXAMPLES)
+        lines = [line for item in dataclasses.fields(record_class) for line in _attribute_lines(item)]
+        record_class.__doc__ = "\n".join([description, "", "Attributes", "----------", *lines]) + title + examples
+    return record_class
 
 
 def _attribute_lines(item: dataclasses.Field[Any]) -> Iterator[str]:
-    """Yield the lines that describe one attribute: its name and type, followed by its meaning and unit."""
-    data = item.metadata
-    kind = _type_name(item.type)
-    meaning = re.sub(r"\bnull\b", "None", _LINK.sub(r"\1", data["meaning"]))
-    unit = data.get("attribute_unit", data["unit"])
-    if unit and not kind.startswith("int"):  # a count needs no unit
+    """Yield the lines that describe one attribute: its name and type, followed by its meaning and unit.
+
+    `item` is the field that declares the attribute, by `report_field` for example.
+    """
+    metadata = item.metadata
+    type_name = _type_name(item.type)
+    # The meaning is written for Markdown pages about JSON; a docstring has no links, and JSON's null is None.
+    meaning = re.sub(r"\bnull\b", "None", _LINK.sub(r"\1", metadata["meaning"]))
+    unit = metadata.get("attribute_unit", metadata["unit"])
+    if unit and not type_name.startswith("int"):  # a count needs no unit
         meaning = _FIRST_CLAUSE.sub(f" [{unit}]", meaning, count=1)
     text = f"{meaning[0].upper()}{meaning[1:]}."
     key = key_of(item)
     if key != item.name:
         text += f" In JSON: {key if '`' in key else f'`{key}`'}."
-    yield f"{item.name} : {kind}"
+    yield f"{item.name} : {type_name}"
     yield from textwrap.wrap(text, _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
 
 
-def _type_name(kind: object) -> str:
+def _type_name(annotation: object) -> str:
     """Return the type annotation of a field in a readable form, without the names of modules."""
-    text = kind.__name__ if isinstance(kind, type) else str(kind)
+    text = annotation.__name__ if isinstance(annotation, type) else str(annotation)
     text = _MODULE.sub("", text).replace(" | ", " or ")
     text = re.sub(r"dict\[(\w+), (.+)\]", r"dict of \1 to \2", text)
     return re.sub(r"(tuple|list)\[([^]]+?)(, \.\.\.)?\]", r"\1 of \2", text)

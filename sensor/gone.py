@@ -36,7 +36,7 @@ GONE = {
     "verdicts.geometry.mount_holes": _SURFACE,
     "verdicts.geometry.step_round_trip": _SURFACE,
     "verdicts.geometry.same_volume": _SURFACE,
-    "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
+    "preset fruit": "Use the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
 """Removed names, each with a sentence that says what to use instead."""
 INEFFECTIVE_VALUES = {"print.leaves": "printed", "print.gauges": "none", "readout.transducer": "displacement"}

@@ -9,7 +9,7 @@ from typing import Any
 
 from sensor.quantity import validation_error
 
-MOST_BYTES = 16 * 2**20
+MOST_BYTES = 16 * 2**20  # size of the largest file that is read
 MOST_LEVELS = 16  # maximum nesting depth of tables and lists; a design file has four levels
 # A dotted key with more than MOST_LEVELS names is refused. The time that Python's parser takes for such a key is
 # proportional to the square of the number of names.
@@ -24,11 +24,11 @@ def read_bytes(path: Path | str, name: str) -> bytes:
     """
     content = b""
     try:
-        # Reading a pipe would block, and a device may be endless.
+        # Only a regular file is opened: reading a pipe would block, and a device may be endless.
         is_regular = stat.S_ISREG(Path(path).stat().st_mode)
         if is_regular:
             with Path(path).open("rb") as file:
-                content = file.read(MOST_BYTES + 1)
+                content = file.read(MOST_BYTES + 1)  # the additional byte shows that a file is too large
     except FileNotFoundError as error:
         raise validation_error(name, str(path), "", "a file that exists", "check the path") from error
     except (OSError, ValueError) as error:  # ValueError: the name is invalid, for instance because it has a null byte
@@ -46,12 +46,11 @@ def read_bytes(path: Path | str, name: str) -> bytes:
 def read_toml(path: Path, name: str) -> dict[str, Any]:
     """Return the tables of a TOML file. `name` is the key or flag that specifies the file.
 
-    Raises InputError like `read_bytes`, and if the file is not valid TOML.
+    Raises InputError if the file cannot be read, is larger than 16 MiB or is not valid TOML.
     """
     content = read_bytes(path, name)
-    # Some editors write UTF-16 files, which begin with a byte order mark.
+    # Some editors write UTF-16 files, which begin with a byte order mark. In a UTF-8 file such a mark is skipped.
     is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    hint = "correct the file at that position"
     try:
         return parse_toml(content.decode("utf-16" if is_utf16 else "utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -60,25 +59,26 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
         hint = "save the file in UTF-8"
     except ValueError as error:
         reason = str(error).splitlines()[0]
+        hint = "correct the file at that position"
     raise validation_error(name, str(path), "", f"valid TOML ({reason})", hint)
 
 
 def parse_toml(text: str) -> dict[str, Any]:
     """Return the tables of a TOML document. Raises ValueError if it is invalid or nested too deeply."""
-    too_deep = f"nested deeper than {MOST_LEVELS} levels"
-    if _DEEP_KEY.search(text):
-        raise ValueError(too_deep)
+    too_deep_message = f"nested deeper than {MOST_LEVELS} levels"
+    if _DEEP_KEY.search(text):  # before parsing, which is slow for such a key
+        raise ValueError(too_deep_message)
     try:
         tables = tomllib.loads(text)
-    except RecursionError as error:
-        raise ValueError(too_deep) from error
+    except RecursionError as error:  # the parser calls itself for each level of nested lists
+        raise ValueError(too_deep_message) from error
     if _is_deeper(tables, MOST_LEVELS):
-        raise ValueError(too_deep)
+        raise ValueError(too_deep_message)
     return tables
 
 
 def _is_deeper(tables: dict[str, Any], levels: int) -> bool:
-    """Return whether tables and lists are nested deeper than `levels`.
+    """Return whether tables and lists are nested deeper than `levels`; `tables` itself is the first level.
 
     The search is not recursive but goes level by level, because a malicious file could exhaust the stack.
     """

@@ -125,9 +125,10 @@ def quantity(
 ) -> Any:  # noqa: ANN401 - stands for the value of the field
     """Declare a field of a record that holds one number or several, with its unit, bounds, hint and meaning.
 
-    `hint` says what to do if a number is outside the bounds. If it is empty, the `HINT` of the record is used, as in
-    `Sourced`. `notes` are further metadata. The note `key` is the name of the field in files, if it differs. The note
-    `flag` is the command-line flag by which error messages name the field.
+    `hint` says what to do if a number is outside the bounds. If it is empty, the class attribute `HINT` of the record
+    is used instead. `meaning` is the text of the field in the documentation. `notes` are further metadata. The note
+    `key` is the name of the field in files, if it differs. The note `flag` is the command-line flag by which error
+    messages name the field.
     """
     metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning, **notes}
     return field(default=default, metadata=metadata)
@@ -140,10 +141,11 @@ def choice(
     hint: str = "choose one of these",
     meaning: str = "",
     flag: str = "",
-) -> Any:  # noqa: ANN401 - as above
+) -> Any:  # noqa: ANN401 - stands for the value of the field
     """Declare a field of a record that holds one of the strings in `options`.
 
-    `flag` is the command-line flag by which error messages name the field, if it has one.
+    `hint` says what to do if the value is none of them. `meaning` is the text of the field in the documentation. `flag`
+    is the command-line flag by which error messages name the field, if it has one.
     """
     return field(default=default, metadata={"options": tuple(options), "hint": hint, "meaning": meaning, "flag": flag})
 
@@ -152,8 +154,8 @@ def text_field(
     *,
     hint: str = "",
     meaning: str = "",
-    default: Any = MISSING,  # noqa: ANN401 - as above
-) -> Any:  # noqa: ANN401 - as above
+    default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
+) -> Any:  # noqa: ANN401 - stands for the value of the field
     """Declare a field of a record that holds one line of text, or a tuple of such lines."""
     return field(default=default, metadata={"text": "a line of text", "hint": hint, "meaning": meaning})
 
@@ -162,18 +164,19 @@ def report_field(
     unit: str,
     meaning: str,
     *,
-    default: Any = MISSING,  # noqa: ANN401 - as above
-    default_factory: Any = MISSING,  # noqa: ANN401 - as above
+    default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
+    default_factory: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any factory
     **notes: object,
-) -> Any:  # noqa: ANN401 - as above
+) -> Any:  # noqa: ANN401 - stands for the value of the field
     """Declare a field of a record that is a key of report.json, with its unit and meaning.
 
     The value of the field is not checked. The unit is "1" for a dimensionless number, and empty for a string, a Boolean
-    or a table. `notes` are further metadata, which `pipeline/storage/record_data.py` lists.
+    or a table. `default` or `default_factory` is passed to `dataclasses.field`. `notes` are further metadata, which
+    `pipeline/storage/record_data.py` lists.
     """
     metadata = {"unit": unit, "meaning": meaning, **notes}
-    options: dict[str, Any] = {"default": default, "default_factory": default_factory, "metadata": metadata}
-    return field(**options)
+    arguments: dict[str, Any] = {"default": default, "default_factory": default_factory, "metadata": metadata}
+    return field(**arguments)
 
 
 def key_of(item: Field[Any]) -> str:
@@ -186,11 +189,13 @@ def validation_error(name: str, value: object, unit: str, bound: str, hint: str)
     """Return an InputError whose message states in one sentence what is wrong, and in another what to do.
 
     `bound` completes the sentence "NAME = VALUE UNIT must be ...". `hint` is a clause that begins with a verb or states
-    a typical value. A value of None means that the input is missing.
+    a typical value. A value of None means that the input is missing. The sentence is then "NAME is not set; it must be
+    ...", or "NAME must be given ..." for a bound that begins with "given".
     """
     unit_suffix = "" if unit in ("", "1") else f" {unit}"
-    subject = f"{name} = {_format_value(value)}{unit_suffix}"
-    if value is None:
+    if value is not None:
+        subject = f"{name} = {_format_value(value)}{unit_suffix}"
+    else:
         subject = name if bound.startswith("given") else f"{name} is not set; it"
     message = " ".join(filter(None, (_end_sentence(f"{subject} must be {bound}"), _end_sentence(_capitalise(hint)))))
     return InputError(message, field=name, value=value, bound=bound)
@@ -287,15 +292,15 @@ def check_choice(name: str, value: object, kind: type[Any]) -> None:
 def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
     """Raise InputError if a value does not satisfy the declaration of its field `item`.
 
-    `name` is the name of the field in the error message.
+    `name` is the name of the field in the error message, and `hint` says there what to do.
     """
     if "text" in item.metadata:
         _check_texts(name, value, item, hint)
     elif "options" in item.metadata:
         options = item.metadata["options"]
         if value not in options:
-            closest = f". Did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
-            raise validation_error(name, value, "", f"one of {', '.join(options)}", hint + closest)
+            suggestion = f". Did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
+            raise validation_error(name, value, "", f"one of {', '.join(options)}", hint + suggestion)
     else:
         _check_numbers(name, value, item, hint)
 
@@ -315,18 +320,21 @@ def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
 def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> None:
     """Raise InputError for the first value of a field that is not a number or is outside its bounds.
 
-    The annotation of the field decides whether the value is a list: "tuple[float, ...]" requires one, and
-    "float | tuple[float, ...]" allows one. A Boolean is refused, although Python treats it as an integer.
+    The annotation "tuple[float, ...]" of a field requires a list, and "float | tuple[float, ...]" allows one. A Boolean
+    is refused, although Python treats it as an integer. `name` is the name of the field in the error message, and
+    `hint` says there what to do.
     """
     unit = item.metadata["unit"]
     bounds = item.metadata["bounds"]
     annotation = str(item.type)
-    values = value if isinstance(value, tuple) and value else None
-    if annotation.startswith("tuple") and values is None:
+    entries = value if isinstance(value, tuple) and value else None
+    if annotation.startswith("tuple") and entries is None:
         raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", hint)
-    numbers = (value,) if values is None or "tuple" not in annotation else values
+    # A list in a field that allows none is checked as one value, so it is refused because it is not a number.
+    numbers = (value,) if entries is None or "tuple" not in annotation else entries
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
+            # Bounds without limits are shown as "finite".
             bound = f"a number {bounds}" if str(bounds) != str(Bounds()) else "a finite number"
             raise validation_error(name, number, unit, bound, hint)
         if item.type in (int, int | None) and not isinstance(number, int):
@@ -360,7 +368,8 @@ class Sourced:
     def from_table(cls, name: str, table: object) -> Self:
         """Return the record with this name, given a table of its numbers that contains a table `sources`.
 
-        Raises InputError for an unknown key, an invalid value or a number without a source.
+        `sources` maps the key of each number to its source. Raises InputError for an unknown key, an invalid value or a
+        number without a source.
         """
         record = f"{cls.LABEL} {name}"  # the name of the record in messages
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
@@ -369,12 +378,13 @@ class Sourced:
         fields = dataclasses.fields(cls)
         keys = [item.name for item in fields if item.name != "name"]
         for key in sorted(table.keys() - keys):
-            unknown = f"{record}.{key}"
+            unknown_key = f"{record}.{key}"
             hint = f"{cls.HINT}. Did you mean {nearest(key, keys)}?"
-            raise validation_error(unknown, table[key], "", "left out", hint)
+            raise validation_error(unknown_key, table[key], "", "left out", hint)
         # A missing number is set to None, so that the check of its field reports it by name.
         missing = dict.fromkeys(item.name for item in fields if item.default is MISSING)
         sources = tuple(table.get("sources", {}).items())
+        # Lists become tuples, because a record is immutable.
         values: dict[str, Any] = {
             key: tuple(value) if isinstance(value, list) else value for key, value in table.items()
         }

@@ -61,16 +61,17 @@ class VerdictRow:
 
 @cache
 def verdict_rows() -> tuple[VerdictRow, ...]:
-    """Read and return all rows of the table of verdicts, `verdicts.toml`."""
+    """Read the table of verdicts, `verdicts.toml`, and return its rows in the order of the file."""
     rows = []
     text = (Path(__file__).parent / "verdicts.toml").read_text(encoding="utf-8")
     for name, columns in tomllib.loads(text).items():
-        values: dict[str, Any] = {
+        # Lists become tuples, because a row is immutable.
+        fields: dict[str, Any] = {
             column: tuple(value) if isinstance(value, list) else value for column, value in columns.items()
         }
-        if values.get("tolerance") == _NO_TOLERANCE:
-            values["tolerance"] = None
-        rows.append(VerdictRow(name=name, **values))
+        if fields.get("tolerance") == _NO_TOLERANCE:  # TOML has no null
+            fields["tolerance"] = None
+        rows.append(VerdictRow(name=name, **fields))
     return tuple(rows)
 
 
@@ -152,12 +153,13 @@ def judge(
     tolerance: float | None = None,
     passed: bool | None = False,
 ) -> Verdict:
-    """Return the verdict `name` on a value. By default its limit and tolerance are those of the table of verdicts.
+    """Return the verdict `name` on a value, which may be an estimate with an error bar or None.
 
-    A value must agree with a target within the tolerance, or stay on one side of a limit. If the error bar of the value
-    crosses the limit, the verdict is undecided. With a target, the verdict is undecided if the error bar is wider than
-    the tolerance, unless the whole error bar lies outside the tolerance. A value without an error bar is always
-    decided, and nan fails.
+    By default, `limit` and `tolerance` are those of the table of verdicts, in the unit of the verdict. A value must
+    agree with a target within the tolerance, or stay on one side of a limit. If the error bar of the value crosses the
+    limit, the verdict is undecided. With a target, the verdict is undecided if the error bar is wider than the
+    tolerance, unless the whole error bar lies outside the tolerance. A value without an error bar is always decided,
+    and nan fails.
 
     `reference` says what the value was compared with. `passed` is the outcome if the value or the limit is not a
     number. Raises ValueError if the name is not in the table, if there is no limit, or if an estimate has another unit.
@@ -170,13 +172,10 @@ def judge(
     if limit is None:
         msg = f"verdict {name} must have a limit. Pass one to `judge`, or add it to sensor/verdicts.toml."
         raise ValueError(msg)
-    number, error = (value.value, value.error) if isinstance(value, Estimate) else (value, None)
-    if isinstance(value, Estimate) and value.unit != row.unit:
-        msg = f"verdict {name}: the value in {value.unit} must be in {row.unit}, its unit in sensor/verdicts.toml"
-        raise ValueError(msg)
+    number, error = _number_and_error(value, row.unit, name)
     verdict = Verdict(
         name=name,
-        value=None if number is None else float(number),
+        value=number,
         unit=row.unit,
         limit=limit,
         tolerance=row.tolerance if tolerance is None else tolerance,
@@ -190,14 +189,30 @@ def judge(
     return replace(verdict, passed=_outcome(verdict, verdict.value, limit))
 
 
+def _number_and_error(value: Estimate | float | None, unit: str, name: str) -> tuple[float | None, float | None]:
+    """Return a value as a number, and the half width of its error bar; each is None if there is none.
+
+    Raises ValueError if an estimate for the verdict `name` has a different unit from `unit`.
+    """
+    if not isinstance(value, Estimate):
+        return None if value is None else float(value), None
+    if value.unit != unit:
+        msg = f"verdict {name}: the value in {value.unit} must be in {unit}, its unit in sensor/verdicts.toml"
+        raise ValueError(msg)
+    return float(value.value), value.error
+
+
 def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
     """Return whether a value satisfies the limit of its verdict, or None if the error bar prevents a decision."""
-    allowed, error = verdict.allowed_miss, verdict.error
+    allowed = verdict.allowed_miss
+    error = verdict.error
     if verdict.sense is None:  # the limit is a target
         distance = abs(value - limit)
         if error is not None and error > allowed:
+            # Such an error bar always reaches beyond the tolerance, so the value cannot pass.
             return False if distance > allowed + error else None
         return distance <= allowed
+    # The margin is the distance of the value from the limit, positive on the allowed side.
     margin = limit + allowed - value if verdict.sense == "at most" else value - (limit - allowed)
     if error is not None and not abs(margin) >= error:
         return None

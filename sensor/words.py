@@ -29,19 +29,20 @@ def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percen
 
     `bar` is the half width of the error bar for 95 % coverage. It is shown with two significant digits, and the number
     with as many decimal places as the error bar. With `in_percent`, the error bar is shown as a percentage of the
-    number. A number without an error bar is shown with five digits.
+    number. A number whose error bar is None, 0, infinite or nan is shown with five digits.
     """
     unit_suffix = _unit_suffix(unit)
     if not bar or not math.isfinite(bar):
         return f"{value:.5g}{unit_suffix}"
     rounded_bar = float(f"{bar:.1e}")  # two significant digits
-    decimals = 1 - math.floor(math.log10(rounded_bar))
-    if decimals > _MAX_DECIMALS:
-        number, half_width = f"{value:.5g}", f"{rounded_bar:.2g}"
-    else:
-        number, half_width = (f"{round(each, decimals):.{max(decimals, 0)}f}" for each in (value, rounded_bar))
+    decimals = 1 - math.floor(math.log10(rounded_bar))  # place of the last digit of the error bar
+    if decimals > _MAX_DECIMALS:  # both are written in scientific notation if they are small
+        number = f"{value:.5g}"
+        half_width = f"{rounded_bar:.2g}"
+    else:  # `decimals` is negative if the error bar is 100 or more; both are then rounded to tens, hundreds, ...
+        number, half_width = (f"{round(part, decimals):.{max(decimals, 0)}f}" for part in (value, rounded_bar))
     if in_percent:
-        if not value:
+        if not value:  # a percentage of 0 is not defined
             return f"{number}{unit_suffix}"
         percent = float(f"{100.0 * bar / abs(value):.2g}")
         return f"{number}{unit_suffix} ± {percent:g} %"  # 140, not 1.4e+02

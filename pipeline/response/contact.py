@@ -57,7 +57,7 @@ def contact_compliance(
 
     The tips are assumed to be level, sharp and flat, and to press vertically. Other tips are replaced by such tips. A
     filleted tip is replaced by a sharp tip, and a spherical tip by the cylinder of its diameter. A dome is replaced by
-    a circle of half its width at its contact. The status of the result names the replacement.
+    a flat circle of half its width, placed where the dome touches. The status of the result names the replacement.
 
     The fruit is solved as a block, on the coarsest mesh whose relative error is below `tolerance` [1]. The effects of
     the curved shape and of the skin are then added.
@@ -71,6 +71,7 @@ def contact_compliance(
     if is_curved:
         check_curved(fruit, footprints)  # before the block, which is slow to solve
     compliance = split_compliance(fruit, tips, tolerance)
+    # A result with an error as large as in a rough run is marked.
     compliance = replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
     if is_curved:
         compliance = curved_compliance(compliance, fruit, footprints, presses_along_normals, tolerance)

@@ -64,15 +64,15 @@ def _divide_lengths(record: Record, scale: float) -> Record:
 def scene_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     """Return E times the compliance of the fruit under the tips [1/mm], at the original size of the scene.
 
-    Each scaled scene is solved only once. `tolerance` [1] is the relative tolerance of the spring stiffnesses, as in a
-    run. Raises InputError, MeshError or SolveError.
+    Each scaled scene is solved only once. `tolerance` [1] is the relative tolerance of the spring stiffnesses; the
+    tolerance of the contact is a fraction of it, as in a run. Raises InputError, MeshError or SolveError.
     """
-    unit = _unit_compliance(scene, CONTACT_FRACTION * tolerance)
+    scaled = _unit_compliance(scene, CONTACT_FRACTION * tolerance)
     if scene.scale == 1.0:
-        return unit
-    # S has the unit 1/mm, so it is inversely proportional to the scale.
-    skin = unit.skin and replace(unit.skin, S=unit.skin.S / scene.scale)
-    return replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale, skin=skin)
+        return scaled
+    # S and its changes have the unit 1/mm, so they are inversely proportional to the scale.
+    skin = scaled.skin and replace(scaled.skin, S=scaled.skin.S / scene.scale)  # None without a skin
+    return replace(scaled, S=scaled.S / scene.scale, shape_change=scaled.shape_change / scene.scale, skin=skin)
 
 
 @functools.lru_cache(maxsize=_CACHED_SCENES)

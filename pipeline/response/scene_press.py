@@ -52,8 +52,8 @@ class ScenePress(Record):
 def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: LateralCompliance | None = None) -> Scene:
     """Return the contact scene of a design: all inputs of the tip forces except the springs and the modulus.
 
-    `height_offsets` (tips,) [mm] are the heights of the tips relative to the foremost tip. `sideways` is the lateral
-    compliance of the tips under inclined forces.
+    `height_offsets` (tips,) [mm] are the height differences due to the sag of the springs; without any, the tips are
+    level. `sideways` is the lateral compliance of the tips under inclined forces, which only domes need.
     """
     return Scene(
         fruit=design.fruit,
@@ -74,9 +74,9 @@ def refuse_unsolvable_scene(design: Design) -> None:
 
 
 def _check_skin(scene: Scene) -> None:
-    """Raise InputError if the fruit has a skin on which contact cannot be solved.
+    """Raise InputError if the fruit in a scene has a skin on which contact cannot be solved.
 
-    Contact on a skin can be solved only for flat tips and domes, and not on a whole fruit.
+    Contact on a skin can be solved only for tips with flat faces and domes, and not on a whole fruit.
     """
     thickness = scene.fruit.skin_mm
     if thickness is None:
@@ -126,8 +126,9 @@ def scan_moduli(fruit: Fruit) -> Floats:
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
     """Return the presses at full travel with the tilt minus its spread and with the tilt plus its spread.
 
-    The result is empty if contact is linear or the tilt has no spread. It is also empty if contact cannot be solved at
-    one of the two tilts.
+    Each press is solved for all `moduli` [MPa]. `contact` is the compliance of the fruit under the tips, and `C` (tips,
+    tips) [mm/N] is the compliance matrix of the springs. The result is empty if contact is linear or the tilt has no
+    spread. It is also empty if contact cannot be solved at one of the two tilts.
     """
     press = scene.press
     spread = press.tilt_spread_deg
@@ -147,13 +148,15 @@ def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: F
 def spring_fractions(contact: FruitCompliance, C: Floats, E: float) -> Floats:
     """Return the fraction of the total compliance of each tip that is due to its spring [1], shape (tips,).
 
-    The total compliance is that of spring and fruit in series, at the modulus `E` [MPa]. `C` (tips, tips) [mm/N] is the
-    compliance matrix of the springs. The relative error of a tip's force is this fraction times the relative error of
-    the stiffness of its spring.
+    Spring and fruit are in series, at the modulus `E` [MPa]. `contact` is the compliance of the fruit under the tips,
+    and `C` (tips, tips) [mm/N] is the compliance matrix of the springs. The relative error of a tip's force is this
+    fraction times the relative error of the stiffness of its spring.
     """
     spring_compliance = np.diag(C)
-    contact = contact.at(E)  # on a fruit with a skin, the compliance times E depends on E
-    fruit_compliance = (np.diag(contact.S) - contact.crosstalk) / E
+    contact_at_E = contact.at(E)  # on a fruit with a skin, the compliance times E depends on E
+    # The crosstalk times the total force is a displacement that all tips share, so it is not part of the compliance of
+    # one tip.
+    fruit_compliance = (np.diag(contact_at_E.S) - contact_at_E.crosstalk) / E
     fractions: Floats = spring_compliance / (spring_compliance + fruit_compliance)
     return fractions
 

@@ -80,7 +80,8 @@ class Cone(TipShape):
         `fruit_radius` is its radius [mm].
         """
         if self.blunt_mm > 0.0:
+            # A Poisson's ratio of 0 is passed, because the reduced modulus includes the effect of Poisson's ratio.
             radius = contact_radius(force, reduced_modulus, 0.0, relative_radius(self.blunt_mm, fruit_radius))
-            if radius <= self._ball_edge_mm:
+            if radius <= self._ball_edge_mm:  # the contact does not reach the flank
                 return math.pi * radius**2
         return force / cone_mean_pressure(self.half_angle_deg, reduced_modulus)

@@ -26,8 +26,9 @@ OPTIONAL_KEYS = tuple(key.name for key in dataclasses.fields(ShapeKeys) if key.d
 def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
     """Return the tip shape with this name, the outline `side_mm` [mm], and the values of its keys in `keys`.
 
-    A key belongs to a shape if the class of the shape has a field of the same name. Raises InputError if a key is set
-    that does not belong to the shape, or if a key without a default is missing.
+    `side_mm` is the side of a square outline or the diameter of a round one. A key belongs to a shape if the class of
+    the shape has a field of the same name. Raises InputError if a key is set that does not belong to the shape, or if a
+    key without a default is missing.
     """
     shape_class = SHAPES[name]
     fields = {item.name: item for item in dataclasses.fields(shape_class)}
@@ -36,7 +37,7 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
         value = getattr(keys, key.name)
         label = f"tips.{key.name}"
         if key.name not in fields:
-            if value != key.default:
+            if value != key.default:  # a person has set this key
                 bound = f"left out for tips.shape = {name!r}"
                 hint = "remove it, or choose a shape that has this key"
                 raise validation_error(label, value, key.metadata["unit"], bound, hint)

@@ -45,9 +45,12 @@ class Potentials:
 def displacement(f: Potentials, E: float, poisson: float) -> Floats:
     """Return the displacement u = (u_x, u_y, u_z) [mm] under a load, shape (3, ...).
 
-    `f` holds the potentials phi and psi of a unit load, a force of 1 N or a pressure of 1 MPa. E is in MPa. With c = (1
-    + nu) / (2 pi E), u_x is c (-z psi,x - (1 - 2 nu) phi,x), u_y is analogous, and u_z is c (-z psi,z + 2 (1 - nu)
-    psi).
+    `f` holds the potentials phi and psi of a unit load, a force of 1 N or a pressure of 1 MPa. E is in MPa. The
+    components are
+
+        u_x = c (-z psi,x - (1 - 2 nu) phi,x),    u_z = c (-z psi,z + 2 (1 - nu) psi),    c = (1 + nu) / (2 pi E),
+
+    and u_y is analogous to u_x.
     """
     c = (1.0 + poisson) / (2.0 * np.pi * E)
     kappa = 1.0 - 2.0 * poisson
