@@ -1,12 +1,12 @@
 """Errors that one press cannot detect: presses by independent boundary elements, read by a unit of a design.
 
 `python -m benchmarks.one_press [DESIGN] [--rows NAME ...] [--count N] [--seed 1]` prints one row for each cause of
-error. A row has the change of E due to the cause, the error bar of the reading, and its flags. A row of many presses
-has the number within their error bars, the number with a flag, and the largest error over its bar. Presses outside
-their bars without a flag are printed before that row.
+error. A row shows the relative change in E due to the cause, the error bar of the reading, and its flags. A row of many
+presses shows how many errors are within their error bars, how many readings have a flag, and the largest ratio of an
+error to its bar. Presses outside their bars without a flag are printed before that row.
 
-Springs are as designed and known to 1 %, forces have no noise, and domes end at their rims. The unit is calibrated on a
-ball if the design says so.
+The springs are as designed and known to 1 %, the forces have no noise, and the domes end at their rims. The unit is
+calibrated on a ball if the design requires it.
 """
 
 import argparse
@@ -43,7 +43,7 @@ SAMPLES = np.linspace(0.3, 1.0, 10)  # samples as fractions of the travel; with 
 CELLS = 20  # cells per side of a grid; with 32 cells E changes by 0.1 %
 HOLLOW_CELLS = 32  # cells per side on concave skin, where coarser grids do not converge at the rim of a dome
 PRESS_S = 3.0  # duration of a press
-# Fractions that relax, and their times [s]; 42 % of the force remains, as in Tarocco oranges.
+# Fractions of the force that relax, and their time constants [s]; 42 % of the force remains, as in Tarocco oranges.
 FLESH = ((0.25, 5.0), (0.33, 120.0))
 TURNS = (0.0, 90.0, 45.0)  # rotations of the fruit between three presses [deg]
 LOW, HIGH = 0, 1  # indices of a low and a high tip
@@ -68,12 +68,16 @@ class Bench:
     """A unit of a design, and its sensor for the independent presses."""
 
     def __init__(self, name: str, seed: int) -> None:
-        """Solve the contact and the errors of the design called `name`; `seed` is for the random fruits."""
+        """Build the unit of the design called `name`, and calibrate it on a ball if the design requires it.
+
+        `seed` is the seed of the random fruit.
+        """
         measured = MeasuredDesign(name)
         self.design = measured.design
-        unit = measured.measuring(percent=1.0, gain_percent=0.1)
-        by = "plate" if self.design.reading.on_plate else "weights"
-        self.unit = self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=by))
+        unit = measured.measuring(percent=1.0, gain_percent=0.1)  # uncertainty of the springs and of the channels
+        bench = "plate" if self.design.reading.on_plate else "weights"
+        self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=bench))
+        self.unit = self.before_ball
         self.sensor = domes_of(measured.design, measured.K)
         self.rng = np.random.default_rng(seed)
         self.cells = CELLS
@@ -81,20 +85,22 @@ class Bench:
             self.unit = self.after_ball(self.sensor, self.design.reading.ball_percent)
 
     def after_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
-        """Return the unit with the domes of `sensor`, calibrated on a rubber ball whose modulus is known to `percent`.
+        """Return the unit with the domes of `sensor`, calibrated on a rubber ball.
 
-        The ball is pressed once at each of `BALL_TILTS`. The force depends on E / (1 - nu^2). Therefore the ball has
-        the E / (1 - nu^2) of a fruit at the geometric mean of the unit's range of E.
+        The modulus of the ball is known to `percent` [%]. The ball is pressed once at each of `BALL_TILTS`. The force
+        depends on E / (1 - nu^2). Therefore the ball has the E / (1 - nu^2) of a fruit at the geometric mean of the
+        unit's range of E.
         """
-        known = self.before_ball
-        middle = math.sqrt(math.prod(known.range_MPa))
-        rubber = middle * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
-        ball = ReferenceBall(E_MPa=rubber, radius_mm=BALL_RADIUS, percent=percent)
-        self.unit = known.on_ball(BALL_RADIUS)
-        level = Fruit(E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
+        before = self.before_ball
+        middle_E = math.sqrt(math.prod(before.range_MPa))
+        rubber_E = middle_E * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
+        ball = ReferenceBall(E_MPa=rubber_E, radius_mm=BALL_RADIUS, percent=percent)
+        self.unit = before.on_ball(BALL_RADIUS)  # `read` reads with this unit
+        level = Fruit(E=rubber_E, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
         readings = [self.read(replace(level, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in BALL_TILTS]
-        self.unit = known
-        return replace(known, unit=replace(known.unit, ball=fit_ball_correction(readings, ball, known, "the ball")))
+        self.unit = before
+        correction = fit_ball_correction(readings, ball, before, "the ball")
+        return replace(before, unit=replace(before.unit, ball=correction))
 
     def mean_fruit(self, E: float, **changes: object) -> Fruit:
         """Return the mean fruit of the design with modulus E [MPa], smooth and level; `changes` set other fields."""
@@ -103,15 +109,20 @@ class Bench:
         return replace(Fruit(E=E, R1=R1, R2=R2, poisson=self.design.fruit.poisson), **changes)
 
     def random_fruit(self, **changes: object) -> Fruit:
-        """Return a random fruit in a random pose within the ranges of the design; `changes` set other fields."""
-        ranges, rng = self.design.reading, self.rng
-        low, high = min(self.design.fruit.E_MPa), self.design.fruit.largest_E_MPa
+        """Return a random fruit in a random pose within the ranges of the design; `changes` set other fields.
+
+        The modulus is log-uniform, and the tilt is uniform in the plane of its two components.
+        """
+        ranges = self.design.reading
+        rng = self.rng
+        smallest_E = min(self.design.fruit.E_MPa)
+        largest_E = self.design.fruit.largest_E_MPa
         fruit = Fruit(
-            E=math.exp(rng.uniform(math.log(low), math.log(high))),
+            E=math.exp(rng.uniform(math.log(smallest_E), math.log(largest_E))),
             R1=rng.uniform(*ranges.radius_mm),
             R2=rng.uniform(*ranges.radius_across_mm),
             azimuth=rng.uniform(-90.0, 90.0),
-            tilt=ranges.tilt_deg * math.sqrt(rng.uniform()),
+            tilt=ranges.tilt_deg * math.sqrt(rng.uniform()),  # the root makes the density in the plane uniform
             tilt_azimuth=rng.uniform(0.0, 360.0),
             poisson=self.design.fruit.poisson,
         )
@@ -124,9 +135,10 @@ class Bench:
         fractions: np.ndarray = SAMPLES,
         t: np.ndarray | None = None,
     ) -> FruitReading:
-        """Return the reading of a press whose samples are at `fractions` of the travel [1].
+        """Return the reading of a press on a fruit, solved by independent boundary elements.
 
-        If the times `t` [s] of the samples are given, the flesh relaxes as in `FLESH`. Otherwise it is elastic.
+        The samples are at `fractions` (samples,) of the full travel [1]. If their times `t` (samples,) [s] are given,
+        the flesh relaxes as in `FLESH`. Otherwise it is elastic. `sensor` is by default the sensor of the design.
         """
         sensor = sensor or self.sensor
         travels = self.design.press.travel_mm * fractions
@@ -134,10 +146,11 @@ class Bench:
             forces = press(sensor, fruit, travels, self.cells)
         else:
             forces = press_over_time(sensor, fruit, travels, t, FLESH, self.cells)
-        touching = (forces > self.unit.least_forces).all(axis=1)
         times = PRESS_S * fractions if t is None else t
-        forces, times = forces[touching], times[touching]
-        return press_reading(self.unit, PressSamples(channels=forces, tips=len(sensor.K), t=times, touched_s=0.0))
+        # The unit reads only samples at which all tips touch.
+        touching = (forces > self.unit.least_forces).all(axis=1)
+        samples = PressSamples(channels=forces[touching], tips=len(sensor.K), t=times[touching], touched_s=0.0)
+        return press_reading(self.unit, samples)
 
     def compare(self, E: float, reading: FruitReading) -> Comparison:
         """Return a reading compared with the true modulus E [MPa]; the error is infinite if no modulus was read."""
@@ -148,7 +161,7 @@ class Bench:
 
 def value_at_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
     """Return a tuple with an entry for each of the four tips: `value` at the index `tip`, and `otherwise` elsewhere."""
-    return tuple(value if each == tip else otherwise for each in range(4))
+    return tuple(value if index == tip else otherwise for index in range(4))
 
 
 def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightMap:
@@ -156,14 +169,15 @@ def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightM
 
     `rms` [mm] is the root mean square of the sum.
     """
-    angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, 12))
-    kx, ky = 2.0 * math.pi / length * np.array([np.cos(angle), np.sin(angle)])
+    angles, phases = rng.uniform(0.0, 2.0 * math.pi, (2, 12))
+    k_x, k_y = 2.0 * math.pi / length * np.array([np.cos(angles), np.sin(angles)])  # wave vectors [1/mm]
 
     def heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         total = np.zeros(np.broadcast(x, y).shape)
-        for a, b, c in zip(kx, ky, phase, strict=True):
-            total += np.cos(a * x + b * y + c)
-        return rms * math.sqrt(2.0 / len(phase)) * total
+        for wave_x, wave_y, phase in zip(k_x, k_y, phases, strict=True):
+            total += np.cos(wave_x * x + wave_y * y + phase)
+        # The mean square of a cosine is 1/2, so the root mean square of the sum is sqrt(n / 2).
+        return rms * math.sqrt(2.0 / len(phases)) * total
 
     return heights
 
@@ -171,16 +185,19 @@ def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightM
 def random_asymmetry(rng: np.random.Generator, largest: float = 0.3) -> HeightMap:
     """Return a height map [mm] with one random term r^3 cos(m a) and one r^4 cos(n a) in polar coordinates r, a.
 
-    m is 1 or 3, and n is 0, 2 or 4. Each term is at most `largest` [mm] at a radius of 6 mm.
+    m is 1 or 3, and n is 0, 2 or 4. The direction a = 0 of each term is random. Each term is at most `largest` [mm] at
+    a radius of 6 mm.
     """
-    third, fourth = rng.uniform(-largest, largest, 2)
+    cubic_height, quartic_height = rng.uniform(-largest, largest, 2)
     directions = rng.uniform(0.0, 2.0 * math.pi, 2)
-    orders = rng.choice([1, 3]), rng.choice([0, 2, 4])
+    m = rng.choice([1, 3])
+    n = rng.choice([0, 2, 4])
 
     def heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        r, angle = np.hypot(x, y) / 6.0, np.arctan2(y, x)
-        cubic = third * r**3 * np.cos(orders[0] * (angle - directions[0]))
-        return cubic + fourth * r**4 * np.cos(orders[1] * (angle - directions[1]))
+        r = np.hypot(x, y) / 6.0
+        angle = np.arctan2(y, x)
+        cubic = cubic_height * r**3 * np.cos(m * (angle - directions[0]))
+        return cubic + quartic_height * r**4 * np.cos(n * (angle - directions[1]))
 
     return heights
 
@@ -265,9 +282,9 @@ SINGLE = {
 
 
 def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
-    """Yield the readings of flesh that yields at a pressure, compared with readings of elastic flesh.
+    """Yield the readings of flesh that yields at a pressure, each with its name, compared with elastic flesh.
 
-    The yield pressure is 0.8 or 1.1 of the largest mean pressure under a tip.
+    The yield pressure is 0.8 or 1.1 of the largest mean pressure under a tip at full travel.
     """
     for E in MODULI:
         fruit = bench.mean_fruit(E)
@@ -319,9 +336,10 @@ def uneven_paces(bench: Bench) -> Iterator[tuple[str, Comparison]]:
 
 
 def random_paces(bench: Bench, count: int) -> Iterator[Comparison]:
-    """Yield `count` readings of random fruit, by turns with a change of pace and with a pause.
+    """Yield `count` readings of random fruit, alternately with a change of pace and with a pause.
 
-    Each is compared with a press of the same fruit at a steady pace.
+    The flesh relaxes. Each reading is compared with a press of the same fruit at a steady pace. The pace changes or
+    pauses at a random fraction of the travel, from 0.4 to 0.9.
     """
     for number in range(count):
         fruit = bench.random_fruit()
@@ -349,7 +367,8 @@ def is_hollow(bench: Bench, fruit: Fruit) -> bool:
 def asymmetric_fruit(bench: Bench, count: int) -> Iterator[Comparison]:
     """Yield `count` readings of fruit with terms of third and fourth order in its shape.
 
-    Fruit that is concave under a tip is not counted; its readings are printed in a row of their own.
+    Fruit that is concave under a tip, or that touches the rim of a dome, is not counted. Its readings are printed in a
+    row of their own.
     """
     hollow: list[Comparison] = []
     yielded = 0
@@ -368,9 +387,9 @@ def asymmetric_fruit(bench: Bench, count: int) -> Iterator[Comparison]:
 
 
 def read_three_presses(bench: Bench, fruit: Fruit, changes: list[dict]) -> Comparison:
-    """Return the modulus from three presses on a fruit, compared with its true one.
+    """Return the modulus from three presses on a fruit, compared with the true modulus.
 
-    Between the presses the fruit is rotated as in `TURNS`. `changes` holds the changed fields of the fruit by press.
+    Between the presses the fruit is rotated as in `TURNS`. `changes` has the changed fields of the fruit in each press.
     """
     readings = []
     for turn, changed_fields in zip(TURNS, changes, strict=True):
@@ -388,46 +407,51 @@ def three_uneven(bench: Bench, count: int) -> Iterator[Comparison]:
 
 
 def bruised_fruit(bench: Bench, count: int, tip_steps: tuple[int | None, ...]) -> Iterator[Comparison]:
-    """Yield answers from three presses each, on fruit with a bruise: a hemisphere of 6 mm with half the modulus.
+    """Yield `count` answers from three presses each, on random fruit with a bruise.
 
-    `tip_steps` says for each press which tip is over the bruise, counted from a random tip. None means no tip.
+    The bruise is a hemisphere of radius 6 mm with half the modulus. `tip_steps` says for each press which tip is over
+    the bruise, counted from a random tip. None means no tip.
     """
     for _ in range(count):
-        tip = int(bench.rng.integers(4))
+        first_tip = int(bench.rng.integers(4))
         changes = []
         for step in tip_steps:
-            bruise = {"softness": value_at_tip((tip + (step or 0)) % 4, 2.0, 1.0), "soft_radius": (6.0,) * 4}
-            changes.append({} if step is None else bruise)
+            if step is None:
+                changes.append({})
+            else:
+                softness = value_at_tip((first_tip + step) % 4, 2.0, 1.0)
+                changes.append({"softness": softness, "soft_radius": (6.0,) * 4})
         yield read_three_presses(bench, bench.random_fruit(), changes)
 
 
 def real_cheeks(bench: Bench, count: int) -> Iterator[Comparison]:
-    """Yield readings of real fruit whose principal radii are outside the range of the design.
+    """Yield readings of real fruit whose principal radii are outside the ranges of the design.
 
-    Fruit with radii within the range is not yielded but printed in a row of its own. A further row repeats the presses
-    with the mean radius known to the unit.
+    `count` fruits are drawn, all with a stone. Those with radii within the ranges are not yielded but printed in a row
+    of their own. A further row repeats the other presses with the mean radius known to the unit.
     """
-    design, unit = bench.design, bench.unit
+    design = bench.design
+    unit = bench.unit
     real = FRUITS[design.name]
     stone = FleshOnStone(design.fruit.thickness_mm, design.fruit.poisson)
-    within_range: list[Comparison] = []
+    within_ranges: list[Comparison] = []
     known_radius: list[Comparison] = []
     for _ in range(count):
         radii = bench.rng.uniform(*real.radius_mm), bench.rng.uniform(*real.radius_across_mm)
         fruit = bench.random_fruit(R1=radii[0], R2=radii[1], layer=stone)
         comparison = bench.compare(fruit.E, bench.read(fruit))
-        ranges = zip(radii, (design.reading.radius_mm, design.reading.radius_across_mm), strict=True)
-        if all(ends[0] <= radius <= ends[1] for radius, ends in ranges):
-            within_range.append(comparison)
+        ranges = (design.reading.radius_mm, design.reading.radius_across_mm)
+        if all(ends[0] <= radius <= ends[1] for radius, ends in zip(radii, ranges, strict=True)):
+            within_ranges.append(comparison)
             continue
         yield comparison
-        mean_radius = 2.0 / (1.0 / radii[0] + 1.0 / radii[1])
+        mean_radius = 2.0 / (1.0 / radii[0] + 1.0 / radii[1])  # the radius of the mean curvature
         bench.unit = replace(unit, radii_mm=(mean_radius, mean_radius))
         known_radius.append(bench.compare(fruit.E, bench.read(fruit)))
         bench.unit = unit
-    if within_range:
-        print_many("real cheeks within those of the design", within_range)
-    print_many("real cheeks beyond, with their mean radius told", known_radius)
+    if within_ranges:
+        print_many("real cheeks within the ranges of the design", within_ranges)
+    print_many("real cheeks outside these ranges, with the mean radius known", known_radius)
 
 
 # The order of these rows seeds their random numbers.
@@ -435,17 +459,17 @@ MANY: dict[str, tuple[Callable[[Bench, int], Iterator[Comparison]], int]] = {
     "paces": (random_paces, 60),
     "shapes": (asymmetric_fruit, 300),
     "three_uneven": (three_uneven, 100),
-    # After a quarter turn the next tip is over the bruise, and after 45 degrees none.
+    # After a quarter turn the next tip is over the bruise; after a rotation of 45 degrees, no tip is.
     "three_bruised": (partial(bruised_fruit, tip_steps=(0, 1, None)), 100),
     "real_cheeks": (real_cheeks, 60),
     "once_bruised": (partial(bruised_fruit, tip_steps=(0, None, None)), 100),
 }
-"""By the name of a row, the function that yields its readings, and the usual number of them."""
+"""The function that yields the readings of each row, and the usual number of readings."""
 LISTS = {"yields": yielding_flesh, "pace": uneven_paces}
 
 
 def print_single(bench: Bench, name: str) -> None:
-    """Print the change of E due to each case of a cause, for each modulus."""
+    """Print the change in E due to each case of the cause called `name`, for each modulus."""
     for E in MODULI:
         smooth_E = bench.read(bench.mean_fruit(E)).E
         for case, changes, sensor in SINGLE[name](bench):
@@ -454,39 +478,45 @@ def print_single(bench: Bench, name: str) -> None:
 
 
 def print_row(name: str, comparison: Comparison) -> None:
-    """Print the row of one reading."""
+    """Print the row of one reading: its error, its error bar, whether the error is within the bar, and its flags."""
     error, bar, flags = comparison
     outcome = "inside" if comparison.is_inside else "flagged" if flags else "OUTSIDE"
     print(f"| {name} | {100.0 * error:+.1f} % | {100.0 * bar:.1f} % | {outcome} | {', '.join(flags)} |", flush=True)
 
 
 def print_many(name: str, comparisons: Iterable[Comparison]) -> None:
-    """Print the row of many presses, after a row for each press that is outside its error bar without a flag."""
-    seen = []
-    for number, comparison in enumerate(comparisons):
-        seen.append(comparison)
+    """Print the row of many presses, after a row for each press that is outside its error bar without a flag.
+
+    The row shows how many errors are within their error bars, how many readings have a flag and how many have no
+    modulus. The mean, the median and the largest error follow, and the median of the error bars.
+    """
+    readings = []
+    for number, comparison in enumerate(comparisons, start=1):
+        readings.append(comparison)
         if not comparison.is_inside and not comparison.flags:
-            print_row(f"{name}: press {number + 1}", comparison)
-    if not seen:
+            print_row(f"{name}: press {number}", comparison)
+    if not readings:
         print(f"| {name} | none |", flush=True)
         return
-    inside = sum(each.is_inside for each in seen)
-    flagged_outside = sum(bool(each.flags) and not each.is_inside for each in seen)
-    flagged = sum(bool(each.flags) for each in seen)
-    farthest = max((abs(each.error) / each.bar for each in seen if not each.flags), default=0.0)
-    errors = 100.0 * np.array([each.error for each in seen if math.isfinite(each.error)])
-    sizes, bar = np.abs(errors), 100.0 * np.median([each.bar for each in seen])
+    inside = sum(reading.is_inside for reading in readings)
+    flagged_outside = sum(bool(reading.flags) and not reading.is_inside for reading in readings)
+    flagged = sum(bool(reading.flags) for reading in readings)
+    largest_ratio = max((abs(reading.error) / reading.bar for reading in readings if not reading.flags), default=0.0)
+    # The error is infinite if no modulus was read.
+    errors = 100.0 * np.array([reading.error for reading in readings if math.isfinite(reading.error)])
+    absolute_errors = np.abs(errors)
+    median_bar = 100.0 * np.median([reading.bar for reading in readings])
     print(
-        f"| {name} | {len(seen)} | {inside} inside, {flagged_outside} flagged outside, {flagged} flagged in all, "
-        f"{len(seen) - len(errors)} without a modulus | farthest without a flag {farthest:.2f} bars | "
-        f"error {errors.mean():+.1f} % in the mean, {np.median(sizes):.1f} and {sizes.max():.1f} % in size, "
-        f"its bar {bar:.1f} % |",
+        f"| {name} | {len(readings)} | {inside} inside, {flagged_outside} flagged outside, {flagged} flagged in all, "
+        f"{len(readings) - len(errors)} without a modulus | largest error without a flag {largest_ratio:.2f} times its bar | "
+        f"mean error {errors.mean():+.1f} %, median {np.median(absolute_errors):.1f} % and largest "
+        f"{absolute_errors.max():.1f} % in magnitude, median bar {median_bar:.1f} % |",
         flush=True,
     )
 
 
 def main() -> int:
-    """Print the rows."""
+    """Print the rows that the command line requests, and return the exit code 0."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("design", nargs="?", default="mango")
     names = [*SINGLE, *LISTS, *MANY]
