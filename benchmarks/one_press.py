@@ -95,7 +95,7 @@ class Bench:
         middle_E = math.sqrt(math.prod(before.range_MPa))
         rubber_E = middle_E * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
         ball = ReferenceBall(E_MPa=rubber_E, radius_mm=BALL_RADIUS, percent=percent)
-        self.unit = before.on_ball(BALL_RADIUS)  # `read` reads with this unit
+        self.unit = before.on_ball(BALL_RADIUS)  # `read` uses this unit
         level = Fruit(E=rubber_E, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
         readings = [self.read(replace(level, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in BALL_TILTS]
         self.unit = before
@@ -165,9 +165,9 @@ def value_at_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
 
 
 def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightMap:
-    """Return a height map [mm]: the sum of 12 plane waves of one `length` [mm], with random directions and phases.
+    """Return a height map [mm]: the sum of 12 plane waves with random directions and phases.
 
-    `rms` [mm] is the root mean square of the sum.
+    `length` [mm] is the wavelength, and `rms` [mm] is the root mean square of the sum.
     """
     angles, phases = rng.uniform(0.0, 2.0 * math.pi, (2, 12))
     k_x, k_y = 2.0 * math.pi / length * np.array([np.cos(angles), np.sin(angles)])  # wave vectors [1/mm]
@@ -238,7 +238,7 @@ def single_bumps(bench: Bench) -> Iterator[Case]:
 
 
 def uneven_skins(bench: Bench) -> Iterator[Case]:
-    """Yield skins with random waves of 0.016 mm rms, three for each length of the waves."""
+    """Yield skins with random waves of 0.016 mm rms, three skins for each wavelength."""
     for length in (2.0, 4.0, 8.0):
         for draw in range(3):
             yield f"waves of {length:g} mm, {draw + 1}", {"bumps": random_waves(bench.rng, 0.016, length)}, bench.sensor
@@ -258,7 +258,7 @@ def dome_forms(bench: Bench) -> Iterator[Case]:
 
 
 def outer_layers(bench: Bench) -> Iterator[Case]:
-    """Yield readings under outer layers of 2 mm, twice or half as stiff as the core, with errors of its modulus."""
+    """Yield outer layers of 2 mm, twice or half as stiff as the flesh below them."""
     for stiffness in (2.0, 0.5):
         layer = Layer(2.0, stiffness, bench.design.fruit.poisson)
         yield f"{stiffness:g} times as stiff", {"layer": layer}, bench.sensor
@@ -323,7 +323,7 @@ STEADY_PACE = pace_with_change(1.0, 1.0)
 
 
 def uneven_paces(bench: Bench) -> Iterator[tuple[str, Comparison]]:
-    """Yield readings of presses at an uneven pace on flesh that relaxes, compared with a press at a steady pace."""
+    """Yield readings of presses at an uneven pace on flesh that relaxes, each compared with one at a steady pace."""
     for E in MODULI:
         fruit = bench.mean_fruit(E)
         steady_E = bench.read(fruit, None, *STEADY_PACE).E
@@ -399,7 +399,10 @@ def read_three_presses(bench: Bench, fruit: Fruit, changes: list[dict]) -> Compa
 
 
 def three_uneven(bench: Bench, count: int) -> Iterator[Comparison]:
-    """Yield answers from three presses each, on skins with random waves of 0.016 mm rms and 2 to 8 mm length."""
+    """Yield `count` answers from three presses each, on skins with random waves of 0.016 mm rms.
+
+    The wavelength of a skin is random, from 2 to 8 mm.
+    """
     for _ in range(count):
         heights = random_waves(bench.rng, 0.016, bench.rng.uniform(2.0, 8.0))
         changes = [{"bumps": rotate_heights(heights, turn)} for turn in TURNS]
@@ -508,7 +511,8 @@ def print_many(name: str, comparisons: Iterable[Comparison]) -> None:
     median_bar = 100.0 * np.median([reading.bar for reading in readings])
     print(
         f"| {name} | {len(readings)} | {inside} inside, {flagged_outside} flagged outside, {flagged} flagged in all, "
-        f"{len(readings) - len(errors)} without a modulus | largest error without a flag {largest_ratio:.2f} times its bar | "
+        f"{len(readings) - len(errors)} without a modulus | "
+        f"largest error without a flag {largest_ratio:.2f} times its bar | "
         f"mean error {errors.mean():+.1f} %, median {np.median(absolute_errors):.1f} % and largest "
         f"{absolute_errors.max():.1f} % in magnitude, median bar {median_bar:.1f} % |",
         flush=True,

@@ -36,7 +36,7 @@ def short_text(value: object) -> str:
     """Return a value as short text: a float with six digits, an array by its shape and range, a record by its class.
 
     A long tuple or list is represented by its length and the type of its first entry. A mapping is represented by its
-    number of keys.
+    number of keys. Any other value is shown by its repr, which is cut off after 80 characters.
     """
     if isinstance(value, float):
         return f"{value:.6g}"

@@ -133,7 +133,7 @@ class Verdict:
 
     @property
     def allowed_miss(self) -> float:
-        """Return how far a value may lie beyond the limit and still pass [unit]; 0 if the limit is a string."""
+        """Return the largest distance from the limit, in its unit, at which a value passes; 0 for a limit as text."""
         if not isinstance(self.limit, int | float) or not isinstance(self.tolerance, int | float):
             return 0.0
         return self.tolerance * self.limit if self.relative else self.tolerance

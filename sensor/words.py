@@ -36,10 +36,10 @@ def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percen
         return f"{value:.5g}{unit_suffix}"
     rounded_bar = float(f"{bar:.1e}")  # two significant digits
     decimals = 1 - math.floor(math.log10(rounded_bar))  # place of the last digit of the error bar
-    if decimals > _MAX_DECIMALS:  # both are written in scientific notation if they are small
+    if decimals > _MAX_DECIMALS:  # small numbers are written in scientific notation
         number = f"{value:.5g}"
         half_width = f"{rounded_bar:.2g}"
-    else:  # `decimals` is negative if the error bar is 100 or more; both are then rounded to tens, hundreds, ...
+    else:  # `decimals` is negative if the error bar is 100 or more; the numbers are then rounded to tens, hundreds, ...
         number, half_width = (f"{round(part, decimals):.{max(decimals, 0)}f}" for part in (value, rounded_bar))
     if in_percent:
         if not value:  # a percentage of 0 is not defined

@@ -43,10 +43,10 @@ class PartCompliance:
 
     The strains, `density` and `at_corners` have one entry per load, for a load of 1 N. `strain_per_N` [1/N] is the
     largest principal strain at round inner corners, extrapolated to element edges. `strain_inside_per_N` [1/N] is the
-    largest at points inside elements. Both are nan if the part has no round inner corner, or if the strain is larger
-    elsewhere. `density` [N/mm^2] is twice the strain energy density in each element. `at_corners` (loads,
-    corners) [1] is the fraction of the strain energy in the elements at each sharp inner corner. `seconds` is the
-    wall-clock time.
+    largest at points inside elements. Both are nan if the part has no round inner corner, or if the strain at another
+    wall is more than 1.2 times as large. `density` [N/mm^2] is twice the strain energy density in each element.
+    `at_corners` (loads, corners) [1] is the fraction of the strain energy in the elements at each sharp inner corner.
+    `seconds` is the wall-clock time.
     """
 
     C: Floats
@@ -109,7 +109,7 @@ def _check_reciprocal(C: Floats) -> None:
     """Raise SolveError unless C (loads, loads) [mm/N] is symmetric, as Betti's theorem requires."""
     skew = float(np.abs(C - C.T).max())
     if not skew <= BALANCE_LIMIT * float(np.abs(C).max()):
-        msg = f"own part: mutual compliances of two loads differ by {skew:.1e} mm/N: must be equal. Check the solid."
+        msg = f"own part: mutual compliances of two loads differ by {skew:.1e} mm/N but must be equal. Check the solid."
         raise SolveError(msg)
 
 

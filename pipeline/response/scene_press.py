@@ -33,7 +33,8 @@ class ScenePress(Record):
     - `curve` has moduli in equal steps up to E_max, each at six travels. Its first modulus is that of the softest
       possible fruit.
     - `tilted` has two presses at full travel, one with the tilt minus its spread and one with the tilt plus its spread.
-      Their moduli are the first, the middle and the last one of the curve. It is empty if contact is linear.
+      Their moduli are the first, the middle and the last one of the curve. It is empty if contact is linear, if the
+      tilt has no spread, or if contact cannot be solved at one of the two tilts.
     """
 
     table: SensorResponse

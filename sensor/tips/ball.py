@@ -64,7 +64,7 @@ class Dome(Sphere):
         if self.side_mm > 2.0 * self.dome_radius_mm:
             bound = f"at most 2 tips.dome_radius_mm = {2.0 * self.dome_radius_mm:g} mm"
             raise validation_error(
-                "tips.side_mm", self.side_mm, "mm", bound, "take a larger dome radius, or a narrower face"
+                "tips.side_mm", self.side_mm, "mm", bound, "use a larger dome radius, or a narrower face"
             )
 
     @property

@@ -51,7 +51,7 @@ class Cone(TipShape):
         if self._ball_edge_mm > 0.5 * self.side_mm - LEAST_PIECE_MM:
             largest = 0.5 * self.side_mm / math.cos(math.radians(self.half_angle_deg))
             bound = f"less than tips.side_mm / (2 cos(tips.half_angle_deg)) = {largest:g} mm"
-            raise validation_error("tips.blunt_mm", self.blunt_mm, "mm", bound, "make it sharper, or take a dome")
+            raise validation_error("tips.blunt_mm", self.blunt_mm, "mm", bound, "make it sharper, or use a dome")
 
     @property
     def _ball_edge_mm(self) -> float:

@@ -34,7 +34,7 @@ class FlatTip(TipShape):
         if self.fillet_mm and not LEAST_PIECE_MM <= self.fillet_mm <= largest:
             half = f"tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
             bound = f"0, or at least {LEAST_PIECE_MM:g} mm and as much less than {half}"
-            raise validation_error("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
+            raise validation_error("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or use a sphere")
 
     @property
     def meridian(self) -> Meridian:

@@ -36,7 +36,7 @@ class FleshLaw:
     def __post_init__(self) -> None:
         """Raise InputError for an unknown name or a Poisson's ratio outside the range."""
         if self.name not in FLESH_LAWS:
-            raise validation_error("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
+            raise validation_error("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "use neo-hooke")
         if not 0.0 <= self.poisson <= LARGEST_POISSON:
             hint = "choose a ratio within this range, for which the elements were tested"
             raise validation_error("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", hint)

@@ -93,11 +93,11 @@ class Layer:
         It is averaged over all directions of the wave vector. Its effect on the compliance is computed to first order.
         See E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180.
         """
-        kappa_x, kappa_y = curvatures
+        kappa_x, kappa_y = curvatures  # [1/mm]
         # The mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions is `squares` / 8.
         squares = 3.0 * kappa_x**2 + 3.0 * kappa_y**2 + 2.0 * kappa_x * kappa_y
         shell_stiffness = (self.modulus - 1.0) * self.thickness * squares / 8.0
-        k, weight = _panels(LARGEST_KA / radius, 2.0 * math.pi / max(radius, deviation))
+        k, weight = _panels(LARGEST_KA / radius, 2.0 * math.pi / max(radius, deviation))  # wave numbers [1/mm]
         # Surface displacement per unit pressure of wave number k, times the modulus below [mm]
         compliance = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
         # Squared Fourier transforms of the two pressures: the circular punch minus the normal distribution.
@@ -189,7 +189,7 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     # is (c(|t - s|) + c(t + s)) / pi.
     # It is tabulated up to t + s = 2 `largest`, in equal steps up to about h and in equal ratios beyond.
     table_distances = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), TABLE_DISTANCES))
-    k, weight = _panels(LARGEST_KH / h, math.pi / largest)
+    k, weight = _panels(LARGEST_KH / h, math.pi / largest)  # wave numbers [1/mm] and their quadrature weights
     cosine_transform = _spline(
         table_distances, np.cos(np.outer(table_distances, k)) @ (weight * layer.softening(k * h))
     )

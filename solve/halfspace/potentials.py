@@ -144,7 +144,7 @@ def _corner_terms(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
     log_x = np.arcsinh(Y / np.sqrt(xz_squared))
     log_y = np.arcsinh(X / np.sqrt(yz_squared))
     log_z = np.log(R + z + TINY)
-    # Each is the difference atan(Y / X) - atan(z Y / (X R)), or the same with X and Y exchanged, as one arctangent.
+    # phi_xx is atan(Y / X) - atan(z Y / (X R)), written as one arctangent. In phi_yy, X and Y are exchanged.
     phi_xx = np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)
     phi_yy = np.arctan2(Y * X * (R - z), Y * Y * R + z * X * X)
     log_x_slope = -Y * inverse_R / xz_squared  # d log_x / dX divided by X, and d log_x / dz divided by z

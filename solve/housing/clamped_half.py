@@ -169,15 +169,15 @@ def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> 
     asymmetry = float(np.abs(work - work.T).max())
     if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):
         msg = (
-            f"flexure: the work of each of two loads on the displacement due to the other differs by {asymmetry:.1e} "
-            "mm N: must be equal. Check that the matrix is symmetric."
+            f"flexure: the works of two loads on each other's displacements differ by {asymmetry:.1e} mm N but must be "
+            "equal. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
     imbalance = 0.0 if support is None else float(np.abs(support + 0.5).max())
     tolerance = max(BALANCE_LIMIT, round_off)
     if not imbalance <= tolerance:
         msg = (
-            f"flexure: the force of the mount and the load of 0.5 N on half a tip differ by {imbalance:.1e} N: must be "
-            f"at most {tolerance:.0e} N. Check what holds the housing."
+            f"flexure: the force of the mount and the load of 0.5 N on half a tip differ by {imbalance:.1e} N. The "
+            f"difference must be at most {tolerance:.0e} N. Check what holds the housing."
         )
         raise SolveError(msg)

@@ -116,10 +116,11 @@ class Pressing:
 
         The sensor is at height 0, and both the skin and the springs are undeformed. The gap is the height of the dome
         above its lowest point, plus the depth of the skin below its tangent plane at the apex. The rise of this plane
-        and the protrusion of the dome are subtracted.
+        and the protrusion of the dome are subtracted. The form error of the domes and the bumps of the skin are
+        included.
         """
         r = self.sensor.dome_radius
-        # Height of the domes above their lowest points; beyond the equator of a sphere it is its radius.
+        # Height of each dome above its lowest point; beyond the equator of the sphere, it is the radius.
         dx = x - self.sensor.positions[:, 0, None, None]
         dy = y - self.sensor.positions[:, 1, None, None]
         dome_height: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
@@ -143,7 +144,8 @@ class Pressing:
         is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts, or if a contact or
         the set of yielded cells does not settle.
         """
-        # Displacement of the undeformed domes [mm]. The sensor touches first where the gap at height 0 is smallest.
+        # Displacement of the domes without the deflection of their springs [mm]. The sensor touches first where the gap
+        # at height 0 is smallest.
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         interference = lowering - self.nearest
         if self.grids is None:
@@ -225,7 +227,7 @@ class Pressing:
         return centre, grids.half_widths[tip] * growth
 
     def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
-        """Return whether a bump of the skin would touch each dome outside its grid, shape (tips,).
+        """Return which domes a bump of the skin would touch outside their grids, shape (tips,).
 
         Points up to twice the half width of a grid from its centre are checked. The deflection of the skin there is
         computed as if the `dome_forces` (tips,) [N] acted at the centres of the grids. `lowering` (tips,) [mm] is the
@@ -259,12 +261,11 @@ class Pressing:
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)  # deflection of each cell if it touches its dome
-        # Force on each cell at which the flesh yields [N]
-        largest = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
+        force_limits = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
         on_domes = self._on_domes(x, y)
         is_yielded = np.zeros_like(on_domes)
         for _ in range(MAX_ACTIVE_SETS):
-            yield_forces = np.where(is_yielded, largest, 0.0)
+            yield_forces = np.where(is_yielded, force_limits, 0.0)
             yield_deflection = self._deflection(grids, yield_forces) if is_yielded.any() else 0.0
             elastic_start = None if start is None else np.where(is_yielded | ~on_domes, 0.0, start)
             elastic_forces = self._contact_forces(
@@ -275,7 +276,7 @@ class Pressing:
                 return forces
             remains_yielded = is_yielded & (self._deflection(grids, forces) <= required)
             # The margin of 1e-9 keeps round-off from marking a cell that carries exactly its yield force.
-            next_yielded = remains_yielded | (forces > largest * (1.0 + 1e-9))
+            next_yielded = remains_yielded | (forces > force_limits * (1.0 + 1e-9))
             if (next_yielded == is_yielded).all():
                 return forces
             is_yielded, start = next_yielded, forces
@@ -290,7 +291,7 @@ class Pressing:
     def _contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
         """Return the nonnegative forces f on the cells [N] that minimise the energy, by an active-set method.
 
-        The energy [N mm] is f.(A f) / 2 - f.required, where A f is the deflection of the cells under f. `required` [mm]
+        The energy [N mm] is f.(A f - 2 required) / 2, where A f is the deflection of the cells under f. `required` [mm]
         is the deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` [N]
         is the initial guess of the forces, or None. All arrays are (tips, cells, cells). Raises ArithmeticError if the
         active set does not settle.
