@@ -133,7 +133,10 @@ class Verdict:
 
     @property
     def allowed_miss(self) -> float:
-        """Return the largest distance from the limit, in its unit, at which a value passes; 0 for a limit as text."""
+        """Return the largest distance beyond the limit [unit of the limit] at which a value still passes.
+
+        It is 0 if the limit or the tolerance is not a number.
+        """
         if not isinstance(self.limit, int | float) or not isinstance(self.tolerance, int | float):
             return 0.0
         return self.tolerance * self.limit if self.relative else self.tolerance

@@ -74,12 +74,12 @@ class Factor:
         block = csc_matrix(matrix[:, self.free][self.free])
         preconditioner = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
         right_sides = load[self.free]
-        columns = []
-        for column in right_sides.T:
+        solutions = []
+        for right_side in right_sides.T:
             # The status that SciPy returns is not needed, because the residual is checked below.
-            solution_column, _ = cg(block, column, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
-            columns.append(solution_column)
-        solution = np.column_stack(columns)
+            solution, _ = cg(block, right_side, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
+            solutions.append(solution)
+        solution = np.column_stack(solutions)
         _check_residual(block, solution, right_sides)
         u = np.zeros_like(load, dtype=np.float64)
         u[self.free] = solution
@@ -106,10 +106,9 @@ def _check_residual(block: csc_matrix, solution: Floats, right_side: Floats) -> 
 def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     """Factorise a symmetric positive definite matrix (dofs, dofs), with the dofs `fixed` (n,) prescribed.
 
-    The rows and columns of the fixed dofs are removed before the factorisation.
-
-    Raises SolveError if the matrix is singular, for example because the part is not clamped. Also raises the errors of
-    `check_cost`.
+    The rows and columns of the fixed dofs are removed before the factorisation. Raises SolveError if the matrix is
+    singular, for example because the part is not clamped. Raises SolveError or MachineError if the factorisation would
+    need too much memory; see `check_cost`.
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
@@ -122,7 +121,7 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     block = csc_matrix(reversed_arrays, shape=ascending.shape)
     free = ascending_free[::-1]
     if not len(free):  # SuperLU refuses an empty matrix; its inverse maps an empty array to an empty array
-        return Factor(matrix, block, free, fixed, np.copy)
+        return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=np.copy)
     back_substitute = _factorise_block(block)
 
     # Estimate the condition number |K^-1| |K| from one right-hand side without zeros. Its entries are at most 1, so the
@@ -133,7 +132,7 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     limit = DIGITS / EPSILON
     if not condition <= limit:
         raise SolveError(_singular(f"condition number {condition:.0e} must be at most {limit:.0e}"))
-    return Factor(matrix, block, free, fixed, back_substitute)
+    return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=back_substitute)
 
 
 def _factorise_block(block: csc_matrix) -> Callable[[Floats], Floats]:

@@ -65,14 +65,14 @@ class TwoGrid:
     def _smooth(self, right_side: Floats, x: Floats) -> Floats:
         """Improve an approximate solution x of block x = right_side by a few Chebyshev iterations, and return it.
 
-        The matrix is scaled by its diagonal. The iteration is tuned to the upper part of the spectrum, where the coarse
-        solve does not help. The names of the variables are those of Y. Saad, Iterative Methods for Sparse Linear
-        Systems (2003), section 12.1.
+        Both vectors are (free,). The matrix is scaled by its diagonal. The iteration is tuned to the upper part of the
+        spectrum, where the coarse solve does not help. The names of the variables are those of Y. Saad, Iterative
+        Methods for Sparse Linear Systems (2003), section 12.1.
         """
         high = _EIGENVALUE_MARGIN * self.largest  # upper end of the smoothed part of the spectrum
         low = _SMOOTHED_RATIO * self.largest  # lower end
-        theta = 0.5 * (high + low)
-        delta = 0.5 * (high - low)
+        theta = 0.5 * (high + low)  # its centre
+        delta = 0.5 * (high - low)  # its half width
         sigma = theta / delta
         rho = 1.0 / sigma
         # For x = 0, the residual is the right-hand side. This saves one product with the matrix.
@@ -97,7 +97,7 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     factorise.
     """
     corner_to_node = _corner_interpolation(basis.mesh)
-    free = np.setdiff1d(np.arange(matrix.shape[0]), held, assume_unique=False)
+    free = np.setdiff1d(np.arange(matrix.shape[0]), held)
     block = csr_matrix(matrix[:, free][free])
     # The dofs of the corners come first, so the coarse dofs have the same numbers in the fine matrix.
     coarse_free = np.setdiff1d(np.arange(corner_to_node.shape[1]), held)

@@ -114,7 +114,7 @@ def _check_reciprocal(C: Floats) -> None:
 
 
 def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
-    """Return the largest strain at round inner corners [1], extrapolated to element edges and inside elements.
+    """Return the largest strain at round inner corners [1]: extrapolated to element edges, and inside the elements.
 
     `u` (dofs,) [mm] are the displacements. Both values are nan if there is no round inner corner, or if the strain at
     another wall is more than 1.2 times as large. Such a maximum lies at a sharp corner, where the strain increases with
@@ -136,7 +136,7 @@ def tetrahedral_compliance(
     presses: Mapping[str, Direction],
     layers: Sequence[ElasticLayer] = (),
 ) -> PartCompliance:
-    """Return the compliance of the pressed faces of a part, solved with quadratic tetrahedra.
+    """Return the compliance of the pressed faces of a part, solved on a mesh [mm] of quadratic tetrahedra.
 
     The strains are nan, and there are no strain energies. `material` is Young's modulus [MPa] and Poisson's ratio.
     `presses` maps the name of each pressed face to the unit vector along its load. The part is supported by the elastic
@@ -150,8 +150,8 @@ def tetrahedral_compliance(
     if layers:
         matrix = csc_matrix(matrix + layer_matrix(basis, layers, *material))
         held = held[:0]  # only the layers support the part
+    # A column of `means` (dofs, loads) is a load of 1 N; its product with displacements is the mean over the face.
     means = np.column_stack([press_mean(basis, name, direction) for name, direction in presses.items()])
-    # `means` (dofs, loads) are the loads of 1 N, and also the vectors whose products with displacements are the means.
     C = means.T @ two_grid(basis, matrix, held).solve(means)
     _check_reciprocal(C)
     unknown = (np.nan,) * len(presses)
@@ -206,10 +206,11 @@ def left_out(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
     In each column of cells, the mesh has too much or too little material. This material is assumed to have the strain
     energy density of the most strained cell of the column.
     """
-    neglected_volume = VOID_FACTOR * part.effect * part.area
+    # Volume [mm^3] whose strain energy is the change in compliance; a void adds more compliance than its own energy.
+    effective_volume = VOID_FACTOR * part.effect * part.area
     largest_densities = (density[part.cells].max(axis=0) for density in solution.density)  # one array per load
     return tuple(
-        float((neglected_volume * density).sum()) / solution.C[load, load]
+        float((effective_volume * density).sum()) / solution.C[load, load]
         for load, density in enumerate(largest_densities)
     )
 

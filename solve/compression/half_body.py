@@ -119,8 +119,8 @@ class HalfBody:
         `deformed`. With `convex`, negative stiffnesses of the modes at the Gauss points are set to 0. The matrix is
         then positive semidefinite, so that a Newton step lowers the energy.
         """
-        _, slope, curvature = self.law.phi(deformed.stretches)
-        _, pressure, bulk = self.law.U(np.log(deformed.stretches.prod(axis=0)))
+        _, slope, curvature = self.law.phi(deformed.stretches)  # derivatives with respect to the stretches
+        _, pressure, bulk = self.law.U(np.log(deformed.stretches.prod(axis=0)))  # derivatives with respect to theta
         modes = principal_modes(deformed.F)
         stiffness = mode_stiffness(deformed.stretches, slope, curvature, pressure)
         if convex:

@@ -154,7 +154,7 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     """
     tool = tool or Tool()
     held = body.held.copy()  # gripped dofs are added below
-    if grips:
+    if grips:  # the tool also grips the nodes that it touches before the press, such as those of a flat top
         initial_state = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
         held[2 * body.surface[initial_state.touches]] = True
         held[2 * body.on_table] = True

@@ -93,7 +93,7 @@ class Layer:
         It is averaged over all directions of the wave vector. Its effect on the compliance is computed to first order.
         See E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180.
         """
-        kappa_x, kappa_y = curvatures  # [1/mm]
+        kappa_x, kappa_y = curvatures
         # The mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions is `squares` / 8.
         squares = 3.0 * kappa_x**2 + 3.0 * kappa_y**2 + 2.0 * kappa_x * kappa_y
         shell_stiffness = (self.modulus - 1.0) * self.thickness * squares / 8.0
@@ -102,6 +102,7 @@ class Layer:
         compliance = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
         # Squared Fourier transforms of the two pressures: the circular punch minus the normal distribution.
         spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
+        # To first order, a stiffness s in parallel reduces a compliance c by s c^2 at each wave number.
         return shell_stiffness * float(weight @ (k * compliance**2 * spectrum)) / (2.0 * math.pi)
 
 
@@ -186,8 +187,8 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     """
     h = layer.thickness
     # `cosine_transform` is c(t) = int (T - 1) cos(k t) dk. Since 2 cos k t cos k s = cos k (t - s) + cos k (t + s), M
-    # is (c(|t - s|) + c(t + s)) / pi.
-    # It is tabulated up to t + s = 2 `largest`, in equal steps up to about h and in equal ratios beyond.
+    # is (c(|t - s|) + c(t + s)) / pi. c is tabulated up to t + s = 2 `largest`, in equal steps up to about h and in
+    # equal ratios beyond.
     table_distances = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), TABLE_DISTANCES))
     k, weight = _panels(LARGEST_KH / h, math.pi / largest)  # wave numbers [1/mm] and their quadrature weights
     cosine_transform = _spline(

@@ -90,7 +90,7 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
             # All elements in this group have the same local facet, so their shape functions there are the same.
             shapes = shape_table(basis.elem.elem, reference_points).values
-            springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
+            springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)  # int N_a N_b [mm^2]
             facet_nodes = nodes[facet.elements]
             tangential = tangential + assemble_elements(shear / layer.thickness * springs, facet_nodes, count)
             normal = normal + assemble_elements(E / layer.thickness * springs, facet_nodes, count)

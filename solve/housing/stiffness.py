@@ -241,8 +241,7 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     # different boundary conditions on the plane of symmetry, so they are solved separately.
     for held_half, lateral_axis in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
         basis = held_half.basis
-        slopes = [face_mean(basis, tip_face(spring), PRESS, slope=lateral_axis) for spring in SPRINGS]
-        tilts = np.column_stack(slopes)
+        tilts = np.column_stack([face_mean(basis, tip_face(spring), PRESS, slope=lateral_axis) for spring in SPRINGS])
         # The product of a vector in `point_means` with displacements is the displacement of a point along an axis. The
         # point moves by the displacement of its face, minus the rotation of the face times the lever.
         point_means = {lateral_axis: tip_means(basis, lateral_axis) - lever * tilts}

@@ -110,9 +110,9 @@ def press_with_creep(
         # that has recovered. An elastic solve with such springs therefore gives n.
         pressing.spring_compliance = compliance_factor * force_factor / K
         pressing.recovered = (compliance_factor * relaxed - crept) / K
-        previous = elastic
+        previous_elastic = elastic
         elastic = pressing.forces(travel, np.multiply(motion.drift, travel / last_travel))
-        if len(flesh) and (elastic < previous * (1.0 - _ALLOWED_DECREASE)).any():
+        if len(flesh) and (elastic < previous_elastic * (1.0 - _ALLOWED_DECREASE)).any():
             msg = f"the elastic force on a dome decreases at a travel of {travel:.3g} mm, although the flesh relaxes"
             raise ArithmeticError(msg)
         force = np.maximum(force_factor * elastic - relaxed, 0.0)
