@@ -300,31 +300,21 @@ class Pressing:
         def deflection(forces: Floats) -> Floats:
             return self._deflection(grids, forces)
 
-        def energy_of(forces: Floats, deflection_minus_twice_required: Floats) -> float:
-            return float(0.5 * (forces * deflection_minus_twice_required).sum())
-
         tolerance = GAP_TOLERANCE * max(required.max(), 1e-6)  # [mm]; the bound of 1e-6 mm keeps it positive
         # Ignore tension that would move a cell by only a few tolerances.
         ignored_tension = (tolerance * grids.cell_size / self.fruit.compliance)[:, None, None]
         active = free & (required > 0.0 if start is None else start > 0.0)
         f = np.zeros_like(required) if start is None else start
-        energy = energy_of(f, deflection(f) - 2.0 * required)
+        energy = _energy(f, deflection(f) - 2.0 * required)
         system = _System(grids, deflection, required, 0.5 * tolerance)
         for _ in range(MAX_ACTIVE_SETS):
             solution, gaps = system.solve(np.where(active, f, 0.0), active)
             has_tension = (solution < -ignored_tension).any()
-            # If cells would be in tension, set tension to zero and halve the step until the energy decreases. The
-            # shortest step is accepted in any case.
-            previous = f
-            f = solution
-            fraction = 1.0
-            while has_tension and fraction > SMALLEST_FRACTION:
-                f = np.maximum(previous + fraction * (solution - previous), 0.0)
-                gaps = deflection(f) - required
-                fraction *= 0.5
-                if energy_of(f, gaps - required) < energy:
-                    break
-            energy = energy_of(f, gaps - required)
+            if has_tension:
+                f, gaps = system.shortened_step(f, solution, energy)
+            else:
+                f = solution
+            energy = _energy(f, gaps - required)
             # Cells without a force that penetrate the dome enter the active set; cells in tension have left it.
             enters = free & (f == 0.0) & (gaps < -tolerance)
             if not has_tension and not enters.any():
@@ -372,6 +362,26 @@ class _System:
         excess = np.abs(residual).max() / self.tolerance
         msg = f"after {MAX_CG_STEPS} conjugate-gradient steps, the residual is {excess:.3g} times the tolerance"
         raise ArithmeticError(msg)
+
+    def shortened_step(self, previous: Floats, solution: Floats, energy: float) -> tuple[Floats, Floats]:
+        """Return forces without tension [N] on the way from `previous` to `solution`, and the gaps of all cells [mm].
+
+        Tension is set to zero, and the step is halved until the energy is less than `energy` [N mm]. If no fraction
+        above SMALLEST_FRACTION achieves this, the smallest of these fractions is accepted.
+        """
+        fraction = 1.0
+        while fraction > SMALLEST_FRACTION:
+            f = np.maximum(previous + fraction * (solution - previous), 0.0)
+            gaps = self.deflection(f) - self.required
+            if _energy(f, gaps - self.required) < energy:
+                break
+            fraction *= 0.5
+        return f, gaps
+
+
+def _energy(f: Floats, excess: Floats) -> float:
+    """Return the energy f.(A f - 2 required) / 2 [N mm] of forces f [N] on cells, given `excess` = A f - 2 required."""
+    return float(0.5 * (f * excess).sum())
 
 
 def press(
