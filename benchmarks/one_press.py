@@ -284,15 +284,15 @@ SINGLE = {
 def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
     """Yield the readings of flesh that yields at a pressure, each with its name, compared with elastic flesh.
 
-    The yield pressure is 0.8 or 1.1 of the largest mean pressure under a tip at full travel.
+    The yield pressure is 0.8 or 1.1 times the mean pressure under the most loaded tip, on elastic flesh at full travel.
     """
     for E in MODULI:
         fruit = bench.mean_fruit(E)
         elastic = Pressing(bench.sensor, fruit)
-        pressure = (elastic.forces(bench.design.press.travel_mm) / elastic.area).max()
+        largest_mean_pressure = (elastic.forces(bench.design.press.travel_mm) / elastic.area).max()
         elastic_E = bench.read(fruit).E
         for fraction in (0.8, 1.1):
-            reading = bench.read(replace(fruit, yields=fraction * pressure))
+            reading = bench.read(replace(fruit, yields=fraction * largest_mean_pressure))
             yield f"at {fraction:g} of the mean, {E:g} MPa", bench.compare(elastic_E, reading)
 
 
@@ -339,7 +339,8 @@ def random_paces(bench: Bench, count: int) -> Iterator[Comparison]:
     """Yield `count` readings of random fruit, alternately with a change of pace and with a pause.
 
     The flesh relaxes. Each reading is compared with a press of the same fruit at a steady pace. The pace changes or
-    pauses at a random fraction of the travel, from 0.4 to 0.9.
+    pauses at a random fraction of the travel, from 0.4 to 0.9. A changed pace is a third to three times the steady one,
+    and a pause lasts 0.3 to 3 s.
     """
     for number in range(count):
         fruit = bench.random_fruit()

@@ -31,7 +31,7 @@ With these values, designs that differ only in such keys share one cached soluti
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
     """Return the compliance of the fruit under all tips times E [1/mm], from the cache if possible.
 
-    Raises the errors of `contact_compliance`.
+    Raises InputError if the scene of the design is outside the domain of the solvers, as `contact_compliance` does.
     """
     solve = partial(contact_compliance, design.fruit, design.tips, options.contact_tolerance)
     fruit, tips = contact_scene(design)
@@ -71,7 +71,7 @@ def contact_compliance(
     if is_curved:
         check_curved(fruit, footprints)  # before the block, which is slow to solve
     compliance = split_compliance(fruit, tips, tolerance)
-    # A result with an error as large as in a rough run is marked.
+    # Mark the result as rough if its tolerance is as wide as in a rough run.
     compliance = replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
     if is_curved:
         compliance = curved_compliance(compliance, fruit, footprints, presses_along_normals, tolerance)

@@ -95,7 +95,7 @@ def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress
     """Solve the presses that `ScenePress` describes, for tips on springs.
 
     `contact` is the compliance of the fruit under the tips, and `C` (tips, tips) [mm/N] is the compliance matrix of the
-    springs. Raises the errors of `scene_response`.
+    springs. Raises InputError if contact in the scene cannot be solved, and SolveError if a solve does not converge.
     """
     fruit = scene.fruit
     full_travel = scene.press.travel_mm
@@ -135,7 +135,7 @@ def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: F
     spread = press.tilt_spread_deg
     if scene.linear or spread == 0.0:
         return ()
-    at_full_travel = travels(press.travel_mm, 1)
+    at_full_travel = travels(press.travel_mm, 1)  # an array with one travel
     responses = []
     try:
         for sign in (-1.0, 1.0):

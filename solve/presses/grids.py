@@ -30,9 +30,10 @@ def love(cells: int) -> Complexes:
     offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(offsets, offsets, indexing="ij")
     deflection = np.zeros_like(x)
-    for sx, sy in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        a, b = x + 0.5 * sx, y + 0.5 * sy  # never 0, because offsets are whole numbers
-        deflection += sx * sy * (a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b)))
+    for sign_x, sign_y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        a = x + 0.5 * sign_x  # never 0, because offsets are whole numbers
+        b = y + 0.5 * sign_y
+        deflection += sign_x * sign_y * (a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b)))
     return rfft2(deflection)
 
 
@@ -156,8 +157,8 @@ class Grids:
         from_own_grid: Floats = irfft2(own_transform, padded)[:, : self.cells, : self.cells]
         # The constant part of the local compliance deflects all cells of a grid equally.
         from_own_grid = from_own_grid + self.constant[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
-        # The indices are grids t and s, nodes a of grid t and b of grid s.
         node_forces = self.node_polynomials @ forces @ self.node_polynomials.T
+        # Node a of grid t is deflected by the force at node b of grid s.
         node_deflections = np.einsum("tsab,sb->ta", self.node_compliance, node_forces.reshape(len(forces), -1))
         node_deflections = node_deflections.reshape(-1, NODES, NODES)
         from_other_grids: Floats = self.node_polynomials.T @ node_deflections @ self.node_polynomials

@@ -66,7 +66,7 @@ def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
     """
     if exponent == 0.0:  # an elastic spring
         return 1.0, ()
-    t = np.geomspace(1e-3, 6e5, 200)
+    t = np.geomspace(1e-3, 6e5, 200)  # [s]
     time_constants = 10.0**_LOG_TIME_CONSTANTS
     columns = np.column_stack([np.ones(len(t)), 1.0 - np.exp(-t[:, None] / time_constants)])
     # The least squares are nonnegative, because a Kelvin element cannot have a negative compliance.
@@ -97,15 +97,19 @@ def press_with_creep(
     that relaxes, because the law of Lee and Radok does not hold for shrinking contacts.
     """
     K = pressing.sensor.K
-    flesh_memory, spring_memory = _Memory(flesh, len(K)), _Memory(creep[1], len(K))
+    instantaneous_compliance, creep_arms = creep
+    flesh_memory = _Memory(flesh, len(K))
+    spring_memory = _Memory(creep_arms, len(K))
     last_travel = max(motion.travels)
-    forces, deflections = [], []
+    forces = []
+    deflections = []
     elastic = np.zeros(len(K))  # the forces n that elastic flesh would require
     for travel, step in zip(motion.travels, np.diff(motion.times, prepend=motion.times[0]), strict=True):
         # At the end of this step, F = force_factor n - relaxed and d = (compliance_factor F + crept) / K.
         relaxation_factor, relaxed = flesh_memory.begin_step(step)
         creep_factor, crept = spring_memory.begin_step(step)
-        force_factor, compliance_factor = 1.0 - relaxation_factor, creep[0] + creep_factor
+        force_factor = 1.0 - relaxation_factor
+        compliance_factor = instantaneous_compliance + creep_factor
         # So d is the deflection of an elastic spring under the force n with a modified compliance, minus a deflection
         # that has recovered. An elastic solve with such springs therefore gives n.
         pressing.spring_compliance = compliance_factor * force_factor / K
