@@ -188,7 +188,7 @@ def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
 
 @functools.lru_cache(maxsize=2)
 def _influence_factor(cells: int) -> tuple[Floats, Ints]:
-    """Return the LU factors of the matrix `influence` between the cells of a square, cached for both grids.
+    """Return the LU factors of the matrix `influence` between the cells of a square, cached for the two grids.
 
     On a fine grid, the cells at the edges are so small that round-off prevents a Cholesky factorisation.
     """

@@ -142,7 +142,7 @@ class Pressing:
         The slope of the sensor along x and y has changed by `changed_slope` [1] since the first touch. Contact is first
         solved on the grids of the previous travel. Grids that do not fit their contacts are replaced, and the contact
         is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts, or if a contact or
-        the set of yielded cells does not settle.
+        the set of yielded cells does not converge.
         """
         # Displacement of the domes without the deflection of their springs [mm]. The sensor touches first where the gap
         # at height 0 is smallest.
@@ -257,7 +257,7 @@ class Pressing:
         domes, without the deflection of their springs. `start` [N] is the initial guess of the forces, or None. Yielded
         cells carry their yield force, and the forces on the other cells are solved elastically. The set of yielded
         cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less than the
-        dome requires. Raises ArithmeticError if the set of yielded cells does not settle.
+        dome requires. Raises ArithmeticError if the set of yielded cells does not converge.
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)  # deflection of each cell if it touches its dome
@@ -280,7 +280,7 @@ class Pressing:
             if (next_yielded == is_yielded).all():
                 return forces
             is_yielded, start = next_yielded, forces
-        msg = f"the cells that yield at {self.fruit.yields:.3g} MPa do not settle in {MAX_ACTIVE_SETS} iterations"
+        msg = f"the set of cells yielding at {self.fruit.yields:.3g} MPa still changes after {MAX_ACTIVE_SETS} iterations"
         raise ArithmeticError(msg)
 
     def _deflection(self, grids: Grids, forces: Floats) -> Floats:
@@ -294,7 +294,7 @@ class Pressing:
         The energy [N mm] is f.(A f - 2 required) / 2, where A f is the deflection of the cells under f. `required` [mm]
         is the deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` [N]
         is the initial guess of the forces, or None. All arrays are (tips, cells, cells). Raises ArithmeticError if the
-        active set does not settle.
+        active set does not converge.
         """
 
         def deflection(forces: Floats) -> Floats:
@@ -320,7 +320,7 @@ class Pressing:
             if not has_tension and not enters.any():
                 return np.maximum(f, 0.0)
             active = (f > 0.0) | enters
-        msg = f"the cells in contact do not settle in {MAX_ACTIVE_SETS} active sets"
+        msg = f"the set of cells in contact still changes after {MAX_ACTIVE_SETS} iterations"
         raise ArithmeticError(msg)
 
 
