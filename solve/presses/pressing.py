@@ -280,7 +280,8 @@ class Pressing:
             if (next_yielded == is_yielded).all():
                 return forces
             is_yielded, start = next_yielded, forces
-        msg = f"the set of cells yielding at {self.fruit.yields:.3g} MPa still changes after {MAX_ACTIVE_SETS} iterations"
+        limit = f"the yield pressure of {self.fruit.yields:.3g} MPa"
+        msg = f"the set of cells at {limit} still changes after {MAX_ACTIVE_SETS} iterations"
         raise ArithmeticError(msg)
 
     def _deflection(self, grids: Grids, forces: Floats) -> Floats:
