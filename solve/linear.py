@@ -120,7 +120,7 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     reversed_arrays = (data[::-1].copy(), len(ascending_free) - 1 - indices[::-1], ascending.nnz - pointers[::-1])
     block = csc_matrix(reversed_arrays, shape=ascending.shape)
     free = ascending_free[::-1]
-    if not len(free):  # SuperLU refuses an empty matrix; its inverse maps an empty array to an empty array
+    if not len(free):  # nothing to factorise, and no condition number to estimate
         return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=np.copy)
     back_substitute = _factorise_block(block)
 
