@@ -59,11 +59,12 @@ def contact_compliance(
     filleted tip is replaced by a sharp tip, and a spherical tip by the cylinder of its diameter. A dome is replaced by
     a flat circle of half its width, placed where the dome touches. The status of the result names the replacement.
 
-    The fruit is solved as a block, on the coarsest mesh whose relative error is below `tolerance` [1]. The effects of
-    the curved shape and of the skin are then added.
+    The fruit is solved as a block, on the coarsest mesh whose relative error is within `tolerance` [1]. If no mesh is
+    so accurate, the best one is used. The effects of the curved shape and of the skin are then added.
 
     Raises InputError if the scene is outside the domain of the solver for blocks (`solve/fruit/split.py`) or, for a
-    curved fruit, of the solver for curved bodies (`solve/fruit/curved_body.py`).
+    curved fruit, of the solver for curved bodies (`solve/fruit/curved_body.py`). Raises SolveError if a solve does not
+    converge.
     """
     is_curved = fruit.equivalent_block != fruit
     footprints = contact_footprints(fruit, tips)
