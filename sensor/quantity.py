@@ -270,22 +270,22 @@ def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # n
 
 
 @functools.cache
-def _declared_fields(kind: type) -> tuple[tuple[Field[Any], str, str], ...]:
+def _declared_fields(record_type: type) -> tuple[tuple[Field[Any], str, str], ...]:
     """Return the fields of a record type that are to be checked, each with its key in files and its flag.
 
     The result is cached, because a study checks millions of records.
     """
-    checked = (item for item in dataclasses.fields(kind) if "hint" in item.metadata)
+    checked = (item for item in dataclasses.fields(record_type) if "hint" in item.metadata)
     return tuple((item, key_of(item), item.metadata.get("flag", "")) for item in checked)
 
 
-def check_choice(name: str, value: object, kind: type[Any]) -> None:
+def check_choice(name: str, value: object, record_type: type[Any]) -> None:
     """Raise InputError unless a value is one of the options of a field.
 
-    `name` is TABLE.KEY, and `kind` is the record type that declares the field.
+    `name` is TABLE.KEY, and `record_type` is the class of records that declares the field.
     """
     key = name.rpartition(".")[2]
-    item = kind.__dataclass_fields__[key]
+    item = record_type.__dataclass_fields__[key]
     _check_field(name, value, item, item.metadata["hint"])
 
 
