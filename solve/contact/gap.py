@@ -21,6 +21,7 @@ def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
         on_piece = (r >= piece.start.r) & (r <= piece.end.r)
         if isinstance(piece, Arc):
             from_centre = r[on_piece] - piece.centre_r
+            # The circle of an arc touches z = 0. The maximum removes round-off at the ends of a quarter circle.
             gap[on_piece] = piece.radius - np.sqrt(np.maximum(piece.radius**2 - from_centre**2, 0.0))
         else:
             slope = (piece.end.z - piece.start.z) / (piece.end.r - piece.start.r)

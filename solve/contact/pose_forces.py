@@ -203,7 +203,7 @@ def _cell_forces(
     of the poses are solved on the finer grid.
     """
     largest_travel = max(pose.travel for pose in poses)
-    tilts = [float(np.hypot(*each.turn)) for each in scenes]
+    tilts = [float(np.hypot(*each.tilt_tangents)) for each in scenes]
     steepest = scenes[tilts.index(max(tilts))]
     grid_scene = dataclasses.replace(scene, press=steepest.press)
     coarse, fine = scene_cells(grid_scene, compliance, largest_travel, all(each.mirrored for each in scenes))

@@ -96,12 +96,12 @@ class Scene:
     @property
     def steepest_deg(self) -> float:
         """Return the largest angle between a tip's face and the surface of the fruit under its centre [deg]."""
-        along, across = self.turn.tolist()
+        along, across = self.tilt_tangents.tolist()
         slopes = [math.hypot(x - along, y - across) for x, y in _fruit_slopes(self.fruit, self.centres)]
         return math.degrees(math.atan(max(slopes)))
 
     @cached_property
-    def turn(self) -> Floats:
+    def tilt_tangents(self) -> Floats:
         """Return the tangents of tilt and roll [1], shape (2,), including the rotation since the first touch."""
         tilt = np.radians([self.press.tilt_deg, self.press.roll_deg])
         return np.asarray(np.tan(tilt + np.radians(self.turned_deg)))

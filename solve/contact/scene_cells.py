@@ -70,7 +70,7 @@ class SceneCells:
         """
         if scene.from_touch:  # travel is measured from the first touch of the tilted sensor
             x -= float(self._overlap(scene, scene.tilt_tangents_at_touch, 0.0).max())
-        return self._overlap(scene, scene.turn, x)
+        return self._overlap(scene, scene.tilt_tangents, x)
 
     def _overlap(self, scene: Scene, tilt_tangents: Floats, x: float) -> Floats:
         """Return the overlap (cells,) [mm] after the middle of the tips has moved down by x [mm].
@@ -251,7 +251,11 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
     overlap_centres = []
     for along, across in scene.centres:
         # Travel of each point of the face, which depends on its position because the sensor is tilted.
-        travel = largest_travel + (along - middle[0] + x) * scene.turn[0] + (across - middle[1] + y) * scene.turn[1]
+        travel = (
+            largest_travel
+            + (along - middle[0] + x) * scene.tilt_tangents[0]
+            + (across - middle[1] + y) * scene.tilt_tangents[1]
+        )
         overlaps = travel > scene.gap_under((along, across), x, y) - scene.first_touch_mm
         if not overlaps.any():
             overlap_centres.append((along, across))

@@ -29,17 +29,17 @@ class FruitUnderDomes:
     """The fruit under the domes: its Poisson's ratio, and the compliance that it adds to a half-space.
 
     `remainder` (poses, tips, tips) [1/mm] is the added compliance times E, and `bound` is its error bound, with the
-    same shape. `size` [mm] is the smallest distance from a contact to the boundary of the fruit. `feet` (tips, 2) [mm]
-    are the contact points for which the compliance was solved. `skinned` describes the contact of one dome on a
-    half-space of flesh under a skin; without a skin, it is None.
+    same shape. `boundary_distance` [mm] is the smallest distance from a contact to the boundary of the fruit.
+    `contact_points` (tips, 2) [mm] are the points for which the compliance was solved. `skin_contact` describes the
+    contact of one dome on a half-space of flesh under a skin; without a skin, it is None.
     """
 
     poisson: float
     remainder: Floats
     bound: Floats
-    size: float
-    feet: Floats
-    skinned: RoundContact | None = None
+    boundary_distance: float
+    contact_points: Floats
+    skin_contact: RoundContact | None = None
 
     def select(self, poses: Ints) -> "FruitUnderDomes":
         """Return the fruit for a subset of the poses, given by their indices."""
@@ -49,72 +49,78 @@ class FruitUnderDomes:
 def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
     """Return the compliance that fruits add to a half-space under the domes of a scene.
 
-    `compliance` is the compliance of the scene's fruit. `fruits` holds one fruit per pose, which may differ from the
-    scene's fruit in shape or thickness. The part of the compliance that the shape causes is scaled with the mean
-    curvature. The change in thickness is modelled by a layer on a rigid base. The error bound covers both
-    approximations.
+    `compliance` is the compliance of the scene's fruit, solved for a flat circle under each dome. `fruits` holds one
+    fruit per pose, which may differ from the scene's fruit in shape or thickness. The compliance is converted to these
+    fruits by an approximation (`_change_to_fruit`), which the error bound covers.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
-    # Compliance of a half-space under the same flat circles, which is subtracted from the solved compliance.
+    # Compliance of a half-space under the flat circles for which the fruit's compliance was solved.
     half_space = half_space_compliance(footprints, block.poisson)
-    skinned = None
+    skin_contact = None
     if compliance.flesh_E is not None:
-        half_space = half_space.copy()
-        skinned = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
+        half_space = half_space.copy()  # the cached array is read-only
+        skin_contact = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
         for tip, footprint in enumerate(footprints):
             # Without the skin, the compliance of a half-space under a circle is (1 - nu^2) / side.
-            with_skin = 1.0 / skinned.flat_stiffness(0.5 * footprint.side)
+            with_skin = 1.0 / skin_contact.flat_stiffness(0.5 * footprint.side)
             half_space[tip, tip] += with_skin - (1.0 - block.poisson**2) / footprint.side
-    feet = np.array([(footprint.x, footprint.y) for footprint in footprints])
-    change, change_bound = _compliance_changes(scene, compliance, feet, fruits)
+    contact_points = np.array([(footprint.x, footprint.y) for footprint in footprints])
+    change_of_poses, change_bound = _changes_of_poses(scene, compliance, contact_points, fruits)
     error = max(compliance.error_pair, compliance.error_own)
+    # The dome law computes the half-space part itself, so it is subtracted from the solved compliance.
     return FruitUnderDomes(
         poisson=block.poisson,
-        remainder=compliance.S - half_space + change,
+        remainder=compliance.S - half_space + change_of_poses,
         bound=error * np.abs(compliance.S) + change_bound,
-        size=min(block.height_mm, *(footprint.distance_to_edge(block) for footprint in footprints)),
-        feet=feet,
-        skinned=skinned,
+        boundary_distance=min(block.height_mm, *(footprint.distance_to_edge(block) for footprint in footprints)),
+        contact_points=contact_points,
+        skin_contact=skin_contact,
     )
 
 
-def _compliance_changes(
-    scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Sequence[Fruit]
+def _changes_of_poses(
+    scene: Scene, compliance: FruitCompliance, contact_points: Floats, fruits: Sequence[Fruit]
 ) -> tuple[Floats, Floats]:
-    """Return the change in compliance to each fruit (poses,), and its error bound, both (poses, tips, tips) [1/mm]."""
-    # Many poses share a fruit, so the change is computed only once per fruit.
+    """Return the change in compliance from the scene's fruit to the fruit of each pose, times E, and its error bound.
+
+    Both have shape (poses, tips, tips) [1/mm]. `compliance` is the compliance of the scene's fruit, and `fruits` holds
+    one fruit per pose. `contact_points` (tips, 2) [mm] are the points at which the domes touch.
+    """
+    # Many poses share one fruit object, so the change is computed only once per object.
     by_fruit: dict[int, tuple[Floats, Floats]] = {}
     changes = []
     for fruit in fruits:
         if id(fruit) not in by_fruit:
-            by_fruit[id(fruit)] = _compliance_change(scene, compliance, feet, fruit)
+            by_fruit[id(fruit)] = _change_to_fruit(scene, compliance, contact_points, fruit)
         changes.append(by_fruit[id(fruit)])
     change, bound = zip(*changes, strict=True)
     return np.array(change), np.array(bound)
 
 
-def _compliance_change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
+def _change_to_fruit(
+    scene: Scene, compliance: FruitCompliance, contact_points: Floats, fruit: Fruit
+) -> tuple[Floats, Floats]:
     """Return the change in compliance from the scene's fruit to another fruit, times E, and its error bound.
 
-    Both have shape (tips, tips) [1/mm]. `feet` (tips, 2) [mm] are the contact points of the domes. The change has two
-    parts. The effect of the shape is assumed proportional to the mean curvature. The difference between the principal
-    curvatures is neglected, and increases the bound. The effect of the thickness is computed for an infinite layer on a
-    rigid base.
+    Both have shape (tips, tips) [1/mm]. `compliance` is the compliance of the scene's fruit, and `contact_points`
+    (tips, 2) [mm] are the points at which the domes touch. The change has two parts. The effect of the shape is assumed
+    proportional to the mean curvature. The difference between the principal curvatures is neglected, and increases the
+    bound. The effect of the thickness is computed for an infinite layer on a rigid base.
     """
     solved_fruit = scene.fruit
     change = np.zeros_like(compliance.S)
     bound = np.zeros_like(compliance.S)
     if scene.curved:
-        solved_mean, solved_half_difference = _curvature_mean_and_half_difference(solved_fruit)
-        mean, half_difference = _curvature_mean_and_half_difference(fruit)
-        change = (mean / solved_mean - 1.0) * compliance.shape_change
+        solved_mean_curvature, solved_half_difference = _curvature_mean_and_half_difference(solved_fruit)
+        mean_curvature, half_difference = _curvature_mean_and_half_difference(fruit)
+        change = (mean_curvature / solved_mean_curvature - 1.0) * compliance.shape_change
         bound = RADIUS_SCALING_ERROR * np.abs(change)
         if fruit.radii_mm != solved_fruit.radii_mm or fruit.azimuth_deg != solved_fruit.azimuth_deg:
-            half_differences = solved_half_difference + half_difference
-            bound = bound + half_differences / solved_mean * np.abs(compliance.shape_change)
+            sum_of_half_differences = solved_half_difference + half_difference
+            bound = bound + sum_of_half_differences / solved_mean_curvature * np.abs(compliance.shape_change)
     if fruit.depth_mm != solved_fruit.depth_mm:
-        points = tuple(map(tuple, feet.tolist()))
+        points = tuple(map(tuple, contact_points.tolist()))
         base_effect = _base_effect(fruit.depth_mm, solved_fruit.poisson, points)
         thickness_change = base_effect - _base_effect(solved_fruit.depth_mm, solved_fruit.poisson, points)
         change = change + thickness_change
@@ -123,12 +129,13 @@ def _compliance_change(scene: Scene, compliance: FruitCompliance, feet: Floats, 
 
 
 @functools.lru_cache(maxsize=256)
-def _base_effect(depth: float, poisson: float, feet: tuple[tuple[float, ...], ...]) -> Floats:
+def _base_effect(depth: float, poisson: float, contact_points: tuple[tuple[float, ...], ...]) -> Floats:
     """Return the change in a half-space's compliance due to a rigid base at a depth [mm], times E, (tips, tips) [1/mm].
 
-    `feet` [mm] are the contact points of the domes. The result is cached because the designs of a search share it.
+    `contact_points` [mm] are the contact points of the domes. The result is cached, because all designs of a search
+    share it.
     """
-    points = np.array(feet)
+    points = np.array(contact_points)
     return base_compliance(depth, poisson, np.linalg.norm(points[:, None] - points, axis=-1))
 
 

@@ -58,11 +58,11 @@ class DomeApproach:
 class DomePoses:
     """Domes on undeflected springs, and the fruits under them, in many poses.
 
-    `centres` (poses, tips, 3) [mm] are the centres of the spheres. The rows of `frame` (poses, 3, 3) [1] are the
-    directions of the sensor: along the tips, across them, and up its axis. `semi_axes` (poses, 3) [mm] are the
-    semi-axes of the fruits, infinite for a flat fruit. The rows of `principal` (poses, 3, 3) [1] are the directions of
-    these semi-axes. `principal` is None if the semi-axes of all fruits are parallel to x, y and z. `sideways` is the
-    lateral compliance of the tips, if it is known.
+    `dome_radius` [mm] is the radius of the spheres, and `centres` (poses, tips, 3) [mm] are their centres. The rows of
+    `frame` (poses, 3, 3) [1] are the directions of the sensor: along the tips, across them, and up its axis.
+    `semi_axes` (poses, 3) [mm] are the semi-axes of the fruits, infinite for a flat fruit. The rows of `principal`
+    (poses, 3, 3) [1] are the directions of these semi-axes. `principal` is None if the semi-axes of all fruits are
+    parallel to x, y and z. `sideways` is the lateral compliance of the tips, if it is known.
     """
 
     dome_radius: float
@@ -83,7 +83,10 @@ class DomePoses:
         )
 
     def approach(self, displacements: Floats) -> DomeApproach:
-        """Return the approach after displacements of the domes (poses, tips, 3) [mm] in the sensor frame."""
+        """Return the position of the domes relative to the undeformed fruit after the springs have deflected.
+
+        `displacements` (poses, tips, 3) [mm] are the displacements of the domes, in the sensor frame.
+        """
         centres = self.centres + displacements @ self.frame
         foot, normal = self._nearest_points(centres)
         distance = _dot(centres - foot, normal)
@@ -97,7 +100,7 @@ class DomePoses:
             foot=foot,
             normal=normal,
             radius=1.0 / np.sqrt(smaller * larger),
-            depth_ratio=1.0 - np.log(larger / smaller) ** 2 / 72.0,
+            depth_ratio=1.0 - np.log(larger / smaller) ** 2 / 72.0,  # see the docstring of DomeApproach
         )
 
     def distance_from_face_middle(self, approach: DomeApproach) -> Floats:
@@ -141,25 +144,25 @@ class DomePoses:
         return mean - half_difference, mean + half_difference
 
 
-def _nearest_on_ellipsoid(point: Floats, squares: Floats) -> Floats:
+def _nearest_on_ellipsoid(point: Floats, squared_axes: Floats) -> Floats:
     """Return the points of ellipsoids nearest to points outside them, both (..., 3) [mm] relative to the centre.
 
-    `squares` (..., 3) [mm^2] are the squared semi-axes a_k^2. For some t >= 0 [mm^2], the point nearest to s has the
-    coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2). So t is
-    the zero of 1 / |q| - 1. Newton's method finds it quickly, because 1 / |q| is nearly linear in t.
+    `squared_axes` (..., 3) [mm^2] are the squared semi-axes a_k^2. For some t >= 0 [mm^2], the point nearest to s has
+    the coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2). So t
+    is the zero of 1 / |q| - 1. Newton's method finds it quickly, because 1 / |q| is nearly linear in t.
     """
     t = np.zeros(point.shape[:-1])
-    tolerance = FOOT_LIMIT * squares.min()
-    for _ in range(FOOT_STEPS if np.ptp(squares, axis=-1).any() else 1):  # on a sphere, one step is exact
-        denominator = t[..., None] + squares
-        q = np.sqrt(squares) * point / denominator
-        length = np.sqrt(_dot(q, q))
-        slope = _dot(q, q / denominator) / length**3  # derivative of 1 / |q| with respect to t
-        step = (1.0 / length - 1.0) / slope
+    tolerance = FOOT_LIMIT * squared_axes.min()
+    for _ in range(FOOT_STEPS if np.ptp(squared_axes, axis=-1).any() else 1):  # on a sphere, one step is exact
+        denominator = t[..., None] + squared_axes
+        q = np.sqrt(squared_axes) * point / denominator
+        norm = np.sqrt(_dot(q, q))
+        slope = _dot(q, q / denominator) / norm**3  # derivative of 1 / |q| with respect to t
+        step = (1.0 / norm - 1.0) / slope
         t = t - step
         if np.abs(step).max(initial=0.0) <= tolerance:
             break
-    return squares * point / (t[..., None] + squares)
+    return squared_axes * point / (t[..., None] + squared_axes)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
@@ -176,9 +179,10 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     The travel is vertical, and starts at the first touch of a level sensor. In a scene with `from_touch`, it is along
     the axis of the sensor, and starts at the first touch in that pose. Raises SolveError if no first touch is found.
     """
-    axis = _axes(np.array([scene.turn for scene in scenes]))
+    axis = _axes(np.array([scene.tilt_tangents for scene in scenes]))
     touches = _zero_travel_touches(scenes)
-    skin_points, lowering = touches[:, :3], touches[:, 3:]
+    skin_points = touches[:, :3]
+    lowering = touches[:, 3:]  # distance from the skin down to the tip faces, along the axis
     from_touch = np.array([scene.from_touch for scene in scenes])
     press_direction = np.where(from_touch[:, None], axis, np.array([0.0, 0.0, 1.0]))
     return _place_domes(scenes, axis, skin_points - (travel[:, None] + lowering) * press_direction)
@@ -187,13 +191,14 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
 def _zero_travel_touches(scenes: Sequence[Scene]) -> Floats:
     """Return the first touch from which the travel of each scene is measured, (scenes, 4) [mm].
 
-    The columns are as in `_first_touches`. Many poses share a scene, and many scenes share a first touch, so each first
-    touch is computed only once.
+    The first three columns are the point of the skin under the middle of the tips. The last column is the distance
+    along the axis from this point down to the middle of the level faces.
     """
+    # Many poses share a scene, and many scenes share a first touch, so each first touch is computed only once.
     scenes_by_id = {id(scene): scene for scene in scenes}
     touch_scenes = {key: _touch_scene(scene) for key, scene in scenes_by_id.items()}
-    distinct = {_touch_key(scene): scene for scene in touch_scenes.values()}
-    touches = dict(zip(distinct, _first_touches(list(distinct.values())), strict=True))
+    distinct_scenes = {_touch_key(scene): scene for scene in touch_scenes.values()}
+    touches = dict(zip(distinct_scenes, _first_touches(list(distinct_scenes.values())), strict=True))
     return np.array([touches[_touch_key(touch_scenes[id(scene)])] for scene in scenes])
 
 
@@ -227,7 +232,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
     skin_depth = np.array([scene.fruit.fall_mm(x, y) for scene, (x, y) in zip(scenes, middle.tolist(), strict=True)])
     skin_points = np.column_stack([middle, -skin_depth])
-    lowering = np.zeros(len(scenes))
+    lowering = np.zeros(len(scenes))  # distance from the skin down to the tip faces, along the axis
     for _ in range(TOUCH_STEPS):
         domes = _place_domes(scenes, axis, skin_points - lowering[:, None] * axis)
         approach = domes.approach(np.zeros(domes.centres.shape))
@@ -241,33 +246,35 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
 
 
 def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
-    """Return the domes of sensors with the given axes [1] and origins [mm], both (poses, 3).
+    """Return the domes of sensors with the given axes [1] and origins [mm], both (poses, 3), for one scene per pose.
 
     The origin of a sensor is the middle of its tip faces, ignoring the height offsets of the tips.
     """
-    radius = float(scenes[0].tips.dome_radius_mm or 0.0)
+    radius = float(scenes[0].tips.dome_radius_mm or 0.0)  # never None for domes
     # Many poses share a scene, so the properties of each scene are computed only once.
-    unique = {id(scene): scene for scene in scenes}
-    index_of = {key: index for index, key in enumerate(unique)}
+    scenes_by_id = {id(scene): scene for scene in scenes}
+    index_of = {key: index for index, key in enumerate(scenes_by_id)}
     scene_index = np.array([index_of[id(scene)] for scene in scenes])
-    distinct = list(unique.values())
-    centres = np.array([scene.centres for scene in distinct])[scene_index]
+    distinct_scenes = list(scenes_by_id.values())
+    centres = np.array([scene.centres for scene in distinct_scenes])[scene_index]
     middle = centres.mean(axis=1)
     # Heights of the sphere centres above the origin, along the axis.
-    height = radius - np.array([scene.height_offsets_mm for scene in distinct])[scene_index]
+    height = radius - np.array([scene.height_offsets_mm for scene in distinct_scenes])[scene_index]
 
     # `lateral` holds the images of the x and y directions under the smallest rotation that takes the vertical to the
     # axis.
     bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     lateral = np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None]
 
-    semi_axes, principal = zip(*(_principal_axes(scene.fruit) for scene in distinct), strict=True)
+    semi_axes, principal = zip(*(_principal_axes(scene.fruit) for scene in distinct_scenes), strict=True)
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + (centres - middle[:, None]) @ lateral + height[..., None] * axis[:, None],
         frame=np.concatenate([lateral, axis[:, None]], axis=1),
         semi_axes=np.array(semi_axes)[scene_index],
-        principal=np.array(principal)[scene_index] if any(scene.fruit.azimuth_deg for scene in distinct) else None,
+        principal=np.array(principal)[scene_index]
+        if any(scene.fruit.azimuth_deg for scene in distinct_scenes)
+        else None,
         sideways=scenes[0].sideways,
     )
 

@@ -73,18 +73,20 @@ class LargeStrain:
 def large_strain(contact_radius: Floats, dome_radius: float, curvature: Floats, poisson: float) -> LargeStrain:
     """Return the corrections of Hertz's law for large strain, at Hertz's contact radii `contact_radius` [mm].
 
-    `dome_radius` [mm] is the radius of the domes. `curvature` [1/mm] is the curvature of the fruit, with the same shape
-    as `contact_radius`. Outside the range of the fit, g keeps its value at the end of the range. Its error bound then
-    includes all of g - 1.
+    `dome_radius` [mm] is the radius of the domes. `curvature` [1/mm] is the curvature of the fruit, with the same
+    shape as `contact_radius`. `poisson` is Poisson's ratio of the flesh. Outside the range of the fit, g keeps its
+    value at the end of the range. Its error bound then includes all of g - 1.
     """
     s = contact_radius / dome_radius
     t = contact_radius * curvature
+    # Beyond the range of the fit, s and t are scaled back so that s is LARGEST_S.
     is_beyond = s > LARGEST_S
     scale = np.where(is_beyond, LARGEST_S / np.where(is_beyond, s, 1.0), 1.0)
     s = scale * s
     t = scale * t
     linear, quadratic = _terms(NEO_HOOKE, poisson, s, t)
     law_spread = np.abs(sum(_terms(LAW_SPREAD, poisson, s, t)))
+    # `np.interp` uses the nearest row of a table for a Poisson's ratio outside it, which is an extrapolation too.
     is_outside = is_beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
     correction = linear + quadratic  # g - 1
     edge_correction: Floats = np.add(*_terms(EDGE, poisson, s, t))

@@ -65,12 +65,12 @@ ROUND_OFF = 10.0 * float(np.finfo(np.float64).eps)
 class DomeForces:
     """The forces F of the domes along their springs [N], with their errors and contacts; all arrays are (poses, tips).
 
-    `rates` [N/mm] are the derivatives of F with respect to the travel. `error` [N] bounds the error of each force on
-    neo-Hookean flesh. `common_error` [N] is the error of each force if the errors of all domes have the same sign, as
-    on a softer fruit. `flesh` [N] is the increase of F if the flesh obeys Hencky's law, and the decrease if it obeys
-    Storakers's law. `contact_radius` [mm] and `mean_pressure` [MPa] describe the deformed contacts. `pressure_error`
-    [1] is the relative error of the pressure that the error of the contact radius causes. `face` [mm] is the diameter
-    of the smallest tip face that contains the contact.
+    `rates` [N/mm] are the derivatives of F with respect to a vertical travel. `error` [N] bounds the error of each
+    force on neo-Hookean flesh. `common_error` [N] is the error of each force if the errors of all domes have the same
+    sign, as on a softer fruit. `flesh` [N] is the increase of F if the flesh obeys Hencky's law, and the decrease if it
+    obeys Storakers's law. `contact_radius` [mm] and `mean_pressure` [MPa] describe the deformed contacts.
+    `pressure_error` [1] is the relative error of the pressure that the error of the contact radius causes. `face` [mm]
+    is the diameter of the smallest tip face that contains the contact.
     """
 
     F: Floats
@@ -111,8 +111,8 @@ class _DomeState:
 def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) -> DomeForces:
     """Return the forces of domes at moduli E (poses,) [MPa], on springs with the compliance C (tips, tips) [mm/N].
 
-    `fruit` holds the compliance that the fruit adds to a half-space, in the same poses. Raises SolveError if Newton's
-    method does not converge.
+    `poses` holds the domes on undeflected springs. `fruit` holds the compliance that the fruit adds to a half-space, in
+    the same poses. Raises SolveError if Newton's method does not converge.
     """
     law = _Law(poses, E, C, fruit)
     state = law.find_equilibrium()
@@ -120,16 +120,20 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) 
     touching = state.N > 0.0
     contact_radius = state.contact_radius * state.strain.edge
     # Derivative of the force along spring i with respect to the interference of dome j [N/mm].
-    gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
-    bound = law.bound_interference_error(state)
-    flesh = law.depth_change(state, state.strain.law_spread)
+    force_per_interference = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
+    interference_bound = law.bound_interference_error(state)
+    law_spread_interference = law.depth_change(state, state.strain.law_spread)
+    # A face that contains the contact must reach its farthest edge.
     face = 2.0 * (poses.distance_from_face_middle(state.approach) + law.rim_radius(state))
     return DomeForces(
         F=cosine * state.N,
-        rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
-        error=np.einsum("pij,pj->pi", np.abs(gain), bound),
-        common_error=np.einsum("pij,pj->pi", gain, bound),  # the errors of all interferences have the same sign
-        flesh=np.einsum("pij,pj->pi", gain, flesh),
+        # Per unit of vertical travel, each interference increases by the vertical component of its normal.
+        rates=np.where(touching, np.einsum("pij,pj->pi", force_per_interference, state.approach.normal[..., 2]), 0.0),
+        error=np.einsum("pij,pj->pi", np.abs(force_per_interference), interference_bound),
+        common_error=np.einsum(
+            "pij,pj->pi", force_per_interference, interference_bound
+        ),  # the errors of all interferences have the same sign
+        flesh=np.einsum("pij,pj->pi", force_per_interference, law_spread_interference),
         contact_radius=contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
         pressure_error=np.where(touching, 2.0 * state.strain.edge_error, 0.0),
@@ -155,20 +159,24 @@ class DomeContrast:
 def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
     """Return the constants of domes in the contrast law, from a level press to full travel at the modulus E [MPa].
 
-    C (tips, tips) [mm/N] is the compliance of the springs. The constants are derived for normal forces. The cosines of
-    their angles to the axis convert them to constants for forces along the springs. Raises SolveError if Newton's
-    method does not converge. Also raises SolveError if a dome does not touch, because its constants are then unknown.
+    `compliance` is the compliance of the scene's fruit, and C (tips, tips) [mm/N] is the compliance of the springs. The
+    constants are derived for forces along the contact normals. The cosines of the angles between these normals and the
+    axis convert them to constants for forces along the springs. Raises SolveError if Newton's method does not converge.
+    Also raises SolveError if a dome does not touch, because its constants are then unknown.
     """
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     fruit = fruit_under_domes(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, fruit)
     state = law.find_equilibrium()
-    untouched = int((state.N[0] <= 0.0).sum())
-    if untouched:
+    untouched_count = int((state.N[0] <= 0.0).sum())
+    if untouched_count:
         hint = "press deeper, or use stiffer springs or a softer skin"
-        msg = f"domes: {untouched} of {len(C)} do not touch at full travel of a level press: all must touch; {hint}"
+        msg = (
+            f"domes: {untouched_count} of {len(C)} do not touch at full travel of a level press: all must touch; {hint}"
+        )
         raise SolveError(msg)
-    # Along the spring, the force is N times the cosine, and the indentation is q divided by the cosine.
+    # Along the spring, the force is N times the cosine, and the indentation is q divided by the cosine. Index 0 is the
+    # only pose.
     cosine = state.approach.cosine[0]
     hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
     return DomeContrast(
@@ -198,16 +206,20 @@ class _Law:
     """
 
     def __init__(self, poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) -> None:
-        """Store the arguments of `dome_forces`, and combine axial and lateral spring compliance into 3 x 3 matrices."""
+        """Store the arguments of `dome_forces`, and add the axial compliance C to the lateral compliance of the tips.
+
+        The sum is a 3 x 3 matrix for each pair of tips, because a lateral force can also move a dome along its spring.
+        """
         self._poses = poses
+        # Without a known lateral compliance, the tips are rigid sideways.
         sideways = poses.sideways or LateralCompliance(np.zeros((*C.shape, 3, 3)), 0.0)
-        self._springs = C
-        self._C = sideways.compliance.copy()  # (tips, tips, 3, 3) [mm/N], in the frame of the sensor
-        self._C[..., 2, 2] += C
+        self._axial_compliance = C
+        self._compliance = sideways.compliance.copy()  # (tips, tips, 3, 3) [mm/N], in the frame of the sensor
+        self._compliance[..., 2, 2] += C
         self._sideways_error = sideways.error
         self._fruit = fruit
         self._E = E[:, None]
-        # Deflection under a point load, times E and the distance, divided by the force [1].
+        # Boussinesq's surface deflection under a point load, times E and the distance, divided by the force [1].
         self._point_load = (1.0 - fruit.poisson**2) / np.pi
 
     def find_equilibrium(self) -> _DomeState:
@@ -216,17 +228,22 @@ class _Law:
         A step is halved in those poses whose residual it would increase. Raises SolveError if the method does not
         converge.
         """
-        unmoved = self._poses.approach(np.zeros(self._poses.centres.shape))
-        state = self.evaluate(self._independent_indentations(unmoved), unmoved)
+        undeflected = self._poses.approach(np.zeros(self._poses.centres.shape))
+        state = self.evaluate(self._independent_indentations(undeflected), undeflected)
         tolerance = self._residual_tolerance()
         for _ in range(MOST_STEPS):
             if np.abs(state.residual).max(initial=0.0) <= tolerance:
                 return state
-            largest = np.maximum(np.abs(state.residual).max(axis=1), tolerance)
+            allowed_residual = np.maximum(np.abs(state.residual).max(axis=1), tolerance)
+            # The sign is positive, because `jacobian` returns minus the derivative of the residual.
             step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
             trial = self.evaluate(state.q + step, state.approach)
-            increased = np.flatnonzero(np.abs(trial.residual).max(axis=1) > largest)
-            state = self._take_halved_step(state, np.asarray(step), increased, largest) if increased.size else trial
+            increased = np.flatnonzero(np.abs(trial.residual).max(axis=1) > allowed_residual)
+            state = (
+                self._take_halved_step(state, np.asarray(step), increased, allowed_residual)
+                if increased.size
+                else trial
+            )
         residual = np.abs(state.residual).max()
         hint = "press less deeply, or use stiffer springs"
         msg = f"domes: residual {residual:.1e} mm must be at most {tolerance:.0e} mm; {hint}"
@@ -238,32 +255,39 @@ class _Law:
         round_off = ROUND_OFF * semi_axes.max(initial=0.0, where=np.isfinite(semi_axes))
         return max(RESIDUAL_LIMIT * float(np.abs(self._poses.centres).max()), float(round_off))
 
-    def _independent_indentations(self, unmoved: DomeApproach) -> Floats:
-        """Return approximate indentations q [mm] for domes that do not interact.
+    def _independent_indentations(self, undeflected: DomeApproach) -> Floats:
+        """Return approximate indentations q (poses, tips) [mm] for domes that do not interact, as an initial guess.
 
-        Newton's method starts from the undeformed fruit. It converges monotonically, because the force is a convex
-        function of the indentation.
+        `undeflected` is the approach of the domes while their springs are undeflected. Newton's method starts from the
+        overlap there. It converges monotonically, because the force is a convex function of the indentation.
         """
-        compliance = np.einsum("pii->pi", self.normal_compliance(unmoved))
-        q = unmoved.interference
+        compliance = np.einsum("pii->pi", self.normal_compliance(undeflected))
+        q = undeflected.interference
         for _ in range(INITIAL_STEPS):
-            N, stiffness, _, _ = self._local_contact(q, unmoved)
-            q = q - (q + compliance * N - unmoved.interference) / (1.0 + compliance * stiffness)
+            N, stiffness, _, _ = self._local_contact(q, undeflected)
+            q = q - (q + compliance * N - undeflected.interference) / (1.0 + compliance * stiffness)
         return np.asarray(q)
 
-    def _take_halved_step(self, state: _DomeState, step: Floats, increased: Ints, largest: Floats) -> _DomeState:
+    def _take_halved_step(
+        self, state: _DomeState, step: Floats, increased: Ints, allowed_residual: Floats
+    ) -> _DomeState:
         """Return the state after a step (poses, tips) [mm] that is halved in some poses.
 
         `increased` holds the indices of the poses whose residual the full step increases. In these poses, the step is
-        halved up to HALVINGS times, until the residual is at most `largest` (poses,) [mm]. `step` is modified in place.
+        halved up to HALVINGS times, until the residual is at most `allowed_residual` (poses,) [mm]. The last step is
+        used even if its residual is larger. `step` is modified in place.
         """
         for _ in range(HALVINGS):
             step[increased] *= 0.5
-            subset = _Law(
-                self._poses.select(increased), self._E[increased, 0], self._springs, self._fruit.select(increased)
+            # Only the poses whose step was halved are evaluated again.
+            law_of_subset = _Law(
+                self._poses.select(increased),
+                self._E[increased, 0],
+                self._axial_compliance,
+                self._fruit.select(increased),
             )
-            trial = subset.evaluate(state.q[increased] + step[increased], state.approach.select(increased))
-            increased = increased[np.abs(trial.residual).max(axis=1) > largest[increased]]
+            trial = law_of_subset.evaluate(state.q[increased] + step[increased], state.approach.select(increased))
+            increased = increased[np.abs(trial.residual).max(axis=1) > allowed_residual[increased]]
             if not increased.size:
                 break
         return self.evaluate(state.q + step, state.approach)
@@ -275,7 +299,7 @@ class _Law:
         forces along the normals of the `previous` approach. At equilibrium, these normals agree with the new ones.
         """
         N = self._local_contact(q, previous).N
-        displacements = np.tensordot(N[..., None] * previous.direction, self._C, axes=((1, 2), (1, 3)))
+        displacements = np.tensordot(N[..., None] * previous.direction, self._compliance, axes=((1, 2), (1, 3)))
         approach = self._poses.approach(displacements)
         N, stiffness, radius, strain = self._local_contact(q, approach)
 
@@ -290,7 +314,16 @@ class _Law:
         deflection = np.einsum("pij,pj->pi", action + self._fruit.remainder, N) / self._E
         slope_reduction = 0.5 * (shift**2).sum(axis=2) / approach.radius
         residual = approach.interference - slope_reduction - deflection - q
-        return _DomeState(approach, N, stiffness, radius, strain, action, residual, q)
+        return _DomeState(
+            approach=approach,
+            N=N,
+            stiffness=stiffness,
+            contact_radius=radius,
+            strain=strain,
+            action=action,
+            residual=residual,
+            q=q,
+        )
 
     def normal_compliance(self, approach: DomeApproach) -> Floats:
         """Return the compliance of the springs along the contact normals [mm/N], shape (poses, tips, tips).
@@ -300,36 +333,47 @@ class _Law:
         """
         normals = approach.direction
         # Flattening the axes of tip j turns the contraction with n_i into one matrix product per dome.
-        matrices = self._C.transpose(0, 2, 1, 3).reshape(len(self._C), 3, -1)
-        along_normal = (normals.swapaxes(0, 1) @ matrices).reshape(len(self._C), len(normals), -1, 3)
+        matrices = self._compliance.transpose(0, 2, 1, 3).reshape(len(self._compliance), 3, -1)
+        along_normal = (normals.swapaxes(0, 1) @ matrices).reshape(len(self._compliance), len(normals), -1, 3)
         return np.asarray(np.einsum("ipjb,pjb->pij", along_normal, normals))
 
     def _local_contact(self, q: Floats, approach: DomeApproach) -> _LocalContact:
-        """Return the contacts at local indentations q (poses, tips) [mm], by Hertz's law with the factor g."""
+        """Return the contacts at local indentations q (poses, tips) [mm], by Hertz's law with the factor g.
+
+        `approach` holds the radii of curvature of the contacts. Under a skin, a layered half-space replaces Hertz's
+        law.
+        """
         depth = np.maximum(q, 0.0) / approach.depth_ratio  # depth of the circular contact with the same force
-        if self._fruit.skinned is not None:
-            return self._local_contact_under_skin(depth, approach, self._fruit.skinned)
+        if self._fruit.skin_contact is not None:
+            return self._local_contact_under_skin(depth, approach, self._fruit.skin_contact)
         radius = np.sqrt(approach.radius * depth)
         strain = self._large_strain(radius, approach)
         # Hertz's force is 4/3 E* a depth, and its derivative 2 E* a, because a is sqrt(R depth). Since g depends on a,
         # dN/d(depth) is 2 E* a (g + dg/d(ln a) / 3).
         hertz_stiffness = 2.0 * self._E / (1.0 - self._fruit.poisson**2) * radius
         stiffness = hertz_stiffness * (strain.factor + strain.slope / 3.0) / approach.depth_ratio
-        return _LocalContact(strain.factor * hertz_stiffness * depth / 1.5, stiffness, radius, strain)
+        N = strain.factor * hertz_stiffness * depth / 1.5
+        return _LocalContact(N=N, stiffness=stiffness, radius=radius, strain=strain)
 
-    def _local_contact_under_skin(self, depth: Floats, approach: DomeApproach, skinned: RoundContact) -> _LocalContact:
+    def _local_contact_under_skin(
+        self, depth: Floats, approach: DomeApproach, skin_contact: RoundContact
+    ) -> _LocalContact:
         """Return the contacts on flesh under a skin, at the given depths (poses, tips) [mm].
 
-        The layered half-space is solved at small strain. The large-strain correction of flesh without a skin is
-        therefore not applied; all of it is counted as error.
+        `skin_contact` is the table of contacts on the layered half-space, which is solved at small strain. The
+        large-strain correction of flesh without a skin is therefore not applied; all of it is counted as error.
         """
-        radius, force, stiffness = skinned.press(approach.radius * depth)
+        # The table holds depth and force times the radius of curvature, and force and stiffness divided by E.
+        radius, force, stiffness = skin_contact.press(approach.radius * depth)
         without_skin = self._large_strain(radius, approach)
         one = np.ones_like(radius)
         error = np.abs(without_skin.factor - one)
         strain = replace(without_skin, error=error, edge=one, edge_error=np.abs(without_skin.edge - one))
         return _LocalContact(
-            self._E * force / approach.radius, self._E * stiffness / approach.depth_ratio, radius, strain
+            N=self._E * force / approach.radius,
+            stiffness=self._E * stiffness / approach.depth_ratio,
+            radius=radius,
+            strain=strain,
         )
 
     def _large_strain(self, radius: Floats, approach: DomeApproach) -> LargeStrain:
@@ -344,7 +388,7 @@ class _Law:
         compliance = (
             self.normal_compliance(state.approach) + (state.action + self._fruit.remainder) / self._E[..., None]
         )
-        return np.eye(len(self._C)) + compliance * state.stiffness[:, None, :]
+        return np.eye(len(self._compliance)) + compliance * state.stiffness[:, None, :]
 
     def bound_interference_error(self, state: _DomeState) -> Floats:
         """Return the error bound of the interference [mm] at fixed forces, shape (poses, tips).
@@ -357,7 +401,10 @@ class _Law:
         fruit = self._fruit
         # The added compliance has an error of its own. In addition, the law neglects three effects: its variation over
         # a contact, higher moments of the crosstalk, and its change if a contact moves.
-        over_contact = VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * (radius[:, None] / fruit.size) ** 2
+        over_contact = (
+            VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * (radius[:, None] / fruit.boundary_distance) ** 2
+        )
+        # The next term is the square of (a_i^2 + a_j^2) / (2 p^2), times a factor.
         next_moment = NEXT_MOMENT_FACTOR * self._point_load / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
         compliance_bound = fruit.bound + over_contact + next_moment + self._moved_contact_bound(state)
         compliance_term = np.einsum("pij,pj->pi", compliance_bound, state.N) / self._E
@@ -372,16 +419,16 @@ class _Law:
         The bound is multiplied by E [1/mm], and has shape (poses, tips, tips).
         """
         fruit = self._fruit
-        shift = np.linalg.norm(state.approach.foot[..., :2] - fruit.feet, axis=-1)
+        shift = np.linalg.norm(state.approach.foot[..., :2] - fruit.contact_points, axis=-1)
         # Upper bound on the increase in squared distance from the middle, divided by the squared size.
-        increase = shift * (shift + 2.0 * np.linalg.norm(fruit.feet, axis=-1)) / fruit.size**2
+        increase = shift * (shift + 2.0 * np.linalg.norm(fruit.contact_points, axis=-1)) / fruit.boundary_distance**2
         larger = np.maximum(increase[:, :, None], increase[:, None, :])
         return np.asarray(MOVED_CONTACT_FACTOR * larger * np.abs(fruit.remainder))
 
     def _lateral_deflection(self, state: _DomeState) -> Floats:
         """Return the deflection along each normal caused by the lateral compliance of the tips [mm], (poses, tips)."""
         cosine = state.approach.cosine
-        axial = cosine[:, :, None] * self._C[..., 2, 2] * cosine[:, None, :]
+        axial = cosine[:, :, None] * self._compliance[..., 2, 2] * cosine[:, None, :]
         lateral = self.normal_compliance(state.approach) - axial
         return np.asarray(np.abs(np.einsum("pij,pj->pi", lateral, state.N)))
 
@@ -399,13 +446,13 @@ class _Law:
         return 1.0 / approach.radius - 1.0 / self._poses.dome_radius
 
 
-def _vectors_between(feet: Floats) -> tuple[Floats, Floats]:
-    """Return the vectors from contact j to contact i (poses, tips, tips, 3) [mm], and their lengths.
+def _vectors_between(contacts: Floats) -> tuple[Floats, Floats]:
+    """Return the vectors from contact j to contact i (poses, tips, tips, 3) [mm], and their lengths [mm].
 
-    `feet` (poses, tips, 3) [mm] are the positions of the contacts. The distance of a contact from itself is set to
+    `contacts` (poses, tips, 3) [mm] are the positions of the contacts. The distance of a contact from itself is set to
     infinity, so that it has no effect on itself.
     """
-    vectors = feet[:, :, None] - feet[:, None]
+    vectors = contacts[:, :, None] - contacts[:, None]
     distance = np.sqrt(np.einsum("pijk,pijk->pij", vectors, vectors))
     return vectors, distance + np.where(np.eye(distance.shape[1]) > 0.0, np.inf, 0.0)
 

@@ -24,20 +24,20 @@ def sphere_contact_radius(depth: Floats, sphere_radius: float, curvature: Floats
     """Return the contact radii [mm] of a sphere at given depths >= 0 [mm], with the same shape as `depth`.
 
     Newton's method solves depth = a artanh(a / r) + a^2 / R for the contact radius a. `sphere_radius` [mm] is r, and
-    `curvature` [1/mm] is 1 / R.
+    `curvature` [1/mm] is 1 / R, the curvature of the body.
     """
     relative_depth = depth / sphere_radius
     relative_curvature = sphere_radius * curvature
     # The unknown is x = a / r. The residual is a convex function of x, so Newton's method converges monotonically from
     # above. There are two upper bounds, of which the smaller is the initial guess. One is the radius for a paraboloid.
-    # The other is the solution of artanh(x) = 1.25 depth / r, which is an upper bound where x is above 0.8.
+    # The other follows from x artanh(x) <= depth / r: if x is above 0.8, artanh(x) is at most 1.25 depth / r.
     paraboloid = np.sqrt(relative_depth / (1.0 + relative_curvature))
     x = np.minimum(paraboloid, np.maximum(0.8, np.tanh(1.25 * relative_depth)))
     for _ in range(STEPS):
         artanh = x + _artanh_minus_x(x)
-        slope = artanh + x / (1.0 - x**2) + 2.0 * x * relative_curvature
+        residual_slope = artanh + x / (1.0 - x**2) + 2.0 * x * relative_curvature
         residual = x * artanh + x**2 * relative_curvature - relative_depth
-        step = np.divide(residual, slope, out=np.zeros_like(x), where=x > 0.0)
+        step = np.divide(residual, residual_slope, out=np.zeros_like(x), where=x > 0.0)
         x = x - step
         if (np.abs(step) <= SETTLED * x).all():
             break

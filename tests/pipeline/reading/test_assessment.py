@@ -324,7 +324,9 @@ def dome_press(pose, travels):
     scene = Scene(fruit=BALL, tips=DOMES, press=PressMotion(travel_mm=0.9))
     posed = posed_scene(scene, pose.stand)
     none = np.zeros((len(travels), 4, 4))
-    body = FruitUnderDomes(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(DOMES.places_mm))
+    body = FruitUnderDomes(
+        poisson=0.3, remainder=none, bound=none, boundary_distance=np.inf, contact_points=np.array(DOMES.places_mm)
+    )
     domes = dome_poses([posed] * len(travels), np.array(travels))
     return dome_forces(domes, np.full(len(travels), pose.E), SOFT, body).F
 

@@ -41,7 +41,13 @@ TRAVEL = 0.08
 
 def half_space(count=1, poses=2, **changes):
     none = np.zeros((poses, count, count))
-    given = {"poisson": POISSON, "remainder": none, "bound": none, "size": np.inf, "feet": np.zeros((count, 2))}
+    given = {
+        "poisson": POISSON,
+        "remainder": none,
+        "bound": none,
+        "boundary_distance": np.inf,
+        "contact_points": np.zeros((count, 2)),
+    }
     return FruitUnderDomes(**{**given, **changes})
 
 
@@ -79,7 +85,7 @@ def test_dome_on_a_skin_is_at_small_strain_with_all_of_the_large_one_open():
     skin = round_contact(Layer(thickness=0.3, modulus=10.0, poisson=POISSON, poisson_below=POISSON), DOME)
     depth = 0.2
     contact, force, _ = skin.press(np.array(DOME * depth))
-    found = dome_forces(lowered([[0.0, 0.0]], depth), E, np.zeros((1, 1)), half_space(skinned=skin))
+    found = dome_forces(lowered([[0.0, 0.0]], depth), E, np.zeros((1, 1)), half_space(skin_contact=skin))
     np.testing.assert_allclose(found.F[:, 0], E * force / DOME, rtol=1e-9)
     np.testing.assert_allclose(found.contact_radius, contact, rtol=1e-9)
     bare = large_strain(contact, DOME, np.array(0.0), POISSON)
@@ -138,7 +144,7 @@ def test_error_of_one_dome():
     """
     B, b, size, depth, spring = 0.05, 2e-3, 9.0, 0.4, 0.3
     one = np.ones((2, 1, 1))
-    body = half_space(remainder=B * one, bound=b * one, size=size, feet=np.array([[2.0, 0.0]]))
+    body = half_space(remainder=B * one, bound=b * one, boundary_distance=size, contact_points=np.array([[2.0, 0.0]]))
     found = dome_forces(lowered([[3.5, 0.0]], depth), E, np.array([[spring]]), body)
     for i, modulus in enumerate(E.tolist()):
         q = brentq(lambda q, E=modulus: q + (B / E + spring) * plane_face_test(q, E) - depth, 1e-6, depth, xtol=1e-14)
@@ -321,7 +327,7 @@ def test_other_radius_bends_the_body_in_proportion_and_widens_the_bound():
 def test_other_thickness_changes_the_compliance_by_the_base_at_the_distance_of_the_tips():
     fruits = [BLUNT, dataclasses.replace(BLUNT, thickness_mm=0.5 * BLUNT.depth_mm)]
     body = fruit_under_domes(scene(), compliance(BLUNT, GENTLE), fruits)
-    first, second = body.feet[:2]
+    first, second = body.contact_points[:2]
     distances = np.array([0.0, np.linalg.norm(first - second)])
     thin, thick = (base_compliance(fruit.depth_mm, BLUNT.poisson, distances) for fruit in reversed(fruits))
     np.testing.assert_allclose((body.remainder[1] - body.remainder[0])[0, :2], thin - thick, rtol=1e-7)

@@ -34,7 +34,11 @@ def forces(press):
     scenes = [posed_scene(SCENE, stand)] * len(press["travel"])
     none = np.zeros((len(scenes), 4, 4))
     body = FruitUnderDomes(
-        poisson=STORED["poisson"], remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm)
+        poisson=STORED["poisson"],
+        remainder=none,
+        bound=none,
+        boundary_distance=np.inf,
+        contact_points=np.array(TIPS.places_mm),
     )
     poses = dome_poses(scenes, np.array(press["travel"]))
     return dome_forces(poses, np.full(len(scenes), press["E"]), SPRINGS, body).F[:, ORDER]
