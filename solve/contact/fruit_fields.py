@@ -72,7 +72,8 @@ class _TipLoad(NamedTuple):
 def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, NodalFields]:
     """Return a hexahedral mesh of the fruit [mm], and the fields at its nodes under the pressure of all tips.
 
-    Raises InputError for a fruit with a skin, and SolveError if the solve for the remainder does not converge.
+    The fields are displacement, stress and strain. The mesh is the equivalent block of the fruit, with z up. Raises
+    InputError for a fruit with a skin, and SolveError if the solve for the remainder does not converge.
     """
     if fruit.skin_mm is not None:
         raise validation_error(
@@ -113,29 +114,31 @@ def _remainder(block: Fruit, loads: Sequence[_TipLoad], points: Floats) -> tuple
 def _half_space_fields(poisson: float, loads: Sequence[_TipLoad], points: Floats) -> tuple[Floats, Floats]:
     """Return the displacement (3, n) [mm] and the stress (3, 3, n) [MPa] of a half-space with E = 1 MPa.
 
-    `points` (3, n) [mm] are the positions, with z down. On the surface, the stress is evaluated at a small depth, and
-    the displacement at a much smaller one.
+    `points` (3, n) [mm] are the positions, with z down. On the surface, the stress is evaluated at a small depth,
+    because it is infinite at the corners of patches. The displacement is evaluated at a much smaller depth, which
+    avoids 0 / 0.
     """
     x, y, z = points
     stress_depth = STRESS_DEPTH * min(float(load.patches.sides.min()) for load in loads)
-    potentials = _half_space(np.stack([x, y, np.maximum(z, stress_depth)]), loads)
+    potentials = _half_space_potentials(np.stack([x, y, np.maximum(z, stress_depth)]), loads)
     u = halfspace.displacement(potentials, 1.0, poisson)
     on_top = z == 0.0
     near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), DISPLACEMENT_DEPTH * stress_depth)])
-    u[:, on_top] = halfspace.displacement(_half_space(near_top, loads), 1.0, poisson)
+    u[:, on_top] = halfspace.displacement(_half_space_potentials(near_top, loads), 1.0, poisson)
     return u, halfspace.stress(potentials, poisson)
 
 
 def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
-    """Return the loaded patches of one tip.
+    """Return the loaded patches of one tip, which is given by its index.
 
-    There are at most 24 x 24 patches. Each of them carries the total force of its cells.
+    A patch is a block of neighbouring cells, and carries their total force. There are at most 24 x 24 patches.
     """
-    count = len(pressure.edges) - 1
-    first_cells = np.arange(0, count, -(-count // PATCHES))  # the first cell of each patch along a side
+    cells_per_side = len(pressure.edges) - 1
+    cells_per_patch = -(-cells_per_side // PATCHES)  # the quotient, rounded up
+    first_cells = np.arange(0, cells_per_side, cells_per_patch)  # the first cell of each patch along a side
     edges = np.append(pressure.edges[first_cells], pressure.edges[-1])
-    rows = np.add.reduceat(pressure.cell_forces[tip], first_cells, axis=0)
-    forces = np.add.reduceat(rows, first_cells, axis=1).ravel()
+    row_forces = np.add.reduceat(pressure.cell_forces[tip], first_cells, axis=0)
+    forces = np.add.reduceat(row_forces, first_cells, axis=1).ravel()
     is_loaded = forces > 0.0
     centres = _pairs(0.5 * (edges[1:] + edges[:-1]))[is_loaded] + pressure.centres[tip]
     return _Patches(centres, _pairs(np.diff(edges))[is_loaded], forces[is_loaded])
@@ -155,11 +158,14 @@ def _point_forces(patches: _Patches) -> _Patches:
     return _Patches(middle + side * table.nodes, np.zeros((NODES**2, 2)), forces)
 
 
-def _viewing_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
-    """Return the mesh for display [mm], with z up: fine under the contacts of the tips, and coarse elsewhere."""
-    finest = FINEST * min(float((patches.high - patches.low).max()) for patches in tips)
+def _viewing_mesh(block: Fruit, patches_of_tips: Sequence[_Patches]) -> MeshHex:
+    """Return the mesh for display [mm], with z up: fine under the contacts of the tips, and coarse elsewhere.
+
+    `patches_of_tips` holds the patches of each tip in contact.
+    """
+    smallest_step = FINEST * min(float((patches.high - patches.low).max()) for patches in patches_of_tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
-    largest = COARSEST * max(extent)
+    largest_step = COARSEST * max(extent)
 
     def grid_line(start: float, end: float, spans: Sequence[Floats]) -> Floats:
         """Return grid coordinates from `start` to `end` [mm], densest in the spans (2,) [mm] of the contacts."""
@@ -168,17 +174,17 @@ def _viewing_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
             distance = np.full_like(s, np.inf)
             for low, high in spans:
                 distance = np.minimum(distance, np.maximum(np.maximum(low - s, s - high), 0.0))
-            return np.minimum(finest + GROWTH * distance, largest)
+            return np.minimum(smallest_step + GROWTH * distance, largest_step)
 
         return graded_line(start, end, step_size)
 
     lines = []
     for axis in (0, 1):
-        spans = [np.array([patches.low[axis], patches.high[axis]]) for patches in tips]
+        spans = [np.array([patches.low[axis], patches.high[axis]]) for patches in patches_of_tips]
         start = -0.5 * extent[axis]
         lines.append(grid_line(start, start + extent[axis], spans))
-    depths = grid_line(0.0, block.height_mm, [np.zeros(2)])
-    tolerance = 1e-9 * block.height_mm
+    depths = grid_line(0.0, block.height_mm, [np.zeros(2)])  # densest at the top face
+    tolerance = 1e-9 * block.height_mm  # for round-off in the coordinates of a face
     return MeshHex.init_tensor(lines[0], lines[1], -depths[::-1]).with_boundaries(
         {"top": lambda point: point[2] > -tolerance, "base": lambda point: point[2] < tolerance - block.height_mm}
     )
@@ -191,7 +197,8 @@ def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -
     gradient is the coordinate of differentiation.
     """
     mesh = basis.mesh
-    # Find the brick that contains each point from the grid intervals along each axis.
+    # Find the brick that contains each point from the grid intervals along each axis. `brick_index` maps three
+    # intervals to the index of a brick in the mesh.
     brick_index = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
     brick_index[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
     bricks = brick_index[_intervals(lines, points)]
@@ -202,7 +209,8 @@ def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -
     from_corner = points - basis.mapping.F(origin, tind=bricks)[..., 0]
     local_points = np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None]
 
-    # There is one point in each of n bricks. Indices: node k, component c, brick n, point q, coordinate d.
+    # There is one point in each of n bricks, so its quadrature weight of 1 has no effect. Indices: node k, component c,
+    # brick n, point q, coordinate d.
     patch = patch_inside(basis, bricks, local_points, np.ones((len(bricks), 1)))
     nodal_values = v[patch.dofs]
     values = np.einsum("kcn,knq->cn", nodal_values, patch.shapes)
@@ -219,7 +227,7 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
     return tuple(intervals)
 
 
-def _half_space(points: Floats, loads: Sequence[_TipLoad]) -> halfspace.Potentials:
+def _half_space_potentials(points: Floats, loads: Sequence[_TipLoad]) -> halfspace.Potentials:
     """Return the potentials of the half-space at points (3, n) [mm], with z down, under the pressures of all tips.
 
     The patches of a tip are used near it, and its point forces elsewhere.
@@ -231,21 +239,21 @@ def _half_space(points: Floats, loads: Sequence[_TipLoad]) -> halfspace.Potentia
         middle = point_forces.centres.mean(axis=0)
         reach = NEAR * float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
         is_near = np.maximum(np.maximum(np.abs(x - middle[0]), np.abs(y - middle[1])), z) <= reach
-        potential_sums[1:, is_near] += _potentials(x[is_near], y[is_near], z[is_near], patches)
-        potential_sums[1:, ~is_near] += _potentials(x[~is_near], y[~is_near], z[~is_near], point_forces)
+        potential_sums[1:, is_near] += _summed_potentials(x[is_near], y[is_near], z[is_near], patches)
+        potential_sums[1:, ~is_near] += _summed_potentials(x[~is_near], y[~is_near], z[~is_near], point_forces)
     return halfspace.Potentials(*potential_sums)
 
 
-def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
+def _summed_potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
     """Return the sums of the potentials of all loads at points x, y, z (n,) [mm], shape (potentials, n).
 
-    The first potential, which is the depth z, is left out.
+    The first potential is the depth z, the same for all loads, so it is left out.
     """
     potential_sums = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
         dx = x - centre[0]
         dy = y - centre[1]
-        unit = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
+        unit_potentials = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
         # On a rectangle, the pressure is force / (a b). If its sides are 0, the force acts at a point.
-        potential_sums += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
+        potential_sums += force / (a * b or 1.0) * np.asarray(astuple(unit_potentials)[1:])
     return potential_sums

@@ -95,8 +95,8 @@ def response_of_forces(
 ) -> SensorResponse:
     """Return the response with the given forces, at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
 
-    Its errors are 0, or nan without contact; the caller adds the actual errors. `info.dofs` is the number of contact
-    cells.
+    `groups` holds the indices of the tips on low and on high springs. `info.dofs` is the number of contact cells. The
+    errors of the response are 0, or nan without contact; the caller adds the actual errors.
     """
     F, rates = forces
     P = high_over_low(F, F, groups)
@@ -126,7 +126,8 @@ def linear_response(
 
     S [1/mm] is the compliance of the fruit times E, and C [mm/N] is the compliance of the springs, both (tips, tips). E
     (moduli,) [MPa] holds the moduli, and x (travels,) [mm] the travels. `height_offsets` [mm] are added to the travel
-    of each tip. The error of S is the only error of the forces; the caller adds it.
+    of each tip. `groups` holds the indices of the tips on low and on high springs. The error of S is the only error of
+    the forces; the caller adds it.
     """
     start = time.perf_counter()
     moduli = np.asarray(E, dtype=np.float64)
@@ -149,6 +150,7 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     holds with equality. If all tips touch, the forces solve a linear system. Otherwise, nonnegative least squares on
     the Cholesky factor finds the tips in contact.
     """
+    # If all tips pushed when they are all assumed in contact, they all touch.
     touching = travel @ np.linalg.inv(compliance).T > 0.0
     is_partial = ~touching.all(axis=1)  # travels at which only some tips touch
     lower = cholesky(compliance, lower=True)
@@ -162,10 +164,10 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     # All travels at which the same tips touch have the same stiffness matrix.
     F = np.zeros(touching.shape)
     rates = np.zeros(touching.shape)
-    for tips in np.unique(touching, axis=0):
-        rows = (touching == tips).all(axis=1)
-        entries = np.ix_(rows, tips)
-        stiffness = np.linalg.inv(compliance[np.ix_(tips, tips)])
+    for touching_tips in np.unique(touching, axis=0):
+        rows = (touching == touching_tips).all(axis=1)
+        entries = np.ix_(rows, touching_tips)
+        stiffness = np.linalg.inv(compliance[np.ix_(touching_tips, touching_tips)])
         F[entries] = np.maximum(travel[entries] @ stiffness.T, 0.0)
         rates[entries] = stiffness.sum(axis=1)
     return F, rates

@@ -109,7 +109,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
             check_scene(scenes_of_stands[pose.stand])
     scenes = [scenes_of_stands[pose.stand] for pose in poses]
     C = np.asarray(C, dtype=np.float64)
-    if compliance.skin is not None:
+    if compliance.skin is not None:  # the table of a skin is first evaluated at each modulus
         return _forces_under_skin(scene, compliance, C, poses)
     if scene.on_domes:
         return _dome_forces(scene, compliance, C, poses, scenes)
@@ -125,8 +125,8 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
     if stand.from_touch and any(off_centre) and scene.curved:
         # The tilt of the hand is relative to the normal under the sensor. The tilt of a scene is relative to the normal
         # at the apex.
-        normal = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
-        tilt, roll = tilt + float(normal[0]), roll + float(normal[1])
+        normal_deg = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
+        tilt, roll = tilt + float(normal_deg[0]), roll + float(normal_deg[1])
     return dataclasses.replace(
         scene,
         fruit=fruit,
@@ -170,18 +170,19 @@ def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thi
 def _dome_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces of domes from the dome law; there is one scene for each of the poses.
+    """Return the forces of domes from the dome law, given the poses and the scene of each pose.
 
+    `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] is the compliance of the springs.
     The forces are nan in a pose whose contact reaches the edge of a face, because the law is not valid there.
     """
     E = np.array([pose.E for pose in poses])
     travel = np.array([pose.travel for pose in poses])
-    fruit = fruit_under_domes(scene, compliance, [each.fruit for each in scenes])
+    fruit = fruit_under_domes(scene, compliance, [posed.fruit for posed in scenes])
     domes = dome_forces(dome_poses(scenes, travel), E, C, fruit)
-    face = domes.face.max(axis=1)
-    off_face = face > scene.tips.side_mm
+    face_diameter = domes.face.max(axis=1)
+    is_off_face = face_diameter > scene.tips.side_mm
     return PoseForces(
-        F=np.where(off_face[:, None], np.nan, domes.F),
+        F=np.where(is_off_face[:, None], np.nan, domes.F),
         F_error=domes.error,
         common_error=domes.common_error,
         F_flesh=domes.flesh,
@@ -190,62 +191,67 @@ def _dome_forces(
         contact_radius=domes.contact_radius,
         mean_pressure=domes.mean_pressure,
         pressure_error=domes.mean_pressure * (domes.relative_error + domes.pressure_error),
-        face_mm=face,
+        face_mm=face_diameter,
     )
 
 
 def _cell_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces on a coarse grid of cells, with errors estimated on a finer grid.
+    """Return the forces on a coarse grid of cells, given the poses and the scene of each pose.
 
-    There is one scene for each of the poses. The grid is made for the steepest pose, and all poses share it. Only some
-    of the poses are solved on the finer grid.
+    `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] is the compliance of the springs.
+    The grid is made for the steepest pose, and all poses share it. To estimate the errors, some of the poses are also
+    solved on a finer grid.
     """
     largest_travel = max(pose.travel for pose in poses)
-    tilts = [float(np.hypot(*each.tilt_tangents)) for each in scenes]
+    # An overlap is farthest from the centre of its tip in the steepest pose, which therefore determines the footprints.
+    tilts = [float(np.hypot(*posed.tilt_tangents)) for posed in scenes]
     steepest = scenes[tilts.index(max(tilts))]
     grid_scene = dataclasses.replace(scene, press=steepest.press)
-    coarse, fine = scene_cells(grid_scene, compliance, largest_travel, all(each.mirrored for each in scenes))
+    is_half = all(posed.mirrored for posed in scenes)
+    coarse, fine = scene_cells(grid_scene, compliance, largest_travel, is_half)
     F, area = _grid_forces(grid_scene, coarse, C, poses, scenes)
 
     # About COMPARED_POSES poses, spread evenly from the most to the least tilted one, are solved on the finer grid too.
     order = np.argsort(tilts)[::-1]
-    compared = order[:: max(1, len(order) // COMPARED_POSES)]
-    fine_F, _ = _grid_forces(grid_scene, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
+    compared_poses = order[:: max(1, len(order) // COMPARED_POSES)]
+    fine_F, _ = _grid_forces(
+        grid_scene, fine, C, [poses[i] for i in compared_poses], [scenes[i] for i in compared_poses]
+    )
 
     moduli = np.array([pose.E for pose in poses])
-    difference, total_difference = _grid_differences(F, fine_F, compared, moduli)
-    error = ERROR_RATIO * difference + compliance.error_pair
-    common_error = ERROR_RATIO * total_difference + compliance.error_pair
+    largest_difference, total_difference = _grid_differences(F, fine_F, compared_poses, moduli)
+    relative_error = ERROR_RATIO * largest_difference + compliance.error_pair
+    common_relative_error = ERROR_RATIO * total_difference + compliance.error_pair
     mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
         F=F,
-        F_error=error * F,
-        common_error=common_error * _decrease_by_softer_flesh(compliance, C, moduli, F),
+        F_error=relative_error * F,
+        common_error=common_relative_error * _decrease_by_softer_flesh(compliance, C, moduli, F),
         F_flesh=np.zeros_like(F),
-        error=np.full(len(F), error),
+        error=np.full(len(F), relative_error),
         touching=F > 0.0,
         contact_radius=np.sqrt(area / np.pi),
         mean_pressure=mean_pressure,
-        pressure_error=error * mean_pressure,
-        face_mm=np.zeros(len(F)),
+        pressure_error=relative_error * mean_pressure,
+        face_mm=np.zeros(len(F)),  # used only for domes
     )
 
 
-def _grid_differences(F: Floats, fine_F: Floats, compared: Ints, moduli: Floats) -> tuple[float, float]:
+def _grid_differences(F: Floats, fine_F: Floats, compared_poses: Ints, moduli: Floats) -> tuple[float, float]:
     """Return the largest relative difference between the grids [1], first in a single force, then in the total force.
 
-    F (poses, tips) holds the forces on the coarse grid. `fine_F` holds the forces on the fine grid, in the poses with
-    the indices `compared`. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
+    F (poses, tips) [N] holds the forces on the coarse grid. `fine_F` [N] holds the forces on the fine grid, in the
+    poses with the indices `compared_poses`. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
     """
-    differences = np.divide(np.abs(fine_F - F[compared]), fine_F, out=np.zeros_like(fine_F), where=fine_F > 0.0)
+    differences = np.divide(np.abs(fine_F - F[compared_poses]), fine_F, out=np.zeros_like(fine_F), where=fine_F > 0.0)
 
     # The common error of all tips is estimated from their total force. A tip that has just touched has a large relative
     # error of its own, which does not act like an error in the modulus of the flesh.
     total_force = F.sum(axis=1)
-    largest_total = np.array([total_force[moduli == E].max(initial=TINY_FORCE) for E in moduli[compared]])
-    total_difference = float((np.abs(fine_F.sum(axis=1) - total_force[compared]) / largest_total).max())
+    largest_total = np.array([total_force[moduli == E].max(initial=TINY_FORCE) for E in moduli[compared_poses]])
+    total_difference = float((np.abs(fine_F.sum(axis=1) - total_force[compared_poses]) / largest_total).max())
     return float(differences.max(initial=0.0)), total_difference
 
 
@@ -265,11 +271,13 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
 
     # Only the tips in contact contribute.
     decrease = np.zeros_like(F)
-    for row, E, forces in zip(decrease, moduli.tolist(), F, strict=True):
-        tips = np.flatnonzero(forces > 0.0)
-        flesh_compliance = compliance.S[np.ix_(tips, tips)] / E
-        system = C[np.ix_(tips, tips)] + flesh_compliance
-        row[tips] = softening[E] * np.linalg.solve(system, flesh_compliance @ forces[tips])
+    for decrease_of_pose, E, forces in zip(decrease, moduli.tolist(), F, strict=True):  # a view of a row of `decrease`
+        touching_tips = np.flatnonzero(forces > 0.0)
+        flesh_compliance = compliance.S[np.ix_(touching_tips, touching_tips)] / E
+        total_compliance = C[np.ix_(touching_tips, touching_tips)] + flesh_compliance
+        decrease_of_pose[touching_tips] = softening[E] * np.linalg.solve(
+            total_compliance, flesh_compliance @ forces[touching_tips]
+        )
     return decrease
 
 
@@ -279,35 +287,38 @@ def _grid_forces(
     """Return the forces [N] and the contact areas [mm^2] on one grid of cells, both (poses, tips).
 
     The cells keep their positions on the block, under the tips of `grid_scene`, so that one compliance matrix serves
-    all poses.
+    all poses. C (tips, tips) [mm/N] is the compliance of the springs, and `scenes` holds the scene of each pose.
     """
     cells = grid.cells
     contact = UnilateralContact(cells)
-    grids = {}
+    # Many poses share a scene, so its gap is computed only once. Scenes that are equal are the same dictionary key.
+    grid_of_scene = {}
     for scene in dict.fromkeys(scenes):
-        grids[scene] = dataclasses.replace(grid, gap=initial_gap(scene, grid_scene, cells))
+        grid_of_scene[scene] = dataclasses.replace(grid, gap=initial_gap(scene, grid_scene, cells))
     F = np.zeros((len(poses), len(cells.centres)))
     area = np.zeros_like(F)
     for i, (pose, scene) in enumerate(zip(poses, scenes, strict=True)):
-        interference = grids[scene].interference(scene, pose.travel)
+        interference = grid_of_scene[scene].interference(scene, pose.travel)
         # Contact is solved for forces divided by E [mm^2], so compliances are multiplied by E [1/mm].
-        state = contact.solve(interference, pose.E * C + grid.compliance_correction)
-        F[i] = pose.E * state.F
-        area[i] = cells.tips.T @ (cells.areas * (state.pressure > 0.0))
+        solution = contact.solve(interference, pose.E * C + grid.compliance_correction)
+        F[i] = pose.E * solution.F
+        area[i] = cells.tips.T @ (cells.areas * (solution.pressure > 0.0))
     return F, area
 
 
 def _forces_under_skin(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
     """Return the forces on flesh under a skin, whose compliance times E depends on the modulus of the flesh.
 
-    Poses with the same modulus are solved together.
+    The compliance is tabulated against the modulus, so poses with the same modulus are solved together. C (tips, tips)
+    [mm/N] is the compliance of the springs.
     """
     moduli = np.array([pose.E for pose in poses])
-    columns: dict[str, Any] = {}
+    arrays: dict[str, Any] = {}
     for E in np.unique(moduli):
         at_E = np.flatnonzero(moduli == E)
         forces = pose_forces(scene, compliance.at(float(E)), C, [poses[i] for i in at_E.tolist()])
+        # Each array is created with the first modulus, and filled in the rows of each modulus.
         for field in dataclasses.fields(PoseForces):
             values = getattr(forces, field.name)
-            columns.setdefault(field.name, np.zeros((len(poses), *values.shape[1:]), dtype=values.dtype))[at_E] = values
-    return PoseForces(**columns)
+            arrays.setdefault(field.name, np.zeros((len(poses), *values.shape[1:]), dtype=values.dtype))[at_E] = values
+    return PoseForces(**arrays)

@@ -35,9 +35,9 @@ class FootprintPressure:
 def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: float, x: float) -> FootprintPressure:
     """Return the pressure under all tips at the modulus E [MPa] and the travel x [mm].
 
-    C (tips, tips) [mm/N] is the compliance of the springs. Raises InputError if E is not above 0, or a tip meets the
-    fruit at more than 20 deg. Also raises InputError if the scene is outside the domain of the contact solver, and
-    SolveError if a solve does not converge.
+    `compliance` is the compliance of the fruit, and C (tips, tips) [mm/N] is the compliance of the springs. Raises
+    InputError if E is not above 0, or a tip meets the fruit at more than 20 deg. Also raises InputError if the scene is
+    outside the domain of the contact solver, and SolveError if a solve does not converge.
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")

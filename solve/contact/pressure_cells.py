@@ -76,22 +76,22 @@ def contact_cells(
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
     middle = 0.5 * (edges[1:] + edges[:-1])
-    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
+    unit_areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
     cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
 
     # The smooth parts are known between nodes. The nodal polynomials average them over cells.
-    means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
-    to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
+    cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
+    to_cells = block_diag(*[np.kron(cell_means, cell_means)] * len(footprints))
     within_tips = _compliance_within_tips(fruit, sides, edges, cell_centres, layer)
     smooth = smooth_compliance(fruit, tuple(footprints), grading)
     compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
 
     return ContactCells(
         points=(sides[:, None, None] * cell_centres + centres[:, None]).reshape(-1, 2),
-        areas=np.multiply.outer(sides**2, area).ravel(),
-        owner=np.repeat(np.arange(len(sides)), len(area)),
+        areas=np.multiply.outer(sides**2, unit_areas).ravel(),
+        owner=np.repeat(np.arange(len(sides)), len(unit_areas)),
         centres=centres,
-        compliance=0.5 * (compliance + compliance.T),
+        compliance=0.5 * (compliance + compliance.T),  # removes the asymmetry due to round-off
     )
 
 
@@ -100,12 +100,13 @@ def _compliance_within_tips(
 ) -> Floats:
     """Return the half-space compliance between cells under the same tip, times E [1/mm], shape (cells, cells).
 
-    `sides` (tips,) [mm] are the sides of the footprints. `edges` and `cell_centres` [1] are fractions of a side.
+    It is 0 between cells under different tips. `sides` (tips,) [mm] are the sides of the footprints. `edges` and
+    `cell_centres` [1] are fractions of a side. `layer` is the skin on the half-space, or None.
     """
     # Galerkin's method: the mean displacement of one cell per force on another, for E* = 1 and side 1.
-    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
-    pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
-    half_space = pairs / np.outer(area, area)
+    unit_areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
+    influence_integrals = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(unit_areas), len(unit_areas))
+    half_space = influence_integrals / np.outer(unit_areas, unit_areas)
     if layer is None:
         return np.asarray(block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space)))
     # A half-space of the layer's material, plus the effect of the flesh below the layer.
@@ -130,7 +131,7 @@ def half_cells(cells: ContactCells) -> ContactCells:
     """Return the cells at y > 0, in the same order, each combined with its mirror image at y < 0.
 
     They are used if the contact is symmetric about y = 0. All footprints must be centred at y = 0, and the number of
-    cells per side must be even.
+    cells per side must be even. The area of a combined cell is the area of both cells.
     """
     is_kept = cells.points[:, 1] > 0.0
     # Cells are stored in rows along y, so reversing each row yields the mirror images.
@@ -138,13 +139,13 @@ def half_cells(cells: ContactCells) -> ContactCells:
     rows = np.arange(len(is_kept)).reshape(-1, per_side)
     image = rows[:, ::-1].ravel()
     # Half of each force acts on the cell, and half on its mirror image.
-    pairs = 0.5 * (cells.compliance + cells.compliance[:, image])
+    combined_compliance = 0.5 * (cells.compliance + cells.compliance[:, image])
     return replace(
         cells,
         points=cells.points[is_kept],
         areas=2.0 * cells.areas[is_kept],
         owner=cells.owner[is_kept],
-        compliance=pairs[np.ix_(is_kept, is_kept)],
+        compliance=combined_compliance[np.ix_(is_kept, is_kept)],
     )
 
 
@@ -153,8 +154,8 @@ def half_cells(cells: ContactCells) -> ContactCells:
 def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: Grading) -> Floats:
     """Return the smooth part of the compliance between all nodes of all footprints, times E [1/mm], (nodes, nodes).
 
-    It is the remainder of the block and, between different tips, also the compliance of the half-space. Raises
-    SolveError if a solve does not converge.
+    It is the remainder of the block and, between different tips, also the compliance of the half-space. `grading`
+    determines the mesh of the remainder. Raises SolveError if a solve does not converge.
     """
     interaction_nodes = _interaction_nodes(footprints)
     counts = NodeCounts(between=interaction_nodes, within=max(FEWEST_NODES, nodes_within(fruit, footprints)))

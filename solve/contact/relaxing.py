@@ -55,36 +55,42 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
 def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction: Floats | float = 0.0) -> Floats:
     """Return the forces F (presses, tips) [N] on elastic flesh, at moduli E [MPa] and travels [mm], both (presses,).
 
-    For every tip in contact, x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i. A tip out of contact has no force.
-    `travel_reduction` (presses, tips) [mm] is subtracted from the travel of each tip. Raises SolveError if Newton's
-    method does not converge.
+    `law` holds the gaps [mm] and compliances of the sensor. For every tip in contact,
+
+        x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i.
+
+    A tip out of contact has no force. `travel_reduction` (presses, tips) [mm] is subtracted from the travel of each
+    tip. Raises SolveError if Newton's method does not converge.
     """
     modulus = E[:, None]
     compliance = np.array(law.C) + np.array(law.S) / modulus[..., None]
     hertz = law.hertz * modulus ** (-2.0 / 3.0)
     overlap = travel[:, None] - np.array(law.gaps) - travel_reduction  # overlap of the undeformed tips with the fruit
-    touches = overlap > 0.0
+    is_touching = overlap > 0.0
     tolerance = RESIDUAL_LIMIT * np.abs(travel).max()
 
     # The deflection is a concave function of the force, so Newton's method converges monotonically from below.
-    positive_overlap = np.where(touches, overlap, 1.0)
+    positive_overlap = np.where(is_touching, overlap, 1.0)
     own_compliance = np.einsum("pii->pi", compliance)
-    F = np.where(touches, INITIAL_GUESS / ((hertz / positive_overlap) ** 1.5 + own_compliance / positive_overlap), 0.0)
+    F = np.where(
+        is_touching, INITIAL_GUESS / ((hertz / positive_overlap) ** 1.5 + own_compliance / positive_overlap), 0.0
+    )
     identity = np.eye(len(law.gaps))
     for _ in range(MOST_STEPS):
-        root = np.cbrt(F)
-        deflection = hertz * root**2 + np.einsum("pij,pj->pi", compliance, F)
-        residual = np.where(touches, overlap - deflection, 0.0)
+        cube_root = np.cbrt(F)
+        deflection = hertz * cube_root**2 + np.einsum("pij,pj->pi", compliance, F)
+        residual = np.where(is_touching, overlap - deflection, 0.0)
         if np.abs(residual).max() <= tolerance:
             return F
-        hertz_slope = np.where(touches & (hertz > 0.0), hertz / np.where(touches, 1.5 * root, 1.0), 0.0)
+        # Derivative of the flattening h (F / E)^(2/3) with respect to F. The inner `where` avoids division by zero.
+        hertz_slope = np.where(is_touching & (hertz > 0.0), hertz / np.where(is_touching, 1.5 * cube_root, 1.0), 0.0)
         tangent = compliance + hertz_slope[..., None] * identity
-        tangent = np.where(touches[..., None], tangent, identity)  # a tip out of contact keeps a force of 0
+        tangent = np.where(is_touching[..., None], tangent, identity)  # a tip out of contact keeps a force of 0
         F = F + np.linalg.solve(tangent, residual[..., None])[..., 0]
-        touches = touches & (F > 0.0)
-        F = np.where(touches, F, 0.0)
-    largest = np.abs(residual).max()
-    msg = f"tips over time: residual {largest:.1e} mm must be at most {tolerance:.0e} mm; press less deeply"
+        is_touching = is_touching & (F > 0.0)
+        F = np.where(is_touching, F, 0.0)
+    largest_residual = np.abs(residual).max()
+    msg = f"tips over time: residual {largest_residual:.1e} mm must be at most {tolerance:.0e} mm; press less deeply"
     raise SolveError(msg)
 
 
@@ -93,26 +99,28 @@ def forces_over_time(
 ) -> tuple[Floats, Floats]:
     """Return the forces F [N] on flesh that relaxes, and the elastic forces n [N], both (presses, times, tips).
 
-    E (presses,) [MPa] holds the instantaneous moduli. `times` (presses, times) [s] begin at the first touch.
-    `tip_travel` (presses, times, tips) [mm] is the travel of each tip since its own first touch. The result is valid
-    only if contacts grow, which the caller must check. Raises SolveError if no equilibrium is found.
+    `law` holds the gaps [mm] and compliances of the sensor. E (presses,) [MPa] holds the instantaneous moduli. `times`
+    (presses, times) [s] begin at the first touch. `tip_travel` (presses, times, tips) [mm] is the travel of each tip
+    since its own first touch. The result is valid only if contacts grow, which the caller must check. Raises SolveError
+    if no equilibrium is found.
     """
     C = np.array(law.C)
-    F, elastic = np.zeros_like(tip_travel), np.zeros_like(tip_travel)
+    F = np.zeros_like(tip_travel)
+    elastic = np.zeros_like(tip_travel)
     memory = Memory(relaxation)
-    # At the end of a step, F = factor * n - relaxed, where `relaxed` is known from the previous steps. So factor * n is
-    # the force of an elastic press on flesh of modulus factor * E. The springs deflect less, by C times `relaxed`,
-    # which adds to the travel of that press.
+    # At the end of a step, F = modulus_factor * n - relaxed_force, where `relaxed_force` is known from the previous
+    # steps. So modulus_factor * n is the force of an elastic press on flesh of modulus modulus_factor * E. The springs
+    # deflect less, by C times `relaxed_force`, which adds to the travel of that press.
     for k in range(1, times.shape[1]):
-        factor, relaxed = memory.step(times[:, k] - times[:, k - 1])
+        modulus_factor, relaxed_force = memory.step(times[:, k] - times[:, k - 1])
         largest_travel = tip_travel[:, k].max(axis=-1)
         # `elastic_forces` expects one travel per press, from which it subtracts the gaps and `travel_reduction`.
         travel_reduction = largest_travel[:, None] - np.array(law.gaps) - tip_travel[:, k]
-        spring_recovery = np.broadcast_to(relaxed, travel_reduction.shape) @ C.T
-        elastic_part = elastic_forces(law, E * factor[:, 0], largest_travel, travel_reduction - spring_recovery)
-        elastic[:, k] = elastic_part / factor
+        spring_recovery = np.broadcast_to(relaxed_force, travel_reduction.shape) @ C.T
+        elastic_part = elastic_forces(law, E * modulus_factor[:, 0], largest_travel, travel_reduction - spring_recovery)
+        elastic[:, k] = elastic_part / modulus_factor
         memory.keep(elastic[:, k])
-        F[:, k] = elastic_part - np.where(elastic_part > 0.0, relaxed, 0.0)
+        F[:, k] = elastic_part - np.where(elastic_part > 0.0, relaxed_force, 0.0)
     return F, elastic
 
 
@@ -121,7 +129,8 @@ def _forces_of_growing_contacts(
 ) -> Floats:
     """Return the forces (presses, times, tips) [N] at times [s] and travels [mm], both (presses, times).
 
-    Raises SolveError if the contact of a dome shrinks, because the law is valid only for growing contacts.
+    E (presses,) [MPa] holds the instantaneous moduli. Raises SolveError if no equilibrium is found. Also raises
+    SolveError if the contact of a dome shrinks, because the law is valid only for growing contacts.
     """
     F, elastic = forces_over_time(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
     if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - LARGEST_DECREASE) * elastic[:, :-1]).any():

@@ -33,18 +33,18 @@ def scene_response(
 ) -> SensorResponse:
     """Return the forces, their ratio P and their slope ratio at all moduli E [MPa] and travels x [mm].
 
-    C (tips, tips) [mm/N] is the compliance of the springs. The error estimates cover the compliance of the fruit, and
-    the grid of cells or the dome law. They exclude the error of the small-slope approximation, which the status
-    reports. Raises InputError if a tip meets the fruit at more than 20 deg, or the scene is outside the domain of the
-    contact solver. Also raises InputError if a contact reaches the edge of a dome's face, and SolveError if a solve
-    does not converge.
+    `compliance` is the compliance of the fruit, and C (tips, tips) [mm/N] is the compliance of the springs. The error
+    estimates cover the compliance of the fruit, and the grid of cells or the dome law. They exclude the error of the
+    small-slope approximation, which the status reports. Raises InputError if a tip meets the fruit at more than 20 deg,
+    or the scene is outside the domain of the contact solver. Also raises InputError if a contact reaches the edge of a
+    dome's face, and SolveError if a solve does not converge.
     """
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)
     x = np.asarray(x, dtype=np.float64)
     if compliance.skin is not None:
-        return _join_responses([scene_response(scene, compliance.at(each), C, [each], x) for each in moduli.tolist()])
-    if scene.linear:
+        return _join_responses([scene_response(scene, compliance.at(E_i), C, [E_i], x) for E_i in moduli.tolist()])
+    if scene.linear:  # exact, so the only error is the error of the compliance
         response = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, scene.tips.spring_groups)
         error = compliance.error_pair
         return replace(response, F_error=response.F_error + error, P_error=response.P_error + error)
@@ -65,10 +65,11 @@ def _join_responses(responses: Sequence[SensorResponse]) -> SensorResponse:
 
 
 def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response on the finer of two grids of cells, with errors estimated from the difference between them.
+    """Return the response on the finer of two grids of cells, at the moduli [MPa] and travels x [mm].
 
-    The error is SAFETY times this difference, plus the errors that the edge of the contact and the compliance cause.
-    Raises the same errors as `scene_response`.
+    The error is SAFETY times the difference between the two grids, plus the errors that the edge of the contact and the
+    compliance cause. C (tips, tips) [mm/N] is the compliance of the springs. Raises the same errors as
+    `scene_response`.
     """
     start = time.perf_counter()
     coarse_grid, fine_grid = scene_cells(scene, compliance, float(x.max(initial=0.0)))
@@ -114,10 +115,11 @@ def _cell_status(scene: Scene, cells: int) -> str:
 
 
 def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response of domes by the dome law, with the error bounds of that law.
+    """Return the response of domes by the dome law, at the moduli [MPa] and travels x [mm].
 
-    The relative error of P is twice the largest relative error of a force, because P is a ratio of two mean forces.
-    Raises the same errors as `scene_response`.
+    C (tips, tips) [mm/N] is the compliance of the springs. The error bounds are the bounds of the law. The relative
+    error of P is twice the largest relative error of a force, because P is a ratio of two mean forces. Raises the same
+    errors as `scene_response`.
     """
     start = time.perf_counter()
     check_scene(scene)
@@ -125,7 +127,7 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
     fruit = fruit_under_domes(scene, compliance, [scene.fruit] * len(E))
     domes = dome_forces(dome_poses([scene] * len(E), travel), E, C, fruit)
-    _check_faces(scene, domes.face[min(scene.fruit.E_MPa) <= E])
+    _check_faces(scene, domes.face[min(scene.fruit.E_MPa) <= E])  # only for moduli in the range of the fruit
     status = (
         "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
         f"fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips; friction is left out"
@@ -134,34 +136,34 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     shape = (len(moduli), len(x), len(C))
     forces = TipForces(domes.F.reshape(shape), domes.rates.reshape(shape))
     response = response_of_forces(moduli, x, forces, scene.tips.spring_groups, info)
-    error = domes.relative_error.reshape(shape).max(axis=2)
+    largest_relative_error = domes.relative_error.reshape(shape).max(axis=2)
     return replace(
         response,
-        F_error=response.F_error + error,
-        P_error=response.P_error + 2.0 * error,
+        F_error=response.F_error + largest_relative_error,
+        P_error=response.P_error + 2.0 * largest_relative_error,
         mean_pressure=domes.mean_pressure.reshape(shape),
     )
 
 
-def _check_faces(scene: Scene, face: Floats) -> None:
+def _check_faces(scene: Scene, face_diameters: Floats) -> None:
     """Raise InputError if a contact needs a wider tip face than the domes have.
 
-    `face` (presses, tips) [mm] is the face diameter that each contact needs. It should include only moduli in the
-    fruit's range, because softer flesh is pressed only to find a limit.
+    `face_diameters` (presses, tips) [mm] are the face diameters that the contacts need. They should include only moduli
+    in the fruit's range, because softer flesh is pressed only to find a limit.
     """
-    widest = float(face.max(initial=0.0))
-    if widest > scene.tips.side_mm:
-        enough = math.ceil(100.0 * widest) / 100.0
-        bound = f"at least {enough:g} mm, or the contact runs off the face of a dome"
+    needed_diameter = float(face_diameters.max(initial=0.0))
+    if needed_diameter > scene.tips.side_mm:
+        sufficient_side = math.ceil(100.0 * needed_diameter) / 100.0  # rounded up to 0.01 mm
+        bound = f"at least {sufficient_side:g} mm, or the contact runs off the face of a dome"
         hint = "widen the face, or press more level or less deeply"
         raise validation_error("tips.side_mm", scene.tips.side_mm, "mm", bound, hint)
 
 
 def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response on one grid of cells.
+    """Return the response on one grid of cells, at the moduli [MPa] and travels x [mm].
 
-    A cell can only touch as a whole, so forces depend on where the edge of the contact crosses the cells. The errors of
-    the response [1] estimate this effect.
+    C (tips, tips) [mm/N] is the compliance of the springs. A cell can only touch as a whole, so forces depend on where
+    the edge of the contact crosses the cells. The errors of the response [1] estimate this effect.
     """
     contact = UnilateralContact(grid.cells)
     interferences = [grid.interference(scene, float(travel)) for travel in x]
@@ -171,13 +173,13 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
     for i, modulus in enumerate(moduli):
         for j, interference in enumerate(interferences):
             # Contact is solved for forces divided by E [mm^2], so compliances are multiplied by E [1/mm].
-            state = contact.solve(interference, modulus * C + grid.compliance_correction)
-            F[i, j] = modulus * state.F
-            rates[i, j] = state.slope  # divided by E; only ratios of these rates are used
+            solution = contact.solve(interference, modulus * C + grid.compliance_correction)
+            F[i, j] = modulus * solution.F
+            rates[i, j] = solution.slope  # divided by E; only ratios of these rates are used
             # The edge of the contact crosses cells only under tips whose face touches in part.
             tips = len(C)
-            touching_cells = np.bincount(grid.cells.owner, state.pressure > 0.0, minlength=tips)
-            face_cells = np.bincount(grid.cells.owner, np.isfinite(state.gap), minlength=tips)
+            touching_cells = np.bincount(grid.cells.owner, solution.pressure > 0.0, minlength=tips)
+            face_cells = np.bincount(grid.cells.owner, np.isfinite(solution.gap), minlength=tips)
             is_partial = (touching_cells > 0) & (touching_cells < face_cells)
             edge_error[i, j] = np.max(RIM / touching_cells[is_partial], initial=0.0)
     info = SolveInfo(method="unilateral", dofs=len(grid.gap), seconds=0.0, status="one grid")

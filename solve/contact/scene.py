@@ -154,10 +154,11 @@ def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]
 
 @functools.lru_cache(maxsize=256)
 def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
-    """Return the smallest value of `Scene.gap_under` over the face of a tip [mm], by the Nelder-Mead method.
+    """Return the smallest gap [mm] between a fruit and the face of a level tip, by the Nelder-Mead method.
 
-    The gap is a convex function of the position, so it has a single minimum. The result is cached, because many scenes
-    have the same tips on the same fruit.
+    The tip is at `centre` [mm], and its lowest point is on the plane at the apex. The gap is a convex function of the
+    position, so it has a single minimum. The result is cached, because many scenes have the same tips on the same
+    fruit.
     """
     from scipy.optimize import minimize  # rarely needed, and slow to load
 
@@ -169,15 +170,16 @@ def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
             return point / max(1.0, 2.0 * float(np.hypot(*point)))
         return np.clip(point, -0.5, 0.5)
 
-    def gap(point: Floats) -> float:
+    def relative_gap(point: Floats) -> float:
         """Return the gap at a point [sides]."""
         return float(_gap_under(fruit, tips, centre, *(side * nearest_on_face(point)))) / side
 
-    # The simplex starts on the half of the face nearer to the apex, where the gap is smallest.
+    # The simplex starts on the half of the face nearer to the apex, where the gap is smallest. Its size of 0.2 sides
+    # keeps it on the face.
     towards_apex = -0.1 * np.sign(centre)
     simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
     minimum = minimize(
-        gap,
+        relative_gap,
         towards_apex,
         method="Nelder-Mead",
         options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},

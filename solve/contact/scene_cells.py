@@ -121,16 +121,20 @@ def scene_cells(
 
 
 def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_GridLayout]:
-    """Return the layouts of the coarse and the fine grid of cells, which are the same for all tips."""
+    """Return the layouts of the coarse and the fine grid of cells, which are the same for all tips.
+
+    With `is_half`, only the cells at y > 0 are solved.
+    """
     shape = scene.tips.tip_shape
     grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
-    if not shape.has_flat_face:
+    if not shape.has_flat_face:  # the pressure of a curved tip falls to zero at the edge of its contact
         grading = NO_GRADING
-    counts = HALF_CELLS if is_half else WHOLE_CELLS
-    mesh = FINE
     if compliance.rough:
         counts = ROUGH_CELLS
         mesh = ROUGH
+    else:
+        counts = HALF_CELLS if is_half else WHOLE_CELLS
+        mesh = FINE
     return [_GridLayout(tuple(graded_edges(count, grading).tolist()), is_half, mesh) for count in counts]
 
 
@@ -180,30 +184,36 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
 
     # Ratios of skin modulus to flesh modulus: one that can be solved and one that cannot. The first is for a skin with
     # the shear modulus of the flesh, where the modulus is proportional to 1 + nu.
-    solvable = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
-    unsolvable = layer.modulus
-    if not is_solvable(solvable):
+    solvable_ratio = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
+    unsolvable_ratio = layer.modulus
+    if not is_solvable(solvable_ratio):
         return None
     for _ in range(HALVINGS):
-        middle = (solvable * unsolvable) ** 0.5
-        solvable, unsolvable = (middle, unsolvable) if is_solvable(middle) else (solvable, middle)
+        middle_ratio = (solvable_ratio * unsolvable_ratio) ** 0.5
+        solvable_ratio, unsolvable_ratio = (
+            (middle_ratio, unsolvable_ratio) if is_solvable(middle_ratio) else (solvable_ratio, middle_ratio)
+        )
     # The bound is stated for the flesh of the table on which it is strictest: the softest or the stiffest.
-    moduli = table_moduli(fruit)
-    if unsolvable > solvable:
-        return f"at most {solvable / BOUND_MARGIN * moduli[0]:.2g} MPa on flesh of {moduli[0]:.3g} MPa under these tips"
-    return f"at least {solvable * BOUND_MARGIN * moduli[-1]:.2g} MPa on flesh of {moduli[-1]:.3g} MPa under these tips"
+    softest, *_, stiffest = table_moduli(fruit)
+    if unsolvable_ratio > solvable_ratio:
+        largest = solvable_ratio / BOUND_MARGIN * softest
+        return f"at most {largest:.2g} MPa on flesh of {softest:.3g} MPa under these tips"
+    smallest = solvable_ratio * BOUND_MARGIN * stiffest
+    return f"at least {smallest:.2g} MPa on flesh of {stiffest:.3g} MPa under these tips"
 
 
 def scene_footprints(scene: Scene, largest_travel: float) -> tuple[Footprint, ...]:
     """Return square footprints that contain the contact of each tip at all travels up to `largest_travel` [mm].
 
-    No solve is needed. Raises InputError if a tip meets the fruit at more than 20 deg, or the scene is outside the
-    domain of the `split` method.
+    They are found from the geometry only. Raises InputError if a tip meets the fruit at more than 20 deg, or the scene
+    is outside the domain of the `split` method.
     """
     check_scene(scene)
-    side = scene.tips.side_mm
-    centres: Sequence[Point] = scene.centres
-    if not scene.tips.tip_shape.has_flat_face:
+    centres: Sequence[Point]
+    if scene.tips.tip_shape.has_flat_face:  # the contact can cover the entire face
+        side = scene.tips.side_mm
+        centres = scene.centres
+    else:
         side, centres = _contact_squares(scene, largest_travel)
     footprints = tuple(Footprint(x, y, side) for x, y in centres)
     check_domain(scene.fruit.equivalent_block, footprints)
@@ -238,35 +248,47 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
     """Return the side [mm] and the centres [mm] of squares that contain the contact of each curved tip.
 
     The contact is smaller than the overlap between the undeformed tip and the undeformed fruit at the largest travel
-    [mm]. The overlap is sampled on a grid of points over the face of each tip.
+    [mm]. The squares of domes are centred on these overlaps, and other squares on the tips.
     """
     side = scene.tips.side_mm
-    line = 0.5 * side * np.linspace(-1.0, 1.0, SAMPLES)
-    step = side / (SAMPLES - 1)
-    x, y = np.meshgrid(line, line, indexing="ij")  # relative to the centre of a tip
-    middle = np.mean(scene.centres, axis=0)
-
+    step = side / (SAMPLES - 1)  # spacing of the points at which the overlap is sampled
     reach = 0.0  # largest distance along x or y from the centre of a tip to the edge of its overlap
     width = step  # largest width of an overlap along x or y
     overlap_centres = []
-    for along, across in scene.centres:
-        # Travel of each point of the face, which depends on its position because the sensor is tilted.
-        travel = (
-            largest_travel
-            + (along - middle[0] + x) * scene.tilt_tangents[0]
-            + (across - middle[1] + y) * scene.tilt_tangents[1]
-        )
-        overlaps = travel > scene.gap_under((along, across), x, y) - scene.first_touch_mm
-        if not overlaps.any():
-            overlap_centres.append((along, across))
+    for centre in scene.centres:
+        overlap = _overlap_bounds(scene, centre, largest_travel)
+        if overlap is None:
+            overlap_centres.append(centre)
             continue
-        low = np.array([x[overlaps].min(), y[overlaps].min()])
-        high = np.array([x[overlaps].max(), y[overlaps].max()])
+        low, high = overlap
         reach = max(reach, float(np.abs([low, high]).max()))
         width = max(width, float((high - low).max()))
-        from_tip = 0.5 * (low + high)
-        overlap_centres.append((along + float(from_tip[0]), across + float(from_tip[1])))
+        offset = 0.5 * (low + high)
+        overlap_centres.append((centre[0] + float(offset[0]), centre[1] + float(offset[1])))
 
-    if scene.tips.tip_shape.touches_beside_centre:  # the square of a dome is centred on its contact
+    # An overlap may extend beyond its outermost samples, by less than a step on each side.
+    if scene.tips.tip_shape.touches_beside_centre:
         return OVERLAP_FRACTION * (width + 2.0 * step), overlap_centres
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)
+
+
+def _overlap_bounds(scene: Scene, centre: Point, largest_travel: float) -> tuple[Floats, Floats] | None:
+    """Return the smallest and the largest x, y [mm] of the overlap between a tip and the fruit, or None.
+
+    Both are undeformed, and x and y are relative to `centre` [mm], the centre of the tip. The travel of the sensor is
+    `largest_travel` [mm]. The overlap is sampled on a square grid of points over the face of the tip. If
+    there is no overlap, the result is None.
+    """
+    offsets = 0.5 * scene.tips.side_mm * np.linspace(-1.0, 1.0, SAMPLES)
+    x, y = np.meshgrid(offsets, offsets, indexing="ij")
+    along, across = centre
+    middle = np.mean(scene.centres, axis=0)
+    # Travel of each point of the face, which depends on its position because the sensor is tilted.
+    tilt, roll = scene.tilt_tangents
+    travel = largest_travel + (along - middle[0] + x) * tilt + (across - middle[1] + y) * roll
+    overlaps = travel > scene.gap_under(centre, x, y) - scene.first_touch_mm
+    if not overlaps.any():
+        return None
+    low = np.array([x[overlaps].min(), y[overlaps].min()])
+    high = np.array([x[overlaps].max(), y[overlaps].max()])
+    return low, high

@@ -63,45 +63,46 @@ class UnilateralContact:
         self._touching = np.zeros(len(cells.owner), dtype=bool)
         # Cholesky factor of A for the touching cells, and their forces A^-1 T under a unit indentation of each tip.
         self._cholesky: tuple[Floats, bool] = (np.zeros((0, 0)), True)
-        self._rigid_forces = np.zeros((0, self._tips.shape[1]))
+        self._unit_indentation_forces = np.zeros((0, self._tips.shape[1]))
 
     def solve(self, interference: Floats, compliance: Floats) -> ContactState:
         """Return the contact for a given interference (cells,) [mm], which is the travel of the tip minus the gap.
 
         The interference is -inf for a cell outside the face of its tip. `compliance` (tips, tips) [1/mm] is the
-        compliance of the springs times E. Raises SolveError if the solution violates complementarity by more than 1e-8.
-        Raises IndefiniteCellsError if the compliance of the cells is not positive definite.
+        compliance of the springs times E. Raises SolveError if the solution violates a contact condition by more than
+        1e-8 of the largest value. Raises IndefiniteCellsError if the compliance of the cells is not positive definite.
         """
         is_on_face = np.isfinite(interference)
         b = np.where(is_on_face, interference, -1.0)  # cells outside the faces never touch, so any value below 0 serves
         try:
-            f = self._active_set(is_on_face, b, compliance)
+            f = self._solve_by_active_sets(is_on_face, b, compliance)
             if f is None:
-                f = self._least_squares(is_on_face, b, compliance)
+                f = self._solve_by_least_squares(is_on_face, b, compliance)
         except np.linalg.LinAlgError as error:
             raise IndefiniteCellsError from error
         gap = self._gap(f, b, compliance)
-        _check_complementarity(f, np.where(is_on_face, gap, 0.0), b)
+        _check_complementarity(f, np.where(is_on_face, gap, 0.0), b)  # cells outside the faces have no gap to check
         return ContactState(
             F=self._tips.T @ f,
             # Per unit travel, the interference of each touching cell increases by 1.
-            slope=self._tips.T @ self._forces(f > 0.0, np.ones(len(f)), compliance),
+            slope=self._tips.T @ self._closing_forces(f > 0.0, np.ones(len(f)), compliance),
             pressure=f / self._cells.areas,
             gap=np.where(is_on_face, gap, np.inf),
         )
 
-    def _active_set(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats | None:
-        """Return the forces of the cells divided by E, from the active-set method, or None if it cycles.
+    def _solve_by_active_sets(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats | None:
+        """Return the forces of the cells divided by E (cells,) [mm^2], or None if the active-set method cycles.
 
-        It starts from the cells that touched in the last solve. `is_on_face` (cells,) marks the cells on the faces of
-        tips.
+        The method starts from the cells that touched in the last solve. `is_on_face` (cells,) marks the cells on the
+        faces of tips. `b` (cells,) [mm] is the interference, and `compliance` (tips, tips) [1/mm] is the compliance of
+        the springs times E.
         """
         overlaps = is_on_face & (b > 0.0)
         active = self._touching & overlaps
-        if not active.any():
+        if not active.any():  # without a useful last solve, start from all cells that overlap the fruit
             active = overlaps
         for _ in range(MOST_STEPS):
-            f = self._forces(active, b, compliance)
+            f = self._closing_forces(active, b, compliance)
             gap = self._gap(f, b, compliance)
             # An active cell stays in contact if its force is compressive. Another cell comes into contact if its gap is
             # negative.
@@ -111,63 +112,67 @@ class UnilateralContact:
             active = touching
         return None
 
-    def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return the forces f, divided by E, that close the gap of the active cells; other cells have no force.
+    def _closing_forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
+        """Return the forces f (cells,) [mm^2], divided by E, that close the gap of the active cells; all others are 0.
 
-        They solve A f = b - E C F, where F holds the sums of f over the tips. `compliance` is E C. By the Woodbury
-        formula, one factor of A serves all springs and moduli.
+        They solve A f = b - E C F for the active cells, where F holds the sums of f over the tips. `b` (cells,) [mm] is
+        the interference, and `compliance` (tips, tips) [1/mm] is E C. By the Woodbury formula, one factor of A serves
+        all springs and moduli.
         """
         f = np.zeros(len(b))
         if not active.any():
             return f
-        tips = self._tips[active]
+        incidence = self._tips[active]
         if not np.array_equal(self._touching, active):  # otherwise the factor of the last solve is reused
             matrix = self._cells.compliance[np.ix_(active, active)]
             self._cholesky = cho_factor(matrix, lower=True, check_finite=False)
-            self._rigid_forces = cho_solve(self._cholesky, tips)
+            self._unit_indentation_forces = cho_solve(self._cholesky, incidence)
             self._touching = active.copy()
         # Summing f = A^-1 b - (A^-1 T) E C F over the cells of each tip, F = T^T f, gives a small system for F.
         without_springs = cho_solve(self._cholesky, b[active])
-        system = np.eye(tips.shape[1]) + (tips.T @ self._rigid_forces) @ compliance
-        F = np.linalg.solve(system, tips.T @ without_springs)
-        f[active] = without_springs - self._rigid_forces @ (compliance @ F)
+        system = np.eye(incidence.shape[1]) + (incidence.T @ self._unit_indentation_forces) @ compliance
+        F = np.linalg.solve(system, incidence.T @ without_springs)
+        f[active] = without_springs - self._unit_indentation_forces @ (compliance @ F)
         return f
 
     def _gap(self, f: Floats, b: Floats, compliance: Floats) -> Floats:
-        """Return the gap A f + E C F - b of all cells [mm]; `compliance` is E C."""
+        """Return the gap A f + E C F - b of all cells [mm], where f are their forces and `compliance` is E C."""
         return self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
 
-    def _least_squares(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return the forces f >= 0, divided by E, that minimise f.M f / 2 - b.f.
+    def _solve_by_least_squares(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats:
+        """Return the forces f >= 0 (cells,) [mm^2], divided by E, that minimise f.M f / 2 - b.f.
 
-        M is the combined compliance of cells and springs. With its Cholesky factor, M = L L^T, the problem is to
-        minimise |L^T f - L^-1 b| by nonnegative least squares.
+        Only cells marked in `is_on_face` may carry a force. M is the combined compliance of cells and springs;
+        `compliance` (tips, tips) [1/mm] is the compliance of the springs times E. With the Cholesky factor L of M, M =
+        L L^T, the problem is to minimise |L^T f - L^-1 b| by nonnegative least squares.
         """
         from scipy.optimize import nnls  # rarely needed, and slow to load
 
-        tips = self._tips[is_on_face]
-        matrix = self._cells.compliance[np.ix_(is_on_face, is_on_face)] + tips @ compliance @ tips.T
+        incidence = self._tips[is_on_face]  # 1 in the column of a cell's own tip
+        matrix = self._cells.compliance[np.ix_(is_on_face, is_on_face)] + incidence @ compliance @ incidence.T
         lower = cholesky(matrix, lower=True)
+        right_side = solve_triangular(lower, b[is_on_face], lower=True)
         f = np.zeros(len(b))
-        f[is_on_face] = nnls(lower.T, solve_triangular(lower, b[is_on_face], lower=True), maxiter=50 * len(matrix))[0]
+        # The limit is well above SciPy's default of three iterations per unknown.
+        f[is_on_face] = nnls(lower.T, right_side, maxiter=50 * len(matrix))[0]
         return f
 
 
 def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
-    """Raise SolveError if a cell violates the contact conditions by more than 1e-8, relative to the largest values.
+    """Raise SolveError if a cell violates the contact conditions by more than 1e-8.
 
-    The possible violations are a negative force in `f`, a negative gap, and a force across an open gap. `b` is the
-    interference.
+    The possible violations are a negative force, a negative gap, and a force across an open gap. They are relative to
+    the largest force in `f` [mm^2] and the largest interference in `b` [mm]. `gap` [mm] has the shape (cells,) of both.
     """
-    length = float(np.abs(b).max()) or 1.0  # 1 if all values are 0, to avoid 0 / 0
-    force = float(np.abs(f).max()) or 1.0
-    tension = -float(f.min()) / force
-    penetration = -float(gap.min()) / length
-    force_at_gap = float(np.abs(f * gap).max()) / (force * length)
+    largest_length = float(np.abs(b).max()) or 1.0  # 1 if all values are 0, to avoid 0 / 0
+    largest_force = float(np.abs(f).max()) or 1.0
+    tension = -float(f.min()) / largest_force
+    penetration = -float(gap.min()) / largest_length
+    force_at_gap = float(np.abs(f * gap).max()) / (largest_force * largest_length)
     worst = max(tension, penetration, force_at_gap)
     if not worst <= COMPLEMENTARITY:
         msg = (
-            f"unilateral contact: complementarity {worst:.1e} must be at most {COMPLEMENTARITY:.0e}; "
-            "use more cells or a smaller travel"
+            f"unilateral contact: relative error {worst:.1e} of the complementarity conditions must be at most "
+            f"{COMPLEMENTARITY:.0e}; use more cells or a smaller travel"
         )
         raise SolveError(msg)

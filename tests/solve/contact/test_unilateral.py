@@ -101,7 +101,7 @@ def test_violations_are_relative_to_the_largest_force_and_length(violation, leng
 
 
 def test_a_state_that_is_not_complementary_is_refused(footprints, monkeypatch):
-    monkeypatch.setattr(UnilateralContact, "_least_squares", lambda *arguments: 0.0 * arguments[2])
+    monkeypatch.setattr(UnilateralContact, "_solve_by_least_squares", lambda *arguments: 0.0 * arguments[2])
     monkeypatch.setattr("solve.contact.unilateral.MOST_STEPS", 1)
     with pytest.raises(SolveError, match="complementarity"):
         on_a_cap(footprints)
