@@ -48,25 +48,26 @@ class BentBlock:
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
-        """Return the nodal forces of each unit load together with its mirror images, shape (dofs, loads).
+        """Return the nodal forces [N] of each unit load together with its mirror images, shape (dofs, loads).
 
         A load presses against its outward normal (3,) in `normals`. In plan, it is the product of two normal
-        distributions, along x and along y. Its fraction on a node is therefore a product, too. In a mirror image, the
-        force component normal to the mirror plane changes sign.
+        distributions, along x and along y. Its fraction on a node is therefore a product, too. `parity` holds the signs
+        of the mirror images in the planes x = 0 and y = 0.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))
         for component in range(3):
-            top = self.flat.get_dofs("top").all(f"u^{component + 1}")
-            for number, load in enumerate(self.loads):
-                nodal_forces = np.full(len(top), -normals[number][component])
+            top_dofs = self.flat.get_dofs("top").all(f"u^{component + 1}")
+            for load_index, load in enumerate(self.loads):
+                # Start with the force component of the load, and multiply by its fraction along x and along y.
+                nodal_forces = np.full(len(top_dofs), -normals[load_index][component])
                 for axis, centre in enumerate((load.x, load.y)):
                     # The mirror image of the component normal to the plane has the opposite sign.
                     sign = -parity[axis] if axis == component else parity[axis]
                     nodes, fractions = line_forces(self.lines[axis], centre, load.deviation, sign)
                     # Each dof on the top face is at the coordinate of one node of the line.
-                    node_of_dof = np.abs(self.flat.doflocs[axis, top, None] - nodes).argmin(axis=1)
+                    node_of_dof = np.abs(self.flat.doflocs[axis, top_dofs, None] - nodes).argmin(axis=1)
                     nodal_forces *= fractions[node_of_dof]
-                forces[top, number] = nodal_forces
+                forces[top_dofs, load_index] = nodal_forces
         return forces
 
 
@@ -75,7 +76,7 @@ def bent_block(
 ) -> BentBlock:
     """Mesh the equivalent block of a fruit twice, flat and bent to the shape of the fruit, under the same loads.
 
-    The block has the plan and the thickness of the fruit. The difference between both solutions is the effect of the
+    The block has the plan and the thickness of the fruit. The difference between the two solutions is the effect of the
     shape; most errors of the mesh cancel in it. The mesh ends at the mirror planes that fruit and footprints share, and
     `steps` determines how fine it is. The `loads` replace the footprints. With `along_normals`, they press along the
     normals of the skin. Raises SolveError if an element is folded when the block is bent.
@@ -92,7 +93,7 @@ def bent_block(
     mesh = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
     flat = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     bent = flat
-    normals = [(0.0, 0.0, -1.0) for _ in loads]
+    normals = [(0.0, 0.0, -1.0) for _ in loads]  # upwards, because z points down
     if fruit.radius_mm is not None:
         bent = _bent_basis(mesh, shape)
         if along_normals:

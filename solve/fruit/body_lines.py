@@ -36,39 +36,32 @@ class BodySteps:
 def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
     """Return the coordinates of the grid lines [mm] along x, y and z of the block.
 
-    `mirrored` states for x and y whether the mesh ends at the mirror plane. The number of steps is reduced until the
-    mesh has at most `steps.most_dofs` dofs.
+    The lines are dense at the `loads`, as `steps` prescribes. `mirrored` states for x and y whether the mesh ends at
+    the mirror plane. The number of steps is reduced until the mesh has at most `steps.most_dofs` dofs.
     """
-    lines = _lines_of_steps(shape, loads, mirrored, steps)
+    lines = _lines_for_steps(shape, loads, mirrored, steps)
     # Quadratic elements have 2 n - 1 nodes on n grid lines, and three dofs per node.
     while 3 * math.prod(2 * len(line) - 1 for line in lines) > steps.most_dofs:
         steps = replace(steps, fraction=SMALLER * steps.fraction)
-        lines = _lines_of_steps(shape, loads, mirrored, steps)
+        lines = _lines_for_steps(shape, loads, mirrored, steps)
     return lines
 
 
-def _lines_of_steps(
+def _lines_for_steps(
     shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps
 ) -> Lines:
     """Return the coordinates of the grid lines [mm] along x, y and z for given steps, without a limit on the dofs.
 
-    Lines along x and y pass through the loads. For a whole fruit, there are also lines at the edges of its core. For a
-    skin, there is a line at its base. A mirrored axis starts at 0.
+    Lines along x and y pass through the loads. Along a direction that is `mirrored`, they start at the mirror plane, at
+    0. For a skin, there is a line at its base.
     """
     fruit = shape.fruit
     smallest_deviation = min(load.deviation for load in loads)
     centres = np.array([(load.x, load.y) for load in loads])
     lines = []
     for axis, extent in enumerate((fruit.length_mm, fruit.width_mm)):
-        # Marks are coordinates at which a grid line is needed.
-        end = 0.5 * extent
-        marks = [-end, *centres[:, axis].tolist(), end]
-        if fruit.whole:
-            marks += [-shape.core[axis], shape.core[axis]]
-        if mirrored[axis]:
-            marks = [0.0, *(mark for mark in marks if mark > 0.0)]
-        marks = _drop_close_marks(sorted(marks), LEAST_STEP * smallest_deviation)
-
+        required_marks = _required_marks(shape, centres[:, axis], axis, is_mirrored=mirrored[axis])
+        marks = _drop_close_marks(required_marks, LEAST_STEP * smallest_deviation)
         step_size = _step_size(centres[:, axis], extent, smallest_deviation, steps)
         line = np.array(marks[:1])
         for start, stop in pairwise(marks):
@@ -81,6 +74,22 @@ def _lines_of_steps(
     if skin:  # the skin is one layer of elements
         z_line = np.concatenate([[0.0], z_line])
     return lines[0], lines[1], z_line
+
+
+def _required_marks(shape: CurvedShape, loads: Floats, axis: int, *, is_mirrored: bool) -> list[float]:
+    """Return the increasing coordinates [mm] along x or y, axis 0 or 1, at which a grid line is needed.
+
+    They are the ends of the block and the positions of the `loads` (n,) [mm]. For a whole fruit, they are also the
+    edges of its core, where the map from block to fruit has a kink. If the axis is mirrored, it starts at 0.
+    """
+    fruit = shape.fruit
+    end = 0.5 * (fruit.length_mm, fruit.width_mm)[axis]
+    marks = [-end, *loads.tolist(), end]
+    if fruit.whole:
+        marks += [-shape.core[axis], shape.core[axis]]
+    if is_mirrored:
+        marks = [0.0, *(mark for mark in marks if mark > 0.0)]
+    return sorted(marks)
 
 
 def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:

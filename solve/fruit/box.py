@@ -25,19 +25,19 @@ DEPTH = 0.6  # limit of a step along z, as a fraction of the distance to the ima
 COARSER = 0.75  # number of steps in the coarser mesh of the error estimate, as a fraction of the finer mesh
 
 
-def graded_line(start: float, end: float, size: Callable[[Floats], Floats], fraction: float = 1.0) -> Floats:
-    """Return increasing coordinates from `start` to `end` [mm] whose steps are at most about size(coordinate) [mm].
+def graded_line(start: float, end: float, step_size: Callable[[Floats], Floats], fraction: float = 1.0) -> Floats:
+    """Return increasing coordinates from `start` to `end` [mm], with steps of at most about step_size(coordinate).
 
-    The number of steps is the integral of 1 / size, rounded up. A `fraction` below 1 yields a coarser version of the
-    same line: the number is multiplied by it and rounded down.
+    The number of steps is the integral of 1 / step_size, rounded up. A `fraction` below 1 yields a coarser version of
+    the same line: the number is multiplied by it and rounded down.
     """
     samples = np.linspace(start, end, SAMPLES + 1)
-    density = 1.0 / size(0.5 * (samples[1:] + samples[:-1]))
+    density = 1.0 / step_size(0.5 * (samples[1:] + samples[:-1]))
     # Number of steps from `start` to each sample.
     step_count = np.concatenate([[0.0], np.cumsum(density)]) * (end - start) / SAMPLES
     # The margin makes the number of elements independent of rounding, so that scaled and mirrored boxes agree.
-    elements = max(1, int(fraction * np.ceil(step_count[-1] - 1e-6)))
-    line = np.interp(np.linspace(0.0, step_count[-1], elements + 1), step_count, samples)
+    element_count = max(1, int(fraction * np.ceil(step_count[-1] - 1e-6)))
+    line = np.interp(np.linspace(0.0, step_count[-1], element_count + 1), step_count, samples)
     line[0] = start
     line[-1] = end
     return line
@@ -46,17 +46,17 @@ def graded_line(start: float, end: float, size: Callable[[Floats], Floats], frac
 def box_mesh(lines: Lines) -> MeshHex:
     """Return the mesh of the box over grid lines along x, y and z [mm], with z down.
 
-    The named faces are x_low, x_high, y_low, y_high, top (smallest z) and base.
+    The named faces are x_low, x_high, y_low, y_high, top (smallest z) and base (largest z).
     """
     mesh = MeshHex.init_tensor(*lines)
-    middles = mesh.p[:, mesh.facets].mean(axis=1)
+    facet_centres = mesh.p[:, mesh.facets].mean(axis=1)
     faces = {}
-    for axis, (low, high) in enumerate((("x_low", "x_high"), ("y_low", "y_high"), ("top", "base"))):
+    for axis, (low_name, high_name) in enumerate((("x_low", "x_high"), ("y_low", "y_high"), ("top", "base"))):
         start = lines[axis][0]
         end = lines[axis][-1]
-        tolerance = 1e-9 * (end - start)
-        faces[low] = np.flatnonzero(np.abs(middles[axis] - start) <= tolerance)
-        faces[high] = np.flatnonzero(np.abs(middles[axis] - end) <= tolerance)
+        tolerance = 1e-9 * (end - start)  # for round-off in the centres of facets
+        faces[low_name] = np.flatnonzero(np.abs(facet_centres[axis] - start) <= tolerance)
+        faces[high_name] = np.flatnonzero(np.abs(facet_centres[axis] - end) <= tolerance)
     return mesh.with_boundaries(faces)
 
 
@@ -84,8 +84,9 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
     The remainder is the smooth difference between the fields of the block and of a half-space under the same loads
     (`solve/fruit/remainder.py`). It resembles the field of image loads behind the faces of the block. A step is
     therefore proportional to its distance from the nearest image, and the last step at a face is divided into a layer.
-    The block lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the
-    loads. `mirrored` states for x and y whether the lines start at the mirror plane, at 0.
+    `grading` holds the ratio of step to distance, and the proportions of this layer. The block lies at |x| <= length/2,
+    |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the loads. `mirrored` states for x and y
+    whether the lines start at the mirror plane, at 0.
     """
     extent = (block.length_mm, block.width_mm, block.height_mm)
 

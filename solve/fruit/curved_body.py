@@ -38,8 +38,8 @@ from solve.linear import factorise
 STEPS = BodySteps()
 COARSER = 0.7  # elements per axis in the coarser mesh of the error estimate, as a fraction of the finer mesh
 ROUGH_STEPS = replace(STEPS, fraction=COARSER)
-# Ratio of the error bar to the difference between both meshes. With third-order convergence and 0.7 times the elements,
-# the error is 0.52 times the difference.
+# Ratio of the error bar to the difference between the two meshes. With third-order convergence, and 0.7 times as many
+# elements per side in the coarser mesh, the error of the finer mesh is 0.52 times the difference.
 SAFETY = 0.75
 FLOOR = 1.5e-4  # smallest relative error bar, because a small difference may be accidental
 SECOND_ORDER = 0.05  # relative error due to second-order effects, divided by (side * curvature)^2
@@ -79,10 +79,11 @@ def curved_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a curved fruit, given the compliance `block` of its equivalent block.
 
-    With `along_normals`, the tips press along the normals of the skin, as domes do. If the block is rough or the
-    relative `tolerance` [1] is above 1e-3, coarser meshes are tried first; they take a tenth of the time. Raises
-    InputError for a fruit that is too steep under a tip, too small or too thick. Raises SolveError if a solve does not
-    converge.
+    `footprints` are the footprints of the tips. With `along_normals`, the tips press along the normals of the skin, as
+    domes do. If the block is rough or the relative `tolerance` [1] is above 1e-3, a coarser mesh is tried first; it
+    takes a tenth of the time. It is used if the error of the change is within the tolerance, or if the block is rough.
+    Raises InputError for a fruit that is too steep under a tip, too small or too thick. Raises SolveError if a solve
+    does not converge.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
@@ -93,18 +94,11 @@ def curved_compliance(
         errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
         if block.rough or max(errors) <= tolerance:
             break
-    # K_m / E is 1 / (s11 - s12), so this is the relative change of s11 - s12.
-    change_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
-    status = (
-        f"a block of {fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm ({block.info.status}), "
-        f"whose s11 - s12 changes by {change_percent:+.2f} % in the shape of the {fruit.shape}, with an error of "
-        f"{100.0 * errors.pair:.2g} %, by bending a mesh of {shape.dofs} dofs"
-    )
     info = SolveInfo(
         method=f"{block.info.method}, bent to the shape of the fruit",
         dofs=max(block.info.dofs, shape.dofs),
         seconds=block.info.seconds + time.perf_counter() - start,
-        status=status,
+        status=_curved_status(block, fruit, shape, S, errors.pair),
     )
     return replace(
         block,
@@ -116,12 +110,27 @@ def curved_compliance(
     )
 
 
+def _curved_status(block: FruitCompliance, fruit: Fruit, shape: ShapeChange, S: Floats, error: float) -> str:
+    """Return a status text for the report, with the change of s11 - s12 due to the shape and its relative error [1].
+
+    S (tips, tips) [1/mm] is the compliance of the curved fruit, and `block` the compliance of its equivalent block.
+    """
+    # K_m / E is 1 / (s11 - s12), so this is the relative change of s11 - s12.
+    change_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
+    return (
+        f"a block of {fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm ({block.info.status}), "
+        f"whose s11 - s12 changes by {change_percent:+.2f} % in the shape of the {fruit.shape}, with an error of "
+        f"{100.0 * error:.2g} %, by bending a mesh of {shape.dofs} dofs"
+    )
+
+
 def shape_change(
     fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS, along_normals: bool = False
 ) -> ShapeChange:
     """Return the change in compliance under footprints from the equivalent block of a curved fruit to the fruit itself.
 
-    The change under smooth loads is solved on two meshes. A closed form converts it to the change under rigid tips.
+    The change under smooth loads is solved on two meshes; `steps` determines the finer one. A closed form converts it
+    to the change under rigid tips. With `along_normals`, the tips press along the normals of the skin, as domes do.
     Raises SolveError if a solve does not converge.
     """
     # Under domes, the loads are inclined, and their effect on a neighbour depends on their width. They therefore have
@@ -132,20 +141,29 @@ def shape_change(
     coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
 
     # Only the compliance of a tip under its own load depends on how the load is distributed.
-    sharpness_changes = np.zeros(len(loads))
-    bound = np.zeros(len(loads))
+    rigid_tip_changes = np.zeros(len(loads))
+    rigid_tip_bounds = np.zeros(len(loads))
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
-        sharpness_changes[i], bound[i] = _sharpness_correction(fruit, footprint, load, along_normals)
-    return ShapeChange(fine + np.diag(sharpness_changes), fine - coarse, np.diag(bound), dofs)
+        rigid_tip_changes[i], rigid_tip_bounds[i] = _sharpness_correction(fruit, footprint, load, along_normals)
+    return ShapeChange(
+        change=fine + np.diag(rigid_tip_changes),
+        step=fine - coarse,
+        bound=np.diag(rigid_tip_bounds),
+        dofs=dofs,
+    )
 
 
 def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
-    """Raise InputError if the fruit is outside the domain in which `shape_change` has its stated accuracy."""
+    """Raise InputError if the fruit is outside the domain in which `shape_change` has its stated accuracy.
+
+    In this domain, the radii are at least four sides of a tip, and the skin under a tip slopes by at most 30 deg. A
+    whole fruit is at most 1.9 radii thick, and the tips are close enough to the apex that no element is folded.
+    """
     radius = fruit.radius_mm or math.inf
-    smallest = LEAST_RADIUS * max(footprint.side for footprint in footprints)
+    smallest_radius = LEAST_RADIUS * max(footprint.side for footprint in footprints)
     for name, value in (("fruit.radius_mm", radius), ("fruit.radius_across_mm", fruit.radius_across_mm or radius)):
-        if value < smallest:
-            bound = f"at least {LEAST_RADIUS:g} sides of a tip = {smallest:g} mm"
+        if value < smallest_radius:
+            bound = f"at least {LEAST_RADIUS:g} sides of a tip = {smallest_radius:g} mm"
             raise validation_error(name, value, "mm", bound, "use smaller tips")
     if fruit.whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
@@ -163,12 +181,15 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
                 raise validation_error(name, core, "mm", bound, NEARER_HINT)
 
 
-def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
+def _sharpness_correction(
+    fruit: Fruit, footprint: Footprint, load: SmoothLoad, along_normals: bool
+) -> tuple[float, float]:
     """Return the change in compliance under a rigid tip minus the change under its smooth load, and its error bound.
 
-    Both are in 1/mm. Slope and curvature under the tip act separately (`sensor/theory/sloped_skin.py`). Let R be the
-    half-space compliance of the rigid tip, and S the half-space compliance of its smooth load. A slope changes them as
-    follows:
+    Both are multiplied by E [1/mm]. The change is from a flat to a curved fruit. With `along_normals`, the tip is a
+    dome that presses along the normal of the skin. Slope and curvature under the tip act separately
+    (`sensor/theory/sloped_skin.py`). Let R be the half-space compliance of the rigid tip, and S the half-space
+    compliance of its smooth load. A slope changes them as follows:
 
         vertical tips   R f and S f, so the difference is (R - S) (f - 1) with f = slope_factor
         domes           R and S g, so the difference is S (1 - g) with g = stretch_factor
@@ -176,10 +197,10 @@ def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_
     The contact of a dome is circular on the skin, so R does not change. Its smooth load is circular in plan, so S
     changes.
     """
-    shape = CurvedShape(fruit, Plan(0.0, 0.0))
-    slope = shape.slope(tip.x, tip.y)
-    curvature = shape.mean_curvature(tip.x, tip.y)
-    deviation = least_deviation(tip)
+    shape = CurvedShape(fruit, Plan(0.0, 0.0))  # the size of the core does not affect slope and curvature
+    slope = shape.slope(footprint.x, footprint.y)
+    curvature = shape.mean_curvature(footprint.x, footprint.y)
+    deviation = least_deviation(footprint)
     # R. A normal distribution with this standard deviation has the compliance of the rigid tip.
     rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation
     ratio = deviation / load.deviation  # S / R
@@ -193,7 +214,7 @@ def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_
     # Curvature acts through the mean of ln(distance) over a load, which differs between the tip and the smooth load.
     log_difference = -math.log(ratio) - LOG_OFFSET
     curvature_term = log_coefficient(fruit.poisson, slope) * curvature * log_difference
-    bound = rigid * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
+    bound = rigid * (FLOOR + SECOND_ORDER * (footprint.side * curvature) ** 2)
     return slope_term + curvature_term, bound
 
 
@@ -206,13 +227,15 @@ def curvature_correction(
 ) -> tuple[Floats, int]:
     """Return the change in compliance under smooth loads when the mesh of the block is bent into the fruit.
 
-    The change (loads, loads) [1/mm] is multiplied by E, and the second result is the number of dofs. Raises SolveError
-    if a solve does not converge, or if an element of the bent mesh is folded.
+    The change (loads, loads) [1/mm] is multiplied by E, and the second result is the number of dofs. The `loads`
+    replace the footprints, and `steps` determines how fine the mesh is. With `along_normals`, the loads press along the
+    normals of the skin of the fruit. Raises SolveError if a solve does not converge, or if an element of the bent mesh
+    is folded.
     """
     body = bent_block(fruit, footprints, loads, steps, along_normals)
     block_matrix = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
     fruit_matrix = stiffness_matrix(body.bent, 1.0, fruit.poisson, b_bar=True)
-    upwards = [(0.0, 0.0, -1.0) for _ in loads]
+    upwards = [(0.0, 0.0, -1.0) for _ in loads]  # normals of the block, with z down
 
     def change_of_parity(parity: Parity) -> Floats:
         fixed = body.fixed_dofs(parity)
@@ -231,9 +254,10 @@ def curvature_correction(
 
 
 def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
-    """Return the compliance F.K^-1 F (loads, loads) for loads F (dofs, loads); `solve` applies the inverse of K.
+    """Return the compliance F.K^-1 F (loads, loads) for loads F (dofs, loads).
 
-    On a mesh that ends at mirror planes, loads often differ only in sign. Such loads are solved only once.
+    The function `solve` multiplies its argument (dofs, n) by K^-1. On a mesh that ends at mirror planes, loads often
+    differ only in sign. Such loads are solved only once.
     """
     # Each load is multiplied by the sign of its first nonzero component, which makes opposite loads equal.
     signs = np.sign(np.take_along_axis(forces, np.argmax(forces != 0.0, axis=0)[None], axis=0))[0]

@@ -175,21 +175,21 @@ class CurvedShape:
         base_depth = 1.0 - math.cos(self.base_angle)
 
         u, v = self._map_to_disc(points[:2])
-        outwards = u**2 + v**2  # 0 on the axis, 1 on the rim of a disc
-        down = points[2] / thickness  # 0 on the top, 1 on the base
-        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down  # polar angle of the rim [rad]
+        outward_share = u**2 + v**2  # 0 on the axis, 1 on the rim of a disc
+        downward_share = points[2] / thickness  # 0 on the top, 1 on the base
+        rim_angle = self.cap_angle + (self.base_angle - self.cap_angle) * downward_share  # polar angle of the rim [rad]
 
         # Radius of a disc divided by the semi-axes. At the rim it follows the skin, and on the axis it is a smooth
         # function of the depth. Between them it is interpolated.
-        axis_radius = cap_sine + (base_sine - cap_sine) * down**2
-        radius = (1.0 - outwards) * axis_radius + outwards * np.sin(angle)
+        axis_radius = cap_sine + (base_sine - cap_sine) * downward_share**2
+        relative_radius = (1.0 - outward_share) * axis_radius + outward_share * np.sin(rim_angle)
         # The depth is interpolated linearly from the cap to the base. At the rim, `bulge` is added so that it becomes
         # the depth of the skin. The bulge is zero at the rims of cap and base.
-        straight = (1.0 - down) * rim_depth + down * base_depth
-        bulge = c * (1.0 - np.cos(angle) - straight)
-        top = self._skin_depth(self.cap.x * u, self.cap.y * v)
-        depth = (1.0 - down) * top + down * thickness + outwards * bulge
-        return np.stack([a * radius * u, b * radius * v, depth])
+        linear_depth = (1.0 - downward_share) * rim_depth + downward_share * base_depth
+        bulge = c * (1.0 - np.cos(rim_angle) - linear_depth)
+        top_depth = self._skin_depth(self.cap.x * u, self.cap.y * v)
+        depth = (1.0 - downward_share) * top_depth + downward_share * thickness + outward_share * bulge
+        return np.stack([a * relative_radius * u, b * relative_radius * v, depth])
 
     def _map_to_disc(self, plan: Floats) -> Floats:
         """Return the images (2, n) on the unit disc of points (2, n) [mm] of the block's plan.

@@ -133,13 +133,13 @@ def half_space_coupling(footprints: Sequence[Footprint], poisson: float, per_sid
 def node_remainder(
     fruit: Fruit, footprints: Sequence[Footprint], lines: Lines, parities: Sequence[Parity], counts: NodeCounts
 ) -> tuple[Floats, int]:
-    """Return the compliance that the finite block adds to the half-space between all nodes, times E, and the dofs.
+    """Return the compliance that the finite block adds to the half-space between all nodes, and the number of dofs.
 
-    The compliance has shape (nodes, nodes) [1/mm], with `counts.between` nodes per side; the second result is the
-    number of dofs of the mesh. To save solves, loads act on fewer nodes, `counts.within` per side, and the result is
-    interpolated. The mesh is the box over `lines` [mm], which start at the mirror planes. A load is the mean of its
-    even and its odd part about each mirror plane. These parts are solved for the given `parities` (see
-    `level_parities`). Parts of other parities are assumed to be zero. Raises SolveError if a solve does not converge.
+    The compliance is multiplied by E [1/mm], and has shape (nodes, nodes), with `counts.between` nodes per side. To
+    save solves, loads act on fewer nodes, `counts.within` per side, and the result is interpolated. The mesh is the box
+    over `lines` [mm], which start at the mirror planes. A load is the mean of its even and its odd part about each
+    mirror plane. These parts are solved for the given `parities` (see `level_parities`). Parts of other parities are
+    assumed to be zero. Raises SolveError if a solve does not converge.
     """
     # A node outside the meshed part is replaced by its mirror image, which lies inside.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
@@ -163,8 +163,8 @@ def node_remainder(
     # The nodal polynomials of each footprint interpolate from the few loaded nodes to all nodes.
     interpolations = []
     for footprint in footprints:
-        many_nodes = footprint.punch(counts.between).nodes
-        interpolations.append(footprint.punch(counts.within).interpolate(many_nodes))
+        interaction_nodes = footprint.punch(counts.between).nodes
+        interpolations.append(footprint.punch(counts.within).interpolate(interaction_nodes))
     interpolation = block_diag(*interpolations)
     return interpolation @ compliance @ interpolation.T, dofs
 
@@ -189,7 +189,9 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     """
     # Solve (I + Y G) F = Y d, as derived in the module docstring, for a unit indentation d of each footprint in turn.
     G = remainder + half_space_coupling(footprints, poisson, per_side)
-    Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
+    Y = block_diag(*(footprint.side * footprint.punch(per_side).stiffness for footprint in footprints)) / (
+        1.0 - poisson**2
+    )
     unit_displacements = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
     system = np.eye(len(G)) + Y @ G
     right_side = Y @ unit_displacements

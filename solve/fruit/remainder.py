@@ -123,28 +123,43 @@ def remainder_compliance(
         raise ValueError(msg)
     mirror_planes = [plane for plane, has_plane in zip(PLANES, mirrored, strict=True) if has_plane]
     problem = _boundary_problem(mesh, poisson, mirror_planes)
-    side, base = problem.side, problem.base
 
     # Half-space fields of each load and of each of its mirror images, which are identified by the signs of x and y.
     signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
-    side_fields = [_half_space(load_points * image, poisson, side) for image in images]
-    base_fields = [_half_space(load_points * image, poisson, base) for image in images]
+    side_fields = [_half_space(load_points * image, poisson, problem.side) for image in images]
+    base_fields = [_half_space(load_points * image, poisson, problem.base) for image in images]
 
     compliances = []
     for parity in parities:
         image_signs = np.where(images < 0, parity, 1).prod(axis=1)
-        side_u, side_t = _signed_sum(image_signs, side_fields)
-        base_u, base_t = _signed_sum(image_signs, base_fields)
-        v, side_forces, base_v = problem.solve(side_t, base_u, mirror_dofs(problem.basis, parity))
-
-        # Betti's theorem, with the four terms in the order of the module docstring. In the last term, the nodal
-        # reactions of the base replace its tractions.
-        half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
-        reactions = problem.stiffness @ v - side_forces
-        compliances.append(half_space + side_forces.T @ v - base_v.T @ reactions)
+        side_sum = _signed_sum(image_signs, side_fields)
+        base_sum = _signed_sum(image_signs, base_fields)
+        compliances.append(_compliance_by_betti(problem, side_sum, base_sum, mirror_dofs(problem.basis, parity)))
     _check_reciprocity(compliances)
-    return [0.5 * (each + each.T) for each in compliances], int(problem.basis.N)
+    # Removes the small asymmetry that the check has accepted.
+    return [0.5 * (compliance + compliance.T) for compliance in compliances], int(problem.basis.N)
+
+
+def _compliance_by_betti(
+    problem: _BoundaryProblem, side_fields: HalfSpaceFields, base_fields: HalfSpaceFields, mirror: Ints
+) -> Floats:
+    """Return the compliance of the remainder (loads, loads) [1/mm] for one parity, from Betti's theorem, for E = 1.
+
+    Let u, t and v be the half-space displacement, the half-space traction and the remainder. Entry kj is
+
+        int_base t^k . u^j - int_sides t^j . u^k - int_sides t^k . v^j + int_base t(v^j) . u^k.
+
+    `side_fields` and `base_fields` hold u and t on the sides and on the base. The dofs `mirror` are zero. Raises
+    SolveError if the solve for v does not converge.
+    """
+    side_u, side_t = side_fields
+    base_u, base_t = base_fields
+    v, side_forces, base_v = problem.solve(side_t, base_u, mirror)
+    half_space_terms = _work(problem.base, base_t, base_u) - _work(problem.side, side_t, side_u).T
+    # In the last term, the nodal reactions of the base replace its tractions.
+    reactions = problem.stiffness @ v - side_forces
+    return np.asarray(half_space_terms + side_forces.T @ v - base_v.T @ reactions)
 
 
 def _signed_sum(signs: Ints, fields: Sequence[HalfSpaceFields]) -> HalfSpaceFields:
@@ -184,10 +199,11 @@ def remainder_field(mesh: Mesh, poisson: float, points: Floats, forces: Floats) 
 
 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
-    """Return the dofs (n,) that are zero on the mirror planes.
+    """Return the dofs (n,) of the box that are zero on the mirror planes.
 
-    If the parity is even, these are the displacements normal to the plane; if it is odd, the displacements in the
-    plane.
+    The mirror planes are the faces x_low and y_low, and `parity` has one sign for each of them. If the sign is 1, these
+    dofs are the displacements normal to the plane; if it is -1, the displacements in the plane. If it is 0, the face is
+    not a mirror plane.
     """
     normal_components = (["u^1"], ["u^2"])
     tangential_components = (["u^2", "u^3"], ["u^1", "u^3"])
@@ -244,9 +260,9 @@ def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
 def _projection(faces: FaceQuadrature, field: Floats, used_dofs: Ints, size: int) -> Floats:
     """Return the least-squares approximation (dofs, loads) of a field on some faces.
 
-    The field has shape (loads, 3, facets, q). The approximation uses only the dofs `used_dofs`; `size` is the total
-    number of dofs. Unlike interpolation, this projection leaves an error that does no work on tractions of the same
-    smoothness.
+    The field has shape (loads, 3, facets, q), and the approximation has its values at the nodes. Only the dofs
+    `used_dofs` are used, and the others are 0; `size` is the total number of dofs. Unlike interpolation, this
+    projection leaves an error that does no work on tractions of the same smoothness.
     """
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
     right_side = _load_vector(faces, field, size)

@@ -33,7 +33,7 @@ from solve.linear import factorise
 
 FINE = BodySteps(most_dofs=6000)
 COARSE = BodySteps(fraction=0.7, most_dofs=3500)
-# Ratio of the error bar to the difference between both meshes. Finer meshes for a pair and a square of tips show an
+# Ratio of the error bar to the difference between the two meshes. Finer meshes for a pair and a square of tips show an
 # error of 0.03 to 0.1 times this difference.
 SAFETY = 0.15
 FLOOR = 2e-4  # smallest relative error bar, because wider smooth loads change the result by this fraction
@@ -70,9 +70,9 @@ def skin_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a fruit with its skin, given the compliance `flesh` of the fruit without it.
 
-    For each flesh modulus, the change under smooth loads is solved on a mesh. The difference between the tips and the
-    smooth loads is computed for a layered half-space. With `along_normals`, the tips press along the normals of the
-    skin, as domes do. Raises SolveError if a solve does not converge.
+    For each flesh modulus, the change under smooth loads is solved on a mesh. The difference between the rigid tips on
+    the `footprints` and their smooth loads is computed for a layered half-space. With `along_normals`, the tips press
+    along the normals of the skin, as domes do. Raises SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     moduli = table_moduli(fruit)
@@ -87,7 +87,7 @@ def skin_compliance(
     coarse = body_change(coarse_body, layers, BASIS_SIZES[1])
 
     # In the change from the mesh, the half-space part under smooth loads is replaced by the half-space part under tips.
-    table = flesh.S + fine + local_change.sharp - local_change.smooth - local_change.shell
+    table = flesh.S + fine + local_change.rigid - local_change.smooth - local_change.shell
     # Flesh softer than the design's range occurs only at the start of a curve of P; the error bars exclude it.
     is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)
     errors = _table_errors(table, fine - coarse, local_change, np.flatnonzero(is_in_range))
@@ -108,12 +108,12 @@ def skin_compliance(
 class _LocalChange:
     """Changes in compliance due to a layer on a half-space, times E [1/mm], each (layers, tips, tips).
 
-    `sharp` is the change under rigid tips, and `fewer_nodes` is the same change with half as many nodes. `smooth` is
-    the change under the smooth loads. `shell` is the decrease caused by the stiffness of a curved skin as a shell; on a
-    block, it is 0.
+    `rigid` is the change under rigid tips. `fewer_nodes` is this change with half as many nodes per side, without the
+    effect of the slope. `smooth` is the change under the smooth loads. `shell` is the decrease caused by the stiffness
+    of a curved skin as a shell; on a block, it is 0.
     """
 
-    sharp: Floats
+    rigid: Floats
     fewer_nodes: Floats
     smooth: Floats
     shell: Floats
@@ -126,76 +126,107 @@ def _local_change(
     layers: Sequence[Layer],
     along_normals: bool,
 ) -> _LocalChange:
-    """Return the changes due to each layer on a half-space with the fruit's slope and curvature under each tip.
+    """Return the changes in compliance due to each layer on a half-space, under rigid tips and under smooth loads.
 
-    `loads` are the smooth loads that replace the footprints. Raises SolveError if the nodal forces have a large
-    residual.
+    On a curved fruit, they include the effects of the slope and the curvature under each tip. `loads` are the smooth
+    loads that replace the footprints. With `along_normals`, the tips press along the normals of the skin, as domes do.
+    Raises SolveError if the nodal forces have a large residual.
     """
     thickness = layers[0].thickness
-    per_side = next(nodes for smallest, nodes in NODES if thickness >= smallest * footprints[0].side)
     if footprints[0].punch is circle_punch:
         per_side = ROUND_NODES
-    sharp = layered_change(footprints, layers, per_side)
+    else:
+        per_side = next(nodes for smallest, nodes in NODES if thickness >= smallest * footprints[0].side)
+    rigid = layered_change(footprints, layers, per_side)
     fewer_nodes = layered_change(footprints, layers, (per_side + 1) // 2)
     smooth = smooth_change(loads, layers)
-    shell = np.zeros_like(sharp)
+    shell = np.zeros_like(rigid)
     if fruit.radius_mm is not None:
-        shape = CurvedShape(fruit, core_of(loads))
-        curvatures = [1.0 / radius for radius in fruit.radii_mm]
-        for tip, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
-            # Radius of the circular punch that is as stiff as the tip.
-            radius = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness
-            shell[:, tip, tip] = [layer.shell_effect(radius, load.deviation, curvatures) for layer in layers]
-            slope = shape.slope(footprint.x, footprint.y)
-            if along_normals:  # the contact is circular on the skin, whereas the smooth load is circular in plan
-                smooth[:, tip, tip] *= stretch_factor(slope)
-            else:
-                sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
-                smooth[:, tip, tip] *= slope_factor(fruit.poisson, slope)
-    return _LocalChange(sharp=sharp, fewer_nodes=fewer_nodes, smooth=smooth, shell=shell)
+        # Slope and curvature mainly affect the compliance of a tip under its own load.
+        own = np.arange(len(footprints))
+        shell[:, own, own] = _shell_effects(fruit, footprints, loads, layers, per_side)
+        rigid_factors, smooth_factors = _slope_factors(fruit, footprints, loads, along_normals)
+        rigid[:, own, own] *= rigid_factors
+        smooth[:, own, own] *= smooth_factors
+    return _LocalChange(rigid=rigid, fewer_nodes=fewer_nodes, smooth=smooth, shell=shell)
 
 
-def _table_errors(table: Floats, mesh_steps: Floats, local_change: _LocalChange, rows: Ints) -> Errors:
+def _shell_effects(
+    fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], layers: Sequence[Layer], per_side: int
+) -> Floats:
+    """Return the decrease in compliance due to the shell stiffness of a curved skin, times E [1/mm], (layers, tips).
+
+    It is the decrease under a rigid tip, minus the decrease under the smooth load that replaces it. A footprint has
+    `per_side` nodes per side.
+    """
+    curvatures = [1.0 / radius for radius in fruit.radii_mm]
+    effects = np.empty((len(layers), len(footprints)))
+    for tip, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
+        # Radius of the circular punch that is as stiff as the tip.
+        radius = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness
+        effects[:, tip] = [layer.shell_effect(radius, load.deviation, curvatures) for layer in layers]
+    return effects
+
+
+def _slope_factors(
+    fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], along_normals: bool
+) -> tuple[Floats, Floats]:
+    """Return the factors [1] by which the slope under each tip changes the compliance under its own load, (tips,).
+
+    The first factors are for rigid tips, and the second for their smooth loads. With `along_normals`, the tips press
+    along the normals of the skin, as domes do.
+    """
+    shape = CurvedShape(fruit, core_of(loads))
+    slopes = [shape.slope(footprint.x, footprint.y) for footprint in footprints]
+    if along_normals:  # the contact is circular on the skin, whereas the smooth load is circular in plan
+        return np.ones(len(slopes)), np.array([stretch_factor(slope) for slope in slopes])
+    factors = np.array([slope_factor(fruit.poisson, slope) for slope in slopes])
+    return factors, factors
+
+
+def _table_errors(table: Floats, mesh_differences: Floats, local_change: _LocalChange, rows: Ints) -> Errors:
     """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
 
-    An error is the sum of a floor and of fractions of three differences. The first, `mesh_steps`, is the difference
-    between two meshes. The second is the difference between two numbers of nodes, and the third is the shell effect.
-    `rows` holds the indices of the rows.
+    An error is the sum of a floor and of fractions of three differences in compliance. `mesh_differences`, with the
+    shape of the table, are the differences between two meshes. `local_change` holds the difference between two numbers
+    of nodes, and the shell effect. `rows` holds the indices of the rows.
     """
-    node_steps = local_change.sharp - local_change.fewer_nodes
-    pair = own = 0.0
+    node_differences = local_change.rigid - local_change.fewer_nodes
+    pair_error = own_error = 0.0  # largest errors between two tips, and of a tip under its own load
     for row in rows:
         S = table[row]
-        mesh = SAFETY * relative_changes(mesh_steps[row], S)
-        nodes = NODE_SAFETY * relative_changes(node_steps[row], S)
-        shell = SHELL_SAFETY * relative_changes(local_change.shell[row], S)
-        errors = largest_errors(FLOOR + mesh + nodes + shell, len(S))
-        pair = max(pair, errors.pair)
-        own = max(own, errors.own)
-    return Errors(pair, own)
+        mesh_error = SAFETY * relative_changes(mesh_differences[row], S)
+        node_error = NODE_SAFETY * relative_changes(node_differences[row], S)
+        shell_error = SHELL_SAFETY * relative_changes(local_change.shell[row], S)
+        errors = largest_errors(FLOOR + mesh_error + node_error + shell_error, len(S))
+        pair_error = max(pair_error, errors.pair)
+        own_error = max(own_error, errors.own)
+    return Errors(pair_error, own_error)
 
 
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
     """Return the change in a half-space's compliance under level footprints, for each layer on it.
 
-    The result (layers, tips, tips) [1/mm] is multiplied by the modulus of the half-space. A footprint has `per_side`
-    nodes per side. Raises SolveError if the nodal forces have a large residual.
+    The result is the change times the modulus of the half-space [1/mm], with shape (layers, tips, tips). A footprint
+    has `per_side` nodes per side. Raises SolveError if the nodal forces have a large residual.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     x, y = nodes.T
     base_effects = added_compliances(layers, np.hypot(x[:, None] - x, y[:, None] - y))
-    without_layer = level_compliance(footprints, layers[0].poisson_below, np.zeros(()), per_side)
+    no_remainder = np.zeros(())  # a half-space has no remainder
+    without_layer = level_compliance(footprints, layers[0].poisson_below, no_remainder, per_side)
     changes = []
     for layer, base_effect in zip(layers, base_effects, strict=True):
-        # The effect of the softer or stiffer base is added between all nodes to a half-space of the layer's material.
-        # `level_compliance` works in units of that material's modulus, hence the two conversions.
+        # The effect of the softer or stiffer base is added to the influence between all pairs of nodes on a half-space
+        # of the layer's material. `level_compliance` expects and returns compliances times that material's modulus,
+        # hence the two conversions.
         S = level_compliance(footprints, layer.poisson, layer.modulus * base_effect, per_side) / layer.modulus
         change = S - without_layer
         for tip, footprint in enumerate(footprints):
             if footprint.punch is circle_punch:  # the compliance of a circle under its own load has a closed form
                 radius = 0.5 * footprint.side
-                own_compliance = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
-                change[tip, tip] = own_compliance - (1.0 - layer.poisson_below**2) / footprint.side
+                circle_compliance = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
+                change[tip, tip] = circle_compliance - (1.0 - layer.poisson_below**2) / footprint.side
         changes.append(change)
     return np.array(changes)
 
@@ -203,47 +234,47 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
 def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
     """Return the change in a half-space's compliance under smooth loads, for each layer on it.
 
-    The result (layers, loads, loads) [1/mm] is multiplied by the modulus of the half-space.
+    The result is the change times the modulus of the half-space [1/mm], with shape (layers, loads, loads).
     """
     without_layer = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
     S = np.empty((len(layers) + 1, len(loads), len(loads)))
-    for number, layer in enumerate((*layers, without_layer)):
-        for i, displaced in enumerate(loads):
+    for layer_index, layer in enumerate((*layers, without_layer)):
+        for i, displaced_load in enumerate(loads):
             for j, load in enumerate(loads):
-                distance = float(np.hypot(displaced.x - load.x, displaced.y - load.y))
-                S[number, i, j] = layer.smooth_compliance((displaced.deviation, load.deviation), distance)
-    return np.asarray(S[:-1] - S[-1])
+                distance = float(np.hypot(displaced_load.x - load.x, displaced_load.y - load.y))
+                S[layer_index, i, j] = layer.smooth_compliance((displaced_load.deviation, load.deviation), distance)
+    return np.asarray(S[:-1] - S[-1])  # the last entry is the half-space without a layer
 
 
-def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats:
+def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> Floats:
     """Return the change in compliance due to the skin under the smooth loads of a body, solved on its mesh.
 
     For loads F and a relative skin modulus m, the change is F.(K_flesh + m K_skin)^-1 F - F.K_0^-1 F. K_0 is the
-    stiffness matrix of a body whose skin consists of flesh. The result (layers, loads, loads) [1/mm] is multiplied by
-    E. The layers must differ only in their modulus. Displacement fields are solved for `solves` moduli, and form the
-    reduced basis for all moduli. Raises SolveError if a solve does not converge.
+    stiffness matrix of a body whose skin consists of flesh. The result is the change times E [1/mm], with shape
+    (layers, loads, loads). The layers must differ only in their modulus. Displacement fields are solved for
+    `solve_count` moduli, and form the reduced basis for all moduli. Raises SolveError if a solve does not converge.
     """
     poisson = layers[0].poisson_below
     # Elements of the skin are marked by 1, and elements of the flesh by 0.
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
-    flesh = stiffness_matrix(body.bent, 1.0 - in_skin, poisson, b_bar=True)
-    skin = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
-    without_skin = flesh + stiffness_matrix(body.bent, in_skin, poisson, b_bar=True)
+    flesh_matrix = stiffness_matrix(body.bent, 1.0 - in_skin, poisson, b_bar=True)
+    skin_matrix = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
+    matrix_without_skin = flesh_matrix + stiffness_matrix(body.bent, in_skin, poisson, b_bar=True)
     moduli = np.array([layer.modulus for layer in layers])
-    solved_moduli = np.geomspace(moduli.min(), moduli.max(), solves)
+    solved_moduli = np.geomspace(moduli.min(), moduli.max(), solve_count)
 
-    count = len(body.loads)
-    change = np.zeros((len(layers), count, count))
+    load_count = len(body.loads)
+    change = np.zeros((len(layers), load_count, load_count))
     for parity in body.parities:
         forces = body.forces(parity, body.normals)
         fixed = body.fixed_dofs(parity)
-        compliance_without_skin = forces.T @ factorise(without_skin, fixed).solve(forces)
+        compliance_without_skin = forces.T @ factorise(matrix_without_skin, fixed).solve(forces)
         # Galerkin's method with an orthonormal basis of the solved fields.
-        fields = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in solved_moduli]
+        fields = [factorise(flesh_matrix + modulus * skin_matrix, fixed).solve(forces) for modulus in solved_moduli]
         reduced_basis, _ = np.linalg.qr(np.hstack(fields))
         reduced_forces = reduced_basis.T @ forces
-        reduced_flesh = reduced_basis.T @ (flesh @ reduced_basis)
-        reduced_skin = reduced_basis.T @ (skin @ reduced_basis)
+        reduced_flesh = reduced_basis.T @ (flesh_matrix @ reduced_basis)
+        reduced_skin = reduced_basis.T @ (skin_matrix @ reduced_basis)
         for i, modulus in enumerate(moduli):
             compliance = reduced_forces.T @ np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
             # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.

@@ -27,17 +27,20 @@ class SmoothLoad:
     deviation: float
 
 
-def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], ratio: float = WIDEST) -> tuple[SmoothLoad, ...]:
+def smooth_loads(
+    fruit: Fruit, footprints: Sequence[Footprint], largest_ratio: float = WIDEST
+) -> tuple[SmoothLoad, ...]:
     """Return the smooth loads that replace the footprints, as wide as side faces and neighbouring loads allow.
 
-    The standard deviation of a load is at most `ratio` [1] times the value from `least_deviation`.
+    The width of a load is its standard deviation. It is at most `largest_ratio` [1] times the smallest standard
+    deviation of the footprint (`least_deviation`).
     """
-    closest = closest_spacing(footprints)
+    closest_spacing_ratio = closest_spacing(footprints)
     loads = []
     for footprint in footprints:
-        widest = ratio * least_deviation(footprint)
+        widest = largest_ratio * least_deviation(footprint)
         to_face = footprint.distance_to_edge(fruit) / DEVIATIONS_TO_FACE
-        to_neighbour = closest * footprint.side / DEVIATIONS_BETWEEN
+        to_neighbour = closest_spacing_ratio * footprint.side / DEVIATIONS_BETWEEN
         loads.append(SmoothLoad(footprint.x, footprint.y, min(widest, to_face, to_neighbour)))
     return tuple(loads)
 
@@ -63,14 +66,14 @@ def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tup
 
     # Integrals of the density times the three shape functions of each element, by Gauss quadrature.
     t = 0.5 * (GAUSS_POINTS + 1.0)  # coordinate within an element, from 0 to 1
-    lengths = np.diff(line)[:, None]
-    s = line[:-1, None] + lengths * t
+    element_lengths = np.diff(line)[:, None]
+    s = line[:-1, None] + element_lengths * t
     density = _normal_density(s - centre, deviation) + sign * _normal_density(s + centre, deviation)
     shapes = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
-    element_forces = (0.5 * lengths * GAUSS_WEIGHTS * density) @ shapes.T
+    element_forces = (0.5 * element_lengths * GAUSS_WEIGHTS * density) @ shapes.T
     forces = np.zeros(len(nodes))
     for node in range(3):
-        forces[node : node + 2 * len(lengths) : 2] += element_forces[:, node]
+        forces[node : node + 2 * len(element_lengths) : 2] += element_forces[:, node]
     return nodes, forces
 
 

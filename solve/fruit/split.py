@@ -93,8 +93,8 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
     side = DOME_CIRCLE * tips.side_mm
     footprints = []
-    for axis in tips.places_mm:
-        u, v = fruit.to_principal(*axis)  # the axis of the dome, in the principal directions of the fruit
+    for dome_axis in tips.places_mm:
+        u, v = fruit.to_principal(*dome_axis)  # the axis of the dome, in the principal directions of the fruit
         footprints.append(Footprint(*fruit.from_principal(along * u, across * v), side, circle_punch))
     return tuple(footprints)
 
@@ -105,8 +105,7 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     The solve uses the coarsest mesh whose error in s11 - s12 is within the relative `tolerance` [1]. If no mesh is
     accurate enough, it uses the best one, provided that its error is at most 1e-3. Raises SolveError if a solve does
     not converge. Raises InputError if the error is larger, if the tolerance is not above 0, or if the scene is outside
-    the domain of the method. In this domain, a tip is at most as wide as the block is high, and at least one side away
-    from each side face. The spacing of the tips is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    the domain of the method (`check_domain`).
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
@@ -115,51 +114,51 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     footprints = contact_footprints(fruit, tips)
     check_domain(block, footprints)
 
-    solved, errors = _coarsest_solve(block, footprints, tolerance)
+    mesh_compliance, errors = _coarsest_solve(block, footprints, tolerance)
     close_error = CLOSE_SPACING_ERROR if closest_spacing(footprints) < CLOSE_SPACING else 0.0
     return FruitCompliance(
         tips=tips.names,
-        S=solved.S,
+        S=mesh_compliance.S,
         error_pair=errors.pair + close_error,
         error_own=errors.own + close_error,
         info=SolveInfo(
             method="split",
-            dofs=solved.dofs,
+            dofs=mesh_compliance.dofs,
             seconds=time.perf_counter() - start,
-            status=_status(solved.dofs, errors.pair, tolerance, close_error),
+            status=_status(mesh_compliance.dofs, errors.pair, tolerance, close_error),
         ),
     )
 
 
 def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
-    """Return the compliance from the coarsest mesh that meets the tolerance, or else from the best one, and its errors.
+    """Return the compliance from the coarsest mesh that meets the relative tolerance [1], and its relative errors.
 
-    Raises the same errors as `split_compliance`.
+    If no mesh meets the tolerance, the best one is used. Raises the same errors as `split_compliance`.
     """
     limit = max(tolerance, LARGEST_ERROR)
     levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS
-    solved_levels = []
+    candidates = []
     for grading in levels:
         if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
             continue  # this mesh would need too much memory
         try:
-            solved = footprint_compliance(block, footprints, grading)
+            mesh_compliance = footprint_compliance(block, footprints, grading)
         except SolveError:
             if grading != ROUGH:
                 raise
             continue  # the rough mesh is too coarse for a symmetric compliance
-        errors = level_errors(block, footprints, grading, solved.S)
-        solved_levels.append((solved, errors))
+        errors = level_errors(block, footprints, grading, mesh_compliance.S)
+        candidates.append((mesh_compliance, errors))
         if errors.pair <= tolerance and max(errors) <= limit:
             break
     # Prefer levels whose errors are within the limit, and among them the level with the smallest pair error.
-    solved, errors = min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
+    mesh_compliance, errors = min(candidates, key=lambda level: (max(level[1]) > limit, level[1].pair))
     if max(errors) > limit:
         hint = "use a thicker fruit, or move the tips farther from its edges and from each other"
         raise validation_error(
             "relative error of the contact", float(f"{max(errors):.3g}"), "1", f"at most {limit:g}", hint
         )
-    return solved, errors
+    return mesh_compliance, errors
 
 
 def _status(dofs: int, error: float, tolerance: float, close_error: float) -> str:
@@ -208,8 +207,8 @@ def _grid_lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading)
 def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading, fine: Floats) -> Errors:
     """Return the estimated relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading.
 
-    The estimate is based on the difference from a coarser mesh. For the rough grading there is no coarser mesh, so its
-    error is a fixed fraction of the remainder.
+    The estimate is based on the difference from a coarser mesh, which is solved here. For the rough grading there is no
+    coarser mesh, so its error is a fixed fraction of the remainder. Raises SolveError if the solve does not converge.
     """
     node_count = nodes_between(footprints)
     node_error = max(footprint.punch(node_count).error for footprint in footprints) + NODE_ERROR
@@ -252,7 +251,11 @@ def relative_changes(change: Floats, S: Floats) -> Floats:
 
 
 def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
-    """Raise InputError if the scene is outside the domain in which `split` has its stated accuracy."""
+    """Raise InputError if the scene is outside the domain in which `split` has its stated accuracy.
+
+    In this domain, a tip is at most as wide as the block is high, and at least one side away from each side face. The
+    spacing of the tips is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    """
     if fruit.shape != "block":
         raise validation_error("fruit.shape", fruit.shape, "", "block", "use the equivalent block of the fruit")
     low, high = POISSON_RANGE
