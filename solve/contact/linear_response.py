@@ -150,7 +150,7 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     holds with equality. If all tips touch, the forces solve a linear system. Otherwise, nonnegative least squares on
     the Cholesky factor finds the tips in contact.
     """
-    # If all tips pushed when they are all assumed in contact, they all touch.
+    # All tips touch if the forces are compressive under the assumption that all tips touch.
     touching = travel @ np.linalg.inv(compliance).T > 0.0
     is_partial = ~touching.all(axis=1)  # travels at which only some tips touch
     lower = cholesky(compliance, lower=True)

@@ -26,7 +26,7 @@ from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
 
-# Ratio of the error on the coarse grid to the difference between both grids, if the error is proportional to the number
+# Ratio of the error on the coarse grid to the difference between the two grids, if the error is proportional to the number
 # of cells per side to the power of -1.5.
 ERROR_RATIO = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
 COMPARED_POSES = 8  # approximate number of poses that are solved on both grids
@@ -118,7 +118,10 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
 
 
 def posed_scene(scene: Scene, stand: Stand) -> Scene:
-    """Return the scene with the sensor at the position on the fruit that `stand` describes."""
+    """Return the scene with the sensor at the position on the fruit that `stand` describes.
+
+    If the stand states radii, an azimuth or a thickness, the fruit of the scene is changed too.
+    """
     fruit = _changed_fruit(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
     off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
     tilt, roll = stand.tilt_deg
@@ -126,7 +129,8 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
         # The tilt of the hand is relative to the normal under the sensor. The tilt of a scene is relative to the normal
         # at the apex.
         normal_deg = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
-        tilt, roll = tilt + float(normal_deg[0]), roll + float(normal_deg[1])
+        tilt = tilt + float(normal_deg[0])
+        roll = roll + float(normal_deg[1])
     return dataclasses.replace(
         scene,
         fruit=fruit,
@@ -258,8 +262,8 @@ def _grid_differences(F: Floats, fine_F: Floats, compared_poses: Ints, moduli: F
 def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
     """Return the decrease of the forces F (poses, tips) [N] that a common relative error of 1 causes.
 
-    A common error of all forces acts like flesh that is softer than assumed. The forces obey (C + s) F = x, where s = S
-    / E is the compliance of the flesh. A relative increase e of s changes them by -e (C + s)^-1 s F. An error of 1
+    A common error of all forces acts like flesh that is softer than assumed. Let s be the compliance S / E of the
+    flesh. The forces obey (C + s) F = x. A relative increase e of s changes them by -e (C + s)^-1 s F. An error of 1
     corresponds to the increase e at which, to first order, the total force of a level press vanishes. The caller
     multiplies the result by the actual error. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
     """
@@ -269,9 +273,9 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
         level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # forces per unit travel
         softening[E] = level_forces.sum() / np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces).sum()
 
-    # Only the tips in contact contribute.
+    # Only the tips in contact contribute. `decrease_of_pose` is a view of a row, so assignments to it fill `decrease`.
     decrease = np.zeros_like(F)
-    for decrease_of_pose, E, forces in zip(decrease, moduli.tolist(), F, strict=True):  # a view of a row of `decrease`
+    for decrease_of_pose, E, forces in zip(decrease, moduli.tolist(), F, strict=True):
         touching_tips = np.flatnonzero(forces > 0.0)
         flesh_compliance = compliance.S[np.ix_(touching_tips, touching_tips)] / E
         total_compliance = C[np.ix_(touching_tips, touching_tips)] + flesh_compliance

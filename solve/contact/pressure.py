@@ -48,8 +48,8 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     contact = UnilateralContact(grid.cells).solve(interference, compliance_times_E)
 
     per_side = len(grid.edges) - 1
-    forces = E * (contact.pressure * grid.cells.areas)  # [N]
-    forces = forces.reshape(len(contact.F), per_side, -1)  # (tips, along, across)
+    cell_forces = E * (contact.pressure * grid.cells.areas)  # [N]
+    cell_forces = cell_forces.reshape(len(contact.F), per_side, -1)  # (tips, along, across)
     if grid.is_half:  # the scene is symmetric about y = 0: only y > 0 was solved, with doubled areas
-        forces = 0.5 * np.concatenate([forces[..., ::-1], forces], axis=2)
-    return FootprintPressure(E=E, centres=grid.cells.centres, edges=grid.edges, cell_forces=forces)
+        cell_forces = 0.5 * np.concatenate([cell_forces[..., ::-1], cell_forces], axis=2)
+    return FootprintPressure(E=E, centres=grid.cells.centres, edges=grid.edges, cell_forces=cell_forces)

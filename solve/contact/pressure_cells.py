@@ -66,12 +66,12 @@ def contact_cells(
     layer: Layer | None = None,
     grading: Grading = FINE,
 ) -> ContactCells:
-    """Return the cells of square footprints, and the compliance between them.
+    """Return the cells of square footprints on a block of fruit, and the compliance between them.
 
     The footprints must contain all possible contact of each tip. `edges` [1] are the grid lines of the cells, as
     fractions of the side of a footprint, from -1/2 to 1/2. If a `layer` is given, it covers the half-space under each
-    tip. The effect of the layer between different tips is a constant, which the caller adds. `grading` determines the
-    mesh of the remainder. Raises SolveError if a solve does not converge.
+    tip. The effect of the layer between different tips is left out; the caller adds it to the compliance between tips.
+    `grading` determines the mesh of the remainder. Raises SolveError if a solve does not converge.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
@@ -137,13 +137,13 @@ def half_cells(cells: ContactCells) -> ContactCells:
     # Cells are stored in rows along y, so reversing each row yields the mirror images.
     per_side = round((len(cells.owner) / len(cells.centres)) ** 0.5)
     rows = np.arange(len(is_kept)).reshape(-1, per_side)
-    image = rows[:, ::-1].ravel()
+    mirror_image = rows[:, ::-1].ravel()
     # Half of each force acts on the cell, and half on its mirror image.
-    combined_compliance = 0.5 * (cells.compliance + cells.compliance[:, image])
+    combined_compliance = 0.5 * (cells.compliance + cells.compliance[:, mirror_image])
     return replace(
         cells,
         points=cells.points[is_kept],
-        areas=2.0 * cells.areas[is_kept],
+        areas=2.0 * cells.areas[is_kept],  # of the cell and its mirror image
         owner=cells.owner[is_kept],
         compliance=combined_compliance[np.ix_(is_kept, is_kept)],
     )

@@ -55,7 +55,7 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
 def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction: Floats | float = 0.0) -> Floats:
     """Return the forces F (presses, tips) [N] on elastic flesh, at moduli E [MPa] and travels [mm], both (presses,).
 
-    `law` holds the gaps [mm] and compliances of the sensor. For every tip in contact,
+    `law` holds the gaps [mm], the compliances C and S, and Hertz's constant h. For every tip in contact,
 
         x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i.
 

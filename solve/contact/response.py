@@ -42,7 +42,7 @@ def scene_response(
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)
     x = np.asarray(x, dtype=np.float64)
-    if compliance.skin is not None:
+    if compliance.skin is not None:  # under a skin, the compliance differs for each modulus
         return _join_responses([scene_response(scene, compliance.at(E_i), C, [E_i], x) for E_i in moduli.tolist()])
     if scene.linear:  # exact, so the only error is the error of the compliance
         response = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, scene.tips.spring_groups)
@@ -177,9 +177,9 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
             F[i, j] = modulus * solution.F
             rates[i, j] = solution.slope  # divided by E; only ratios of these rates are used
             # The edge of the contact crosses cells only under tips whose face touches in part.
-            tips = len(C)
-            touching_cells = np.bincount(grid.cells.owner, solution.pressure > 0.0, minlength=tips)
-            face_cells = np.bincount(grid.cells.owner, np.isfinite(solution.gap), minlength=tips)
+            tip_count = len(C)
+            touching_cells = np.bincount(grid.cells.owner, solution.pressure > 0.0, minlength=tip_count)
+            face_cells = np.bincount(grid.cells.owner, np.isfinite(solution.gap), minlength=tip_count)
             is_partial = (touching_cells > 0) & (touching_cells < face_cells)
             edge_error[i, j] = np.max(RIM / touching_cells[is_partial], initial=0.0)
     info = SolveInfo(method="unilateral", dofs=len(grid.gap), seconds=0.0, status="one grid")

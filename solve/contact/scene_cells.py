@@ -110,10 +110,11 @@ def scene_cells(
     for layout in _grid_layouts(scene, compliance, scene.mirrored if is_half is None else is_half):
         cells = _cells(block, footprints, layer, layout)
         gap = initial_gap(scene, grid_scene=scene, cells=cells)
-        correction = compliance.shape_change
         if scene.tips.tip_shape.has_flat_face:
             # The given compliance is for full contact of these faces, so the correction also removes the grid error.
             correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
+        else:
+            correction = compliance.shape_change
         edges = footprints[0].side * np.array(layout.edges)
         grids.append(SceneCells(cells, edges, gap, middle, correction, layout.is_half))
     coarse, fine = grids
@@ -126,9 +127,9 @@ def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> l
     With `is_half`, only the cells at y > 0 are solved.
     """
     shape = scene.tips.tip_shape
-    grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
-    if not shape.has_flat_face:  # the pressure of a curved tip falls to zero at the edge of its contact
-        grading = NO_GRADING
+    grading_of_flat_face = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
+    # The pressure of a curved tip falls to zero at the edge of its contact, and needs no grading.
+    grading = grading_of_flat_face if shape.has_flat_face else NO_GRADING
     if compliance.rough:
         counts = ROUGH_CELLS
         mesh = ROUGH
@@ -190,9 +191,10 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
         return None
     for _ in range(HALVINGS):
         middle_ratio = (solvable_ratio * unsolvable_ratio) ** 0.5
-        solvable_ratio, unsolvable_ratio = (
-            (middle_ratio, unsolvable_ratio) if is_solvable(middle_ratio) else (solvable_ratio, middle_ratio)
-        )
+        if is_solvable(middle_ratio):
+            solvable_ratio = middle_ratio
+        else:
+            unsolvable_ratio = middle_ratio
     # The bound is stated for the flesh of the table on which it is strictest: the softest or the stiffest.
     softest, *_, stiffest = table_moduli(fruit)
     if unsolvable_ratio > solvable_ratio:
@@ -257,7 +259,7 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
     overlap_centres = []
     for centre in scene.centres:
         overlap = _overlap_bounds(scene, centre, largest_travel)
-        if overlap is None:
+        if overlap is None:  # the tip does not touch, but still has a square
             overlap_centres.append(centre)
             continue
         low, high = overlap
@@ -273,11 +275,10 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
 
 
 def _overlap_bounds(scene: Scene, centre: Point, largest_travel: float) -> tuple[Floats, Floats] | None:
-    """Return the smallest and the largest x, y [mm] of the overlap between a tip and the fruit, or None.
+    """Return the smallest and the largest x, y [mm] at which a tip overlaps the fruit, or None if it does not.
 
-    Both are undeformed, and x and y are relative to `centre` [mm], the centre of the tip. The travel of the sensor is
-    `largest_travel` [mm]. The overlap is sampled on a square grid of points over the face of the tip. If
-    there is no overlap, the result is None.
+    Tip and fruit are undeformed, and x and y are relative to `centre` [mm], the centre of the tip. The travel of the
+    sensor is `largest_travel` [mm]. The overlap is sampled on a square grid of points over the face of the tip.
     """
     offsets = 0.5 * scene.tips.side_mm * np.linspace(-1.0, 1.0, SAMPLES)
     x, y = np.meshgrid(offsets, offsets, indexing="ij")

@@ -62,7 +62,7 @@ def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequenc
         half_space = half_space.copy()  # the cached array is read-only
         skin_contact = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
         for tip, footprint in enumerate(footprints):
-            # Without the skin, the compliance of a half-space under a circle is (1 - nu^2) / side.
+            # Replace the compliance of bare flesh under a circle, (1 - nu^2) / side, by the compliance with the skin.
             with_skin = 1.0 / skin_contact.flat_stiffness(0.5 * footprint.side)
             half_space[tip, tip] += with_skin - (1.0 - block.poisson**2) / footprint.side
     contact_points = np.array([(footprint.x, footprint.y) for footprint in footprints])

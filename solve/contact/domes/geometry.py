@@ -32,7 +32,7 @@ class DomeApproach:
     `interference` [mm] is the depth of a dome in the fruit along the normal; it is negative without overlap. `foot`
     [mm] is the point of the fruit nearest to the centre of the dome, and `normal` [1] the outward normal there.
     `direction` [1] is the same normal in the sensor frame. `radius` [mm] is the relative radius of curvature, the
-    geometric mean of both principal values. `depth_ratio` [1] is the depth of an elliptical contact divided by the
+    geometric mean of the two principal values. `depth_ratio` [1] is the depth of an elliptical contact divided by the
     depth of a circular contact with the same force. It is 1 - ln(ratio of the principal radii)^2 / 72. This agrees with
     K. L. Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to a ratio of 3 : 1.
     """
@@ -229,7 +229,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     converge.
     """
     axis = _axes(np.array([scene.tilt_tangents_at_touch for scene in scenes]))
-    middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
+    middle = np.array([scene.centres for scene in scenes]).mean(axis=1)  # in plan
     skin_depth = np.array([scene.fruit.fall_mm(x, y) for scene, (x, y) in zip(scenes, middle.tolist(), strict=True)])
     skin_points = np.column_stack([middle, -skin_depth])
     lowering = np.zeros(len(scenes))  # distance from the skin down to the tip faces, along the axis
@@ -266,15 +266,14 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
     bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     lateral = np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None]
 
+    is_rotated = any(scene.fruit.azimuth_deg for scene in distinct_scenes)
     semi_axes, principal = zip(*(_principal_axes(scene.fruit) for scene in distinct_scenes), strict=True)
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + (centres - middle[:, None]) @ lateral + height[..., None] * axis[:, None],
         frame=np.concatenate([lateral, axis[:, None]], axis=1),
         semi_axes=np.array(semi_axes)[scene_index],
-        principal=np.array(principal)[scene_index]
-        if any(scene.fruit.azimuth_deg for scene in distinct_scenes)
-        else None,
+        principal=np.array(principal)[scene_index] if is_rotated else None,
         sideways=scenes[0].sideways,
     )
 

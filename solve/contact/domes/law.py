@@ -130,9 +130,8 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) 
         # Per unit of vertical travel, each interference increases by the vertical component of its normal.
         rates=np.where(touching, np.einsum("pij,pj->pi", force_per_interference, state.approach.normal[..., 2]), 0.0),
         error=np.einsum("pij,pj->pi", np.abs(force_per_interference), interference_bound),
-        common_error=np.einsum(
-            "pij,pj->pi", force_per_interference, interference_bound
-        ),  # the errors of all interferences have the same sign
+        # Without absolute values, the errors of all interferences have the same sign.
+        common_error=np.einsum("pij,pj->pi", force_per_interference, interference_bound),
         flesh=np.einsum("pij,pj->pi", force_per_interference, law_spread_interference),
         contact_radius=contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
@@ -164,6 +163,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     axis convert them to constants for forces along the springs. Raises SolveError if Newton's method does not converge.
     Also raises SolveError if a dome does not touch, because its constants are then unknown.
     """
+    # The contrast law describes a level press above the apex.
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     fruit = fruit_under_domes(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, fruit)
@@ -239,11 +239,10 @@ class _Law:
             step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
             trial = self.evaluate(state.q + step, state.approach)
             increased = np.flatnonzero(np.abs(trial.residual).max(axis=1) > allowed_residual)
-            state = (
-                self._take_halved_step(state, np.asarray(step), increased, allowed_residual)
-                if increased.size
-                else trial
-            )
+            if increased.size:
+                state = self._take_halved_step(state, np.asarray(step), increased, allowed_residual)
+            else:
+                state = trial
         residual = np.abs(state.residual).max()
         hint = "press less deeply, or use stiffer springs"
         msg = f"domes: residual {residual:.1e} mm must be at most {tolerance:.0e} mm; {hint}"
