@@ -26,8 +26,8 @@ from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
 
-# Ratio of the error on the coarse grid to the difference between the two grids, if the error is proportional to the number
-# of cells per side to the power of -1.5.
+# Ratio of the error on the coarse grid to the difference between the two grids. The error is assumed proportional to
+# the number of cells per side to the power of -1.5.
 ERROR_RATIO = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
 COMPARED_POSES = 8  # approximate number of poses that are solved on both grids
 TINY_FORCE = 1e-300  # force that replaces 0 in a divisor [N]
