@@ -92,13 +92,13 @@ def bent_block(
     box = box_mesh(lines)
     mesh = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
     flat = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
-    bent = flat
-    normals = [(0.0, 0.0, -1.0) for _ in loads]  # upwards, because z points down
-    if fruit.radius_mm is not None:
-        bent = _bent_basis(mesh, shape)
-        if along_normals:
-            normals = [shape.normal(load.x, load.y) for load in loads]
-    return BentBlock(loads, normals, parities, lines, flat, bent)
+    is_curved = fruit.radius_mm is not None
+    bent = _bent_basis(mesh, shape) if is_curved else flat
+    if is_curved and along_normals:
+        normals = [shape.normal(load.x, load.y) for load in loads]
+    else:
+        normals = [(0.0, 0.0, -1.0) for _ in loads]  # upwards, because z points down
+    return BentBlock(loads=loads, normals=normals, parities=parities, lines=lines, flat=flat, bent=bent)
 
 
 def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:

@@ -63,15 +63,16 @@ def _lines_for_steps(
         required_marks = _required_marks(shape, centres[:, axis], axis, is_mirrored=mirrored[axis])
         marks = _drop_close_marks(required_marks, LEAST_STEP * smallest_deviation)
         step_size = _step_size(centres[:, axis], extent, smallest_deviation, steps)
+        # Each segment between two marks is graded by itself, so that grid lines pass through the marks.
         line = np.array(marks[:1])
         for start, stop in pairwise(marks):
             segment = graded_line(start, stop, step_size, steps.fraction)
             line = np.concatenate([line, segment[1:]])
         lines.append(line)
-    skin = fruit.skin_mm or 0.0
+    skin_thickness = fruit.skin_mm or 0.0
     step_size = _step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)
-    z_line = graded_line(skin, fruit.depth_mm, step_size, steps.fraction)
-    if skin:  # the skin is one layer of elements
+    z_line = graded_line(skin_thickness, fruit.depth_mm, step_size, steps.fraction)
+    if skin_thickness:  # the skin is one layer of elements
         z_line = np.concatenate([[0.0], z_line])
     return lines[0], lines[1], z_line
 

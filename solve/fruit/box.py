@@ -38,7 +38,7 @@ def graded_line(start: float, end: float, step_size: Callable[[Floats], Floats],
     # The margin makes the number of elements independent of rounding, so that scaled and mirrored boxes agree.
     element_count = max(1, int(fraction * np.ceil(step_count[-1] - 1e-6)))
     line = np.interp(np.linspace(0.0, step_count[-1], element_count + 1), step_count, samples)
-    line[0] = start
+    line[0] = start  # the ends are exact, despite round-off
     line[-1] = end
     return line
 

@@ -109,7 +109,9 @@ class FruitCompliance(Record):
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):
             return self
-        skin = self.skin and replace(self.skin, S=np.array([_grouped(S, groups) for S in self.skin.S]))
+        skin = self.skin
+        if skin is not None:  # the table has one compliance for each modulus of the flesh
+            skin = replace(skin, S=np.array([_grouped(S, groups) for S in skin.S]))
         return replace(
             self, tips=TIPS, S=_grouped(self.S, groups), shape_change=_grouped(self.shape_change, groups), skin=skin
         )

@@ -88,7 +88,7 @@ def curved_compliance(
     start = time.perf_counter()
     check_curved(fruit, footprints)
     may_be_rough = block.rough or tolerance > LARGEST_ERROR
-    for steps in (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,):
+    for steps in (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,):  # from coarse to fine
         shape = shape_change(fruit, footprints, steps, along_normals)
         S = block.S + shape.change
         errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
@@ -265,6 +265,6 @@ def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     representative = [normalised.index(column) for column in normalised]  # index of the first equal load
     distinct = sorted(set(representative))
     distinct_compliance = forces[:, distinct].T @ solve(forces[:, distinct])
-    row = [distinct.index(load) for load in representative]  # row of each load in the compliance of distinct loads
+    rows = [distinct.index(load) for load in representative]  # row of each load in the compliance of distinct loads
     relative_sign = signs * signs[representative]
-    return np.asarray(np.outer(relative_sign, relative_sign) * distinct_compliance[np.ix_(row, row)])
+    return np.asarray(np.outer(relative_sign, relative_sign) * distinct_compliance[np.ix_(rows, rows)])

@@ -150,7 +150,8 @@ class CurvedShape:
             return np.stack([x, y, skin_depth + z * (1.0 - skin_depth / depth)])
         a, b, c = self.semi_axes
         u, v = self.fruit.to_principal(x, y)
-        # 1 / cos(slope), the ratio of vertical thickness to normal thickness of the skin.
+        # The slope of the skin is |(u / a^2, v / b^2)| c^2 / h, with the height h = c - skin_depth above the centre.
+        # 1 / cos(slope) is the ratio of vertical thickness to normal thickness.
         secant = np.hypot(np.hypot(u / a**2, v / b**2) * c**2 / (c - skin_depth), 1.0)
         skin_base = skin_depth + skin_thickness * secant
         flesh_fraction = np.maximum(0.0, z - skin_thickness) / (depth - skin_thickness)  # 0 at the skin, 1 at the base
@@ -171,6 +172,7 @@ class CurvedShape:
         thickness = self.fruit.depth_mm
         cap_sine = math.sin(self.cap_angle)
         base_sine = math.sin(self.base_angle)
+        # Depths of the rims of cap and base, divided by the vertical semi-axis.
         rim_depth = 1.0 - math.cos(self.cap_angle)
         base_depth = 1.0 - math.cos(self.base_angle)
 

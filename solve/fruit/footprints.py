@@ -148,8 +148,8 @@ def node_remainder(
     nodes = np.where(is_beyond, -nodes, nodes)
 
     # Nodes that coincide to SAME_POINT decimals form one load. Adding 0 converts -0 to 0.
-    side = max(footprint.side for footprint in footprints)
-    rounded = np.round(nodes / side, SAME_POINT) + 0.0
+    largest_side = max(footprint.side for footprint in footprints)
+    rounded = np.round(nodes / largest_side, SAME_POINT) + 0.0
     _, first_node, load_of_node = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     load_compliances, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first_node], parities)
 
@@ -187,11 +187,11 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     half-space, it is 0. `per_side` is the number of nodes per side of a footprint. Raises SolveError if the forces have
     a large residual, which indicates an invalid scene.
     """
-    # Solve (I + Y G) F = Y d, as derived in the module docstring, for a unit indentation d of each footprint in turn.
+    # Solve (I + Y G) F = Y d for the nodal forces F under a unit indentation d of each footprint in turn. Y holds the
+    # stiffnesses of the footprints, and G the compliance that other tips and the finite size of the block add.
     G = remainder + half_space_coupling(footprints, poisson, per_side)
-    Y = block_diag(*(footprint.side * footprint.punch(per_side).stiffness for footprint in footprints)) / (
-        1.0 - poisson**2
-    )
+    stiffnesses = [footprint.side * footprint.punch(per_side).stiffness for footprint in footprints]
+    Y = block_diag(*stiffnesses) / (1.0 - poisson**2)
     unit_displacements = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
     system = np.eye(len(G)) + Y @ G
     right_side = Y @ unit_displacements

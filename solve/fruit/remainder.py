@@ -157,7 +157,8 @@ def _compliance_by_betti(
     base_u, base_t = base_fields
     v, side_forces, base_v = problem.solve(side_t, base_u, mirror)
     half_space_terms = _work(problem.base, base_t, base_u) - _work(problem.side, side_t, side_u).T
-    # In the last term, the nodal reactions of the base replace its tractions.
+    # `side_forces` and `base_v` are minus the half-space tractions and displacements. In the last term, the nodal
+    # reactions of the base replace its tractions.
     reactions = problem.stiffness @ v - side_forces
     return np.asarray(half_space_terms + side_forces.T @ v - base_v.T @ reactions)
 
@@ -264,6 +265,7 @@ def _projection(faces: FaceQuadrature, field: Floats, used_dofs: Ints, size: int
     `used_dofs` are used, and the others are 0; `size` is the total number of dofs. Unlike interpolation, this
     projection leaves an error that does no work on tractions of the same smoothness.
     """
+    # Indices: nodes b and d, facet f, quadrature point q.
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
     right_side = _load_vector(faces, field, size)
     displacements = np.zeros_like(right_side)

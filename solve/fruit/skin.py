@@ -77,20 +77,20 @@ def skin_compliance(
     start = time.perf_counter()
     moduli = table_moduli(fruit)
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
-    deviation = least_deviation(footprints[0])
+    smallest_deviation = least_deviation(footprints[0])
     # Wide loads need few elements, but must not reach the boundary of the fruit.
-    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, DEPTH_FRACTION * fruit.depth_mm / deviation)))
+    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, DEPTH_FRACTION * fruit.depth_mm / smallest_deviation)))
     local_change = _local_change(fruit, footprints, loads, layers, along_normals)
     fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
     coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
-    fine = body_change(fine_body, layers, BASIS_SIZES[0])
-    coarse = body_change(coarse_body, layers, BASIS_SIZES[1])
+    fine_change = body_change(fine_body, layers, BASIS_SIZES[0])
+    coarse_change = body_change(coarse_body, layers, BASIS_SIZES[1])
 
     # In the change from the mesh, the half-space part under smooth loads is replaced by the half-space part under tips.
-    table = flesh.S + fine + local_change.rigid - local_change.smooth - local_change.shell
+    table = flesh.S + fine_change + local_change.rigid - local_change.smooth - local_change.shell
     # Flesh softer than the design's range occurs only at the start of a curve of P; the error bars exclude it.
-    is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)
-    errors = _table_errors(table, fine - coarse, local_change, np.flatnonzero(is_in_range))
+    is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # the margin is for round-off
+    errors = _table_errors(table, fine_change - coarse_change, local_change, np.flatnonzero(is_in_range))
     skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
     status = f"{flesh.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
@@ -192,7 +192,7 @@ def _table_errors(table: Floats, mesh_differences: Floats, local_change: _LocalC
     of nodes, and the shell effect. `rows` holds the indices of the rows.
     """
     node_differences = local_change.rigid - local_change.fewer_nodes
-    pair_error = own_error = 0.0  # largest errors between two tips, and of a tip under its own load
+    pair_error = own_error = 0.0  # largest errors of a pair of tips, and of a single tip
     for row in rows:
         S = table[row]
         mesh_error = SAFETY * relative_changes(mesh_differences[row], S)
@@ -236,7 +236,9 @@ def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Float
 
     The result is the change times the modulus of the half-space [1/mm], with shape (layers, loads, loads).
     """
-    without_layer = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
+    poisson = layers[0].poisson_below
+    # A layer of the material below it has no effect.
+    without_layer = Layer(thickness=layers[0].thickness, modulus=1.0, poisson=poisson, poisson_below=poisson)
     S = np.empty((len(layers) + 1, len(loads), len(loads)))
     for layer_index, layer in enumerate((*layers, without_layer)):
         for i, displaced_load in enumerate(loads):

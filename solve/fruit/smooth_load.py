@@ -39,9 +39,9 @@ def smooth_loads(
     loads = []
     for footprint in footprints:
         widest = largest_ratio * least_deviation(footprint)
-        to_face = footprint.distance_to_edge(fruit) / DEVIATIONS_TO_FACE
-        to_neighbour = closest_spacing_ratio * footprint.side / DEVIATIONS_BETWEEN
-        loads.append(SmoothLoad(footprint.x, footprint.y, min(widest, to_face, to_neighbour)))
+        limit_at_face = footprint.distance_to_edge(fruit) / DEVIATIONS_TO_FACE
+        limit_at_neighbour = closest_spacing_ratio * footprint.side / DEVIATIONS_BETWEEN
+        loads.append(SmoothLoad(footprint.x, footprint.y, min(widest, limit_at_face, limit_at_neighbour)))
     return tuple(loads)
 
 
@@ -71,10 +71,10 @@ def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tup
     density = _normal_density(s - centre, deviation) + sign * _normal_density(s + centre, deviation)
     shapes = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
     element_forces = (0.5 * element_lengths * GAUSS_WEIGHTS * density) @ shapes.T
-    forces = np.zeros(len(nodes))
-    for node in range(3):
-        forces[node : node + 2 * len(element_lengths) : 2] += element_forces[:, node]
-    return nodes, forces
+    fractions = np.zeros(len(nodes))
+    for node in range(3):  # neighbouring elements share a node, so their contributions are added
+        fractions[node : node + 2 * len(element_lengths) : 2] += element_forces[:, node]
+    return nodes, fractions
 
 
 def _normal_density(distance: Floats, deviation: float) -> Floats:

@@ -89,13 +89,13 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
         return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
     # A sphere of radius r touches a surface of radius R at R / (R + r) times the offset of its axis from the apex.
     radius_along, radius_across = fruit.radii_mm
-    along = 1.0 / (1.0 + tips.dome_radius_mm / radius_along)
-    across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
+    fraction_along = 1.0 / (1.0 + tips.dome_radius_mm / radius_along)
+    fraction_across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
     side = DOME_CIRCLE * tips.side_mm
     footprints = []
     for dome_axis in tips.places_mm:
         u, v = fruit.to_principal(*dome_axis)  # the axis of the dome, in the principal directions of the fruit
-        footprints.append(Footprint(*fruit.from_principal(along * u, across * v), side, circle_punch))
+        footprints.append(Footprint(*fruit.from_principal(fraction_along * u, fraction_across * v), side, circle_punch))
     return tuple(footprints)
 
 
@@ -152,7 +152,7 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
         if errors.pair <= tolerance and max(errors) <= limit:
             break
     # Prefer levels whose errors are within the limit, and among them the level with the smallest pair error.
-    mesh_compliance, errors = min(candidates, key=lambda level: (max(level[1]) > limit, level[1].pair))
+    mesh_compliance, errors = min(candidates, key=lambda candidate: (max(candidate[1]) > limit, candidate[1].pair))
     if max(errors) > limit:
         hint = "use a thicker fruit, or move the tips farther from its edges and from each other"
         raise validation_error(
@@ -214,15 +214,15 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     node_error = max(footprint.punch(node_count).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
     # This array and those below hold one value per pair of tips, followed by one value per tip.
-    remainder = relative_changes(fine - half_space, fine)
+    relative_remainder = relative_changes(fine - half_space, fine)
     if grading == ROUGH:
-        error = ROUGH_ERROR * float(remainder.max()) + node_error
+        error = ROUGH_ERROR * float(relative_remainder.max()) + node_error
         return Errors(error, error)
     smallest_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # scales with the step like the error
-    smallest_difference = smallest_fraction * 0.5 * (remainder + remainder.max())
+    smallest_difference = smallest_fraction * 0.5 * (relative_remainder + relative_remainder.max())
     coarse = footprint_compliance(fruit, footprints, grading.coarser()).S
-    difference = relative_changes(fine - coarse, fine)
-    return largest_errors(SAFETY * np.maximum(difference, smallest_difference) + node_error, len(footprints))
+    relative_difference = relative_changes(fine - coarse, fine)
+    return largest_errors(SAFETY * np.maximum(relative_difference, smallest_difference) + node_error, len(footprints))
 
 
 def largest_errors(errors: Floats, tips: int) -> Errors:
