@@ -1,6 +1,6 @@
 """Tip forces of one sensor in many poses: tilted in any direction, off centre, and on fruits of different shapes.
 
-Domes obey a law in closed form. Flat tips are solved on contact cells. All poses share one coarse grid of cells, which
+Domes obey the dome law. All other tips are solved on contact cells, and all poses share one coarse grid of cells, which
 is fixed to the fruit. To estimate the error, some poses from the most to the least tilted are also solved on a finer
 grid.
 """
@@ -109,7 +109,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
             check_scene(scenes_of_stands[pose.stand])
     scenes = [scenes_of_stands[pose.stand] for pose in poses]
     C = np.asarray(C, dtype=np.float64)
-    if compliance.skin is not None:  # the table of a skin is first evaluated at each modulus
+    if compliance.skin is not None:  # the compliance under a skin is first evaluated at each modulus
         return _forces_under_skin(scene, compliance, C, poses)
     if scene.on_domes:
         return _dome_forces(scene, compliance, C, poses, scenes)

@@ -23,8 +23,8 @@ from solve.fruit.compliance import FruitCompliance
 # Ratio of the error bar to the difference between the coarse and the fine grid. With convergence of order 1.5, the
 # error of the fine grid is 1.4 times this difference. tests/solve/contact/test_response.py checks SAFETY and RIM.
 SAFETY = 1.5
-# Relative error of the force on a sphere, times the number of touching cells. It exists because the edge of the contact
-# crosses cells.
+# Relative error of the force on a sphere, times the number of touching cells. The edge of the contact, which crosses
+# cells, causes this error.
 RIM = 0.15
 
 

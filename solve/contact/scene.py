@@ -1,7 +1,7 @@
 """A contact scene: the fruit, the tips, their motion, and the initial gap between tips and fruit.
 
 The travel x is measured at the middle of the tips, from the first touch of a level sensor. Tilt and roll rotate the
-sensor about this middle. The tilt is the inclination along the tips, and the roll is the inclination across them.
+sensor about this point. The tilt is the inclination along the tips, and the roll is the inclination across them.
 """
 
 import functools
@@ -20,7 +20,7 @@ from solve.fruit.curved_shape import fruit_gap, fruit_slope
 
 Point = tuple[float, float]  # along the tips, across
 
-# Largest slope at which the small-slope approximation is used for gaps and forces. There, 1 / cos - 1 is 6 %.
+# Largest slope at which the small-slope approximation is used for gaps and forces. 1 / cos(slope) - 1 is then 6 %.
 STEEPEST_DEG = 20.0
 
 
@@ -29,8 +29,8 @@ class LateralCompliance:
     """The compliance of tips on their springs under lateral forces, in addition to the compliance along the press.
 
     The last two axes of `compliance` (tips, tips, 3, 3) [mm/N] are the directions along the tips, across them, and up
-    the sensor. It applies at the faces of flat tips, and at the sphere centres of domes. The entries for motion up
-    under forces up are 0, because the compliance of the springs includes them. `error` [1] is the relative error.
+    the sensor. It applies at the faces of flat tips, and at the sphere centres of domes. The entries for upward motion
+    under upward forces are 0, because the compliance of the springs includes them. `error` [1] is the relative error.
     """
 
     compliance: Floats

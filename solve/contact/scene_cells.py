@@ -234,8 +234,8 @@ def initial_gap(scene: Scene, grid_scene: Scene, cells: ContactCells) -> Floats:
     return scene.fruit_gap(*(cells.points + shift).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
 
 
-# A run presses a scene several times: on its own springs, on the paper's springs, and at full travel. The cells take 2
-# s.
+# A run presses a scene on its own springs, on the paper's springs, and at full travel. The cells are cached, because
+# their compliance takes 2 s to compute.
 @functools.lru_cache(maxsize=8)
 def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _GridLayout) -> ContactCells:
     """Return the cells of one grid on footprints of a block, with an optional layer of skin.

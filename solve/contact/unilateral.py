@@ -31,7 +31,7 @@ class IndefiniteCellsError(SolveError):
 
     def __init__(self) -> None:
         """Compose the message, which includes a hint for the user."""
-        hint = "use a fruit that is lower for its length and width, or larger tips"
+        hint = "use a fruit with a smaller height relative to its length and width, or use larger tips"
         super().__init__(f"unilateral contact: the compliance of the cells must be positive definite; {hint}")
 
 

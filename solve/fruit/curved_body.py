@@ -3,11 +3,11 @@
 A mesh of the block and the same mesh bent into the fruit are solved under the same loads, so that common errors cancel.
 The loads are smooth: each tip is replaced by a normal distribution in plan, which few elements resolve. A rigid tip has
 a sharper load. The additional effect of slope and curvature under it has a closed form
-(`sensor/theory/sloped_skin.py`). The pressure under a rigid tip may be taken from the block, because the change is
+(`sensor/theory/sloped_skin.py`). The pressure under a rigid tip on the block can be used, because the change is
 stationary with respect to the pressure.
 
 Flat tips are guided, and move vertically. Domes press and move along the normal at their contact, so their loads and
-displacements are taken along the normals of the skin. E = 1 throughout.
+displacements are along the normals of the skin. E = 1 throughout.
 """
 
 import functools

@@ -4,10 +4,10 @@ As in `solve/fruit/curved_body.py`, a mesh is solved under smooth loads, with an
 concentrated near a tip, where it equals the change of a layered half-space (`solve/halfspace/layered.py`). The
 remaining error is therefore small.
 
-Let m be the modulus of the skin divided by the modulus of the flesh. The stiffness matrix is K + m K_skin. It is solved
-for a few m, and these solutions are the basis of a reduced-order model for all m (Galerkin's method). The compliance is
-an energy, so its error is of the order of the square of the error in the reduced solution. All compliances are
-multiplied by E.
+Let m be the modulus of the skin divided by the modulus of the flesh. The stiffness matrix is K_flesh + m K_skin. It is
+solved for a few m, and these solutions are the basis of a reduced-order model for all m (Galerkin's method). The
+compliance is an energy, so its error is of the order of the square of the error in the reduced solution. All
+compliances are multiplied by E.
 """
 
 import time

@@ -50,8 +50,8 @@ MOST_DOFS = 60_000  # maximum number of dofs of the finer levels; this many need
 # With fourth-order convergence, its error is 0.46 times the difference; the error bar is about twice as large. See
 # tests/reference/fits/test_fruit.py.
 SAFETY = 0.9
-# Floor on the difference between two meshes on the coarsest level, because a smaller difference may be accidental. It
-# is relative to the mean of two remainders: the value's own, and the largest of all values.
+# Smallest difference between two meshes that is assumed on the coarsest level, because a smaller one may be accidental.
+# It is a fraction of the mean of two remainders: the remainder of the value itself, and the largest of all remainders.
 LEAST_STEP = 1e-3
 ORDER = 4  # order of convergence of the remainder in the grading step
 # The only mesh for loose tolerances. ROUGH_ERROR is the largest ratio of error to remainder in 280 random scenes; in 40
@@ -59,7 +59,7 @@ ORDER = 4  # order of convergence of the remainder in the grading step
 ROUGH = Grading(1.0, (0.7, 0.3))
 ROUGH_ERROR = 0.01
 NODE_ERROR = 1e-5  # relative error due to the finite numbers of nodes per footprint: twice 5e-6
-# Spacing [sides] below which more nodes do not reduce the error. Boundary elements differ by 7e-4 at 1.05 sides.
+# Spacing [sides] below which more nodes do not reduce the error. Boundary elements differ by 7e-4 at a spacing of 1.05.
 CLOSE_SPACING = 1.1
 CLOSE_SPACING_ERROR = 1.5e-3  # relative error added below this spacing
 # Height [sides] below which the remainder is as large as the half-space part, and needs smaller steps.

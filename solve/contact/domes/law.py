@@ -47,12 +47,12 @@ MOST_STEPS = 60  # maximum number of Newton steps
 INITIAL_STEPS = 5  # number of Newton steps for the initial guess, which treats each dome separately
 HALVINGS = 12  # maximum number of halvings of a Newton step
 # Relative change in the added compliance if a contact is not where the compliance was solved. The change is the factor
-# times the increase in squared distance from the middle, divided by the squared size of the fruit. See
+# times the increase in squared distance from the middle, divided by the squared distance to the boundary. See
 # tests/reference/fits/test_contact.py.
 MOVED_CONTACT_FACTOR = 2.0
 # Factors in the error bounds of neglected terms. tests/solve/contact/domes/test_law.py compares them with contact
 # cells.
-VARIATION_OVER_CONTACT = 0.25  # variation of the added deflection over a contact, as a factor of (a / size)^2
+VARIATION_OVER_CONTACT = 0.25  # variation of the added deflection over a contact, divided by (a / boundary_distance)^2
 NEXT_MOMENT_FACTOR = 0.5  # terms of the crosstalk in the fourth power of a
 DEPTH_FRACTION = 7e-4  # all smaller terms, as a fraction of the depth
 RESIDUAL_LIMIT = 1e-12  # largest residual divided by the largest coordinate of a dome, unless round-off is larger
@@ -419,7 +419,7 @@ class _Law:
         """
         fruit = self._fruit
         shift = np.linalg.norm(state.approach.foot[..., :2] - fruit.contact_points, axis=-1)
-        # Upper bound on the increase in squared distance from the middle, divided by the squared size.
+        # Upper bound on the increase in squared distance from the middle, divided by the squared boundary distance.
         increase = shift * (shift + 2.0 * np.linalg.norm(fruit.contact_points, axis=-1)) / fruit.boundary_distance**2
         larger = np.maximum(increase[:, :, None], increase[:, None, :])
         return np.asarray(MOVED_CONTACT_FACTOR * larger * np.abs(fruit.remainder))
