@@ -18,13 +18,11 @@ from solve.contact.scene import LateralCompliance, Scene
 from solve.fruit.curved_shape import ellipsoid_curvatures
 from solve.linear import SolveError
 
-TOUCH_STEPS = (
-    12  # maximum number of Newton steps to a first touch; a plane takes two, and an ellipsoid takes about five
-)
+# Maximum number of Newton steps to a first touch. A plane takes two steps, and an ellipsoid takes about five.
+TOUCH_STEPS = 12
 TOUCH_LIMIT = 1e-10  # largest overlap at a first touch [mm]
-FOOT_STEPS = (
-    8  # maximum number of Newton steps to a nearest point; a sphere takes one, and a 2 : 1 ellipsoid takes four
-)
+# Maximum number of Newton steps to a nearest point. A sphere takes one step, and a 2 : 1 ellipsoid takes four.
+FOOT_STEPS = 8
 # Step at convergence divided by the smallest squared semi-axis: a few units of round-off.
 FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)
 
