@@ -13,7 +13,8 @@ def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
     """Return the height [mm] of a tip's face above its lowest point; it is infinite outside the face.
 
     The points x (along the tips) and y (across) [mm] are relative to the centre of the tip. The face is a surface of
-    revolution, or a square face whose sections along x and y are the same meridian.
+    revolution, or a square face whose sections along x and y are the same meridian. A meridian consists of arcs and
+    straight pieces.
     """
     r = np.asarray(np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y)))
     gap = np.full_like(r, np.inf)

@@ -75,9 +75,9 @@ def contact_cells(
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
-    middle = 0.5 * (edges[1:] + edges[:-1])
+    interval_centres = 0.5 * (edges[1:] + edges[:-1])
     unit_areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
-    cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
+    cell_centres = np.stack(np.meshgrid(interval_centres, interval_centres, indexing="ij"), axis=-1).reshape(-1, 2)
 
     # The smooth parts are known between nodes. The nodal polynomials average them over cells.
     cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)

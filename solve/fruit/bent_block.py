@@ -18,7 +18,7 @@ from solve.fruit.box import Lines, box_mesh
 from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.footprints import Footprint, level_parities, mirror_images
 from solve.fruit.remainder import VOLUME_ORDER, Parity, mirror_dofs
-from solve.fruit.smooth_load import SmoothLoad, line_forces
+from solve.fruit.smooth_load import SmoothLoad, line_fractions
 from solve.linear import SolveError
 
 # Factor on the maximum number of dofs if the principal directions of a fruit are rotated, so that it has no mirror
@@ -63,7 +63,7 @@ class BentBlock:
                 for axis, centre in enumerate((load.x, load.y)):
                     # The mirror image of the component normal to the plane has the opposite sign.
                     sign = -parity[axis] if axis == component else parity[axis]
-                    nodes, fractions = line_forces(self.lines[axis], centre, load.deviation, sign)
+                    nodes, fractions = line_fractions(self.lines[axis], centre, load.deviation, sign)
                     # Each dof on the top face is at the coordinate of one node of the line.
                     node_of_dof = np.abs(self.flat.doflocs[axis, top_dofs, None] - nodes).argmin(axis=1)
                     nodal_forces *= fractions[node_of_dof]

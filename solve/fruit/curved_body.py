@@ -238,6 +238,7 @@ def curvature_correction(
     upwards = [(0.0, 0.0, -1.0) for _ in loads]  # normals of the block, with z down
 
     def change_of_parity(parity: Parity) -> Floats:
+        """Return the part of the change that the loads of one parity cause, (loads, loads) [1/mm]."""
         fixed = body.fixed_dofs(parity)
         factor = factorise(block_matrix, fixed)
         block_compliance = _compliance(body.forces(parity, upwards), factor.solve)

@@ -81,8 +81,9 @@ class _BoundaryProblem:
     def solve(self, side_traction: Floats, base_displacement: Floats, mirror: Ints) -> tuple[Floats, Floats, Floats]:
         """Return the remainder v, its nodal forces on the sides, and its displacement on the base, (dofs, loads).
 
-        The remainder cancels the half-space tractions on the sides and the half-space displacements on the base. The
-        dofs `mirror` are zero. Raises SolveError if the solve does not converge.
+        The remainder cancels the half-space tractions on the sides and the half-space displacements on the base, both
+        (loads, 3, facets, q). `mirror` holds the dofs that are zero on the mirror planes. Raises SolveError if the
+        solve does not converge.
         """
         clamped = self.basis.get_dofs("base").all()
         side_forces = -_load_vector(self.side, side_traction, self.basis.N)
@@ -150,8 +151,8 @@ def _compliance_by_betti(
 
         int_base t^k . u^j - int_sides t^j . u^k - int_sides t^k . v^j + int_base t(v^j) . u^k.
 
-    `side_fields` and `base_fields` hold u and t on the sides and on the base. The dofs `mirror` are zero. Raises
-    SolveError if the solve for v does not converge.
+    `side_fields` and `base_fields` hold u and t on the sides and on the base. `mirror` holds the dofs that are zero on
+    the mirror planes. Raises SolveError if the solve for v does not converge.
     """
     side_u, side_t = side_fields
     base_u, base_t = base_fields

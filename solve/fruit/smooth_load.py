@@ -53,7 +53,7 @@ def least_deviation(footprint: Footprint) -> float:
     return 0.5 * footprint.side * footprint.punch(FEWEST_NODES).flat_stiffness / math.sqrt(math.pi)
 
 
-def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tuple[Floats, Floats]:
+def line_fractions(line: Floats, centre: float, deviation: float, sign: int) -> tuple[Floats, Floats]:
     """Return the nodes of quadratic elements along one axis [mm], and the fraction of a unit load on each [1].
 
     `line` [mm] holds the ends of the elements. The load is normally distributed around `centre` [mm] with the standard

@@ -263,8 +263,8 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
     # Heights of the sphere centres above the origin, along the axis.
     height = radius - np.array([scene.height_offsets_mm for scene in distinct_scenes])[scene_index]
 
-    # `lateral` holds the images of the x and y directions under the smallest rotation that takes the vertical to the
-    # axis.
+    # `lateral` holds the images of the x and y directions v under the smallest rotation from the vertical z to the axis
+    # a, which are v - (a . v) (a + z) / (1 + a . z).
     bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     lateral = np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None]
 

@@ -73,9 +73,9 @@ class LargeStrain:
 def large_strain(contact_radius: Floats, dome_radius: float, curvature: Floats, poisson: float) -> LargeStrain:
     """Return the corrections of Hertz's law for large strain, at Hertz's contact radii `contact_radius` [mm].
 
-    `dome_radius` [mm] is the radius of the domes. `curvature` [1/mm] is the curvature of the fruit, with the same
-    shape as `contact_radius`. `poisson` is Poisson's ratio of the flesh. Outside the range of the fit, g keeps its
-    value at the end of the range. Its error bound then includes all of g - 1.
+    `dome_radius` [mm] is the radius of the domes. `curvature` [1/mm] is the curvature of the fruit, with the same shape
+    as `contact_radius`. `poisson` is Poisson's ratio of the flesh. Outside the range of the fit, the factor g of the
+    force keeps its value at the end of the range. Its error bound then includes all of g - 1.
     """
     s = contact_radius / dome_radius
     t = contact_radius * curvature

@@ -272,9 +272,10 @@ class _Law:
     ) -> _DomeState:
         """Return the state after a step (poses, tips) [mm] that is halved in some poses.
 
-        `increased` holds the indices of the poses whose residual the full step increases. In these poses, the step is
-        halved up to HALVINGS times, until the residual is at most `allowed_residual` (poses,) [mm]. The last step is
-        used even if its residual is larger. `step` is modified in place.
+        `state` is the state before the step. `increased` holds the indices of the poses whose residual the full step
+        increases. In these poses, the step is halved up to HALVINGS times, until the residual is at most
+        `allowed_residual` (poses,) [mm]. The last step is used even if its residual is larger. `step` is modified in
+        place.
         """
         for _ in range(HALVINGS):
             step[increased] *= 0.5
@@ -294,8 +295,9 @@ class _Law:
     def evaluate(self, q: Floats, previous: DomeApproach) -> _DomeState:
         """Return the domes at trial indentations q (poses, tips) [mm], with the residuals of their equations.
 
-        The residual is b_i - q_i - sum_j (B_ij + k_ij) N_j / E, as in the module docstring. The springs deflect under
-        forces along the normals of the `previous` approach. At equilibrium, these normals agree with the new ones.
+        The residual is b_i - q_i - sum_j (B_ij + k_ij) N_j / E. Here b is the interference, N the normal force, and B +
+        k the compliance between contacts, times E. The springs deflect under forces along the normals of the `previous`
+        approach. At equilibrium, these normals agree with the new ones.
         """
         N = self._local_contact(q, previous).N
         displacements = np.tensordot(N[..., None] * previous.direction, self._compliance, axes=((1, 2), (1, 3)))
@@ -304,6 +306,7 @@ class _Law:
 
         # The other domes tilt the surface under a dome by `slope`. This moves the contact by `shift`, which is the
         # relative radius of curvature times the slope, and reduces the interference.
+        # Indices: pose p, tips i and j, coordinate k.
         vectors, distance = _vectors_between(approach.foot)
         slope = self._point_load * np.einsum("pij,pijk->pik", N[:, None] / distance**3, vectors) / self._E[..., None]
         shift = approach.radius[..., None] * slope
@@ -347,8 +350,8 @@ class _Law:
             return self._local_contact_under_skin(depth, approach, self._fruit.skin_contact)
         radius = np.sqrt(approach.radius * depth)
         strain = self._large_strain(radius, approach)
-        # Hertz's force is 4/3 E* a depth, and its derivative 2 E* a, because a is sqrt(R depth). Since g depends on a,
-        # dN/d(depth) is 2 E* a (g + dg/d(ln a) / 3).
+        # Hertz's force is 4/3 E* a depth, and its derivative 2 E* a, because a is sqrt(R depth). The force is therefore
+        # the derivative times depth / 1.5. Since g depends on a, dN/d(depth) is 2 E* a (g + dg/d(ln a) / 3).
         hertz_stiffness = 2.0 * self._E / (1.0 - self._fruit.poisson**2) * radius
         stiffness = hertz_stiffness * (strain.factor + strain.slope / 3.0) / approach.depth_ratio
         N = strain.factor * hertz_stiffness * depth / 1.5

@@ -25,7 +25,7 @@ from solve.fruit.curved_body import (
 )
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.footprints import Footprint
-from solve.fruit.smooth_load import line_forces, smooth_loads
+from solve.fruit.smooth_load import line_fractions, smooth_loads
 from solve.fruit.split import (
     LEVELS,
     contact_footprints,
@@ -117,7 +117,7 @@ def test_what_is_not_solved_is_refused(fruit, tips, field):
 
 def test_shares_of_a_line_are_the_moments_of_the_load():
     """Quadratic functions are carried exactly: weight 1, centre and variance of the normal distribution."""
-    nodes, shares = line_forces(np.array([-10.0, -3.0, 2.0, 3.5, 10.0]), 2.0, 0.6, 0)
+    nodes, shares = line_fractions(np.array([-10.0, -3.0, 2.0, 3.5, 10.0]), 2.0, 0.6, 0)
     assert shares.sum() == pytest.approx(1.0, rel=1e-9)
     assert shares @ nodes == pytest.approx(2.0, rel=1e-9)
     assert shares @ (nodes - 2.0) ** 2 == pytest.approx(0.36, rel=1e-9)
