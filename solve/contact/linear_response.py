@@ -84,10 +84,10 @@ def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Flo
     `values` and the forces F have shape (..., tips), so the ratio has shape (...). It is nan if any tip is out of
     contact.
     """
-    touching = (F > 0.0).all(axis=-1)
+    is_touching = (F > 0.0).all(axis=-1)
     high = values[..., list(groups.high)].mean(axis=-1)
     low = values[..., list(groups.low)].mean(axis=-1)
-    return np.asarray(np.divide(high, low, out=np.full(touching.shape, np.nan), where=touching))
+    return np.asarray(np.divide(high, low, out=np.full(is_touching.shape, np.nan), where=is_touching))
 
 
 def response_of_forces(
@@ -151,21 +151,21 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     the Cholesky factor finds the tips in contact.
     """
     # All tips touch if the forces are compressive under the assumption that all tips touch.
-    touching = travel @ np.linalg.inv(compliance).T > 0.0
-    is_partial = ~touching.all(axis=1)  # travels at which only some tips touch
+    is_touching = travel @ np.linalg.inv(compliance).T > 0.0
+    is_partial = ~is_touching.all(axis=1)  # travels at which only some tips touch
     lower = cholesky(compliance, lower=True)
     if is_partial.any():
         from scipy.optimize import nnls  # rarely needed, and slow to load
 
         for row in np.flatnonzero(is_partial):
             forces, _ = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))
-            touching[row] = forces > 0.0
+            is_touching[row] = forces > 0.0
 
     # All travels at which the same tips touch have the same stiffness matrix.
-    F = np.zeros(touching.shape)
-    rates = np.zeros(touching.shape)
-    for touching_tips in np.unique(touching, axis=0):
-        rows = (touching == touching_tips).all(axis=1)
+    F = np.zeros(is_touching.shape)
+    rates = np.zeros(is_touching.shape)
+    for touching_tips in np.unique(is_touching, axis=0):
+        rows = (is_touching == touching_tips).all(axis=1)
         entries = np.ix_(rows, touching_tips)
         stiffness = np.linalg.inv(compliance[np.ix_(touching_tips, touching_tips)])
         F[entries] = np.maximum(travel[entries] @ stiffness.T, 0.0)

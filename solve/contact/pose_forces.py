@@ -181,7 +181,7 @@ def _dome_forces(
     """
     E = np.array([pose.E for pose in poses])
     travel = np.array([pose.travel for pose in poses])
-    fruit = fruit_under_domes(scene, compliance, [posed.fruit for posed in scenes])
+    fruit = fruit_under_domes(scene, compliance, [scene_of_pose.fruit for scene_of_pose in scenes])
     domes = dome_forces(dome_poses(scenes, travel), E, C, fruit)
     face_diameter = domes.face.max(axis=1)
     is_off_face = face_diameter > scene.tips.side_mm
@@ -210,18 +210,18 @@ def _cell_forces(
     """
     largest_travel = max(pose.travel for pose in poses)
     # An overlap is farthest from the centre of its tip in the steepest pose, which therefore determines the footprints.
-    tilts = [float(np.hypot(*posed.tilt_tangents)) for posed in scenes]
-    steepest = scenes[tilts.index(max(tilts))]
-    grid_scene = dataclasses.replace(scene, press=steepest.press)
-    is_half = all(posed.mirrored for posed in scenes)
-    coarse, fine = scene_cells(grid_scene, compliance, largest_travel, is_half)
-    F, area = _grid_forces(grid_scene, coarse, C, poses, scenes)
+    tilts = [float(np.hypot(*scene_of_pose.tilt_tangents)) for scene_of_pose in scenes]
+    steepest_scene = scenes[tilts.index(max(tilts))]
+    grid_scene = dataclasses.replace(scene, press=steepest_scene.press)
+    is_half = all(scene_of_pose.mirrored for scene_of_pose in scenes)
+    coarse_grid, fine_grid = scene_cells(grid_scene, compliance, largest_travel, is_half)
+    F, area = _grid_forces(grid_scene, coarse_grid, C, poses, scenes)
 
     # About COMPARED_POSES poses, spread evenly from the most to the least tilted one, are solved on the finer grid too.
     order = np.argsort(tilts)[::-1]
     compared_poses = order[:: max(1, len(order) // COMPARED_POSES)]
     fine_F, _ = _grid_forces(
-        grid_scene, fine, C, [poses[i] for i in compared_poses], [scenes[i] for i in compared_poses]
+        grid_scene, fine_grid, C, [poses[i] for i in compared_poses], [scenes[i] for i in compared_poses]
     )
 
     moduli = np.array([pose.E for pose in poses])

@@ -82,9 +82,9 @@ def contact_cells(
     # The smooth parts are known between nodes. The nodal polynomials average them over cells.
     cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
     to_cells = block_diag(*[np.kron(cell_means, cell_means)] * len(footprints))
-    within_tips = _compliance_within_tips(fruit, sides, edges, cell_centres, layer)
-    smooth = smooth_compliance(fruit, tuple(footprints), grading)
-    compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
+    part_within_tips = _compliance_within_tips(fruit, sides, edges, cell_centres, layer)
+    smooth_part = smooth_compliance(fruit, tuple(footprints), grading)
+    compliance = part_within_tips + np.asarray(to_cells @ smooth_part @ to_cells.T)
 
     return ContactCells(
         points=(sides[:, None, None] * cell_centres + centres[:, None]).reshape(-1, 2),

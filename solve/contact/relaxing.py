@@ -46,10 +46,13 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
     linear between the times. Raises SolveError if no equilibrium between springs and flesh is found, or if the contact
     of a dome shrinks.
     """
-    coarse = _forces_of_growing_contacts(law, relaxation, E, times, travel)
-    fine = _forces_of_growing_contacts(law, relaxation, E, _with_midpoints(times), _with_midpoints(travel))[:, ::2]
-    correction = (fine - coarse) / 3.0  # Richardson extrapolation for an error proportional to the step squared
-    return TimedForces(F=fine + correction, error=np.abs(correction))
+    coarse_forces = _forces_of_growing_contacts(law, relaxation, E, times, travel)
+    fine_times = _with_midpoints(times)
+    fine_forces = _forces_of_growing_contacts(law, relaxation, E, fine_times, _with_midpoints(travel))
+    fine_forces = fine_forces[:, ::2]  # without the midpoints
+    # Richardson extrapolation for an error proportional to the step squared.
+    correction = (fine_forces - coarse_forces) / 3.0
+    return TimedForces(F=fine_forces + correction, error=np.abs(correction))
 
 
 def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction: Floats | float = 0.0) -> Floats:

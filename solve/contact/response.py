@@ -68,31 +68,39 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     """Return the response on the finer of two grids of cells, at the moduli [MPa] and travels x [mm].
 
     The error is SAFETY times the difference between the two grids, plus the errors that the edge of the contact and the
-    compliance cause. C (tips, tips) [mm/N] is the compliance of the springs. Raises the same errors as
-    `scene_response`.
+    compliance cause. C (tips, tips) [mm/N] is the compliance of the springs. Raises InputError if a tip meets the fruit
+    at more than 20 deg, or the scene is outside the domain of the contact solver. Raises SolveError if a solve does not
+    converge.
     """
     start = time.perf_counter()
     coarse_grid, fine_grid = scene_cells(scene, compliance, float(x.max(initial=0.0)))
-    coarse = _grid_response(scene, coarse_grid, C, moduli, x)
-    fine = _grid_response(scene, fine_grid, C, moduli, x)
+    coarse_response = _grid_response(scene, coarse_grid, C, moduli, x)
+    fine_response = _grid_response(scene, fine_grid, C, moduli, x)
 
-    touching = fine.F > 0.0
+    is_touching = fine_response.F > 0.0
     # A tip out of contact has the difference -1, which the maximum over tips ignores.
-    F_differences = np.divide(np.abs(fine.F - coarse.F), fine.F, out=np.full(fine.F.shape, -1.0), where=touching)
+    F_differences = np.divide(
+        np.abs(fine_response.F - coarse_response.F),
+        fine_response.F,
+        out=np.full(fine_response.F.shape, -1.0),
+        where=is_touching,
+    )
     # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P is used, so that
     # the error is large.
-    coarse_P = np.where(np.isnan(coarse.P), 2.0 * fine.P, coarse.P)
-    P_differences = np.nan_to_num(np.abs(fine.P / coarse_P - 1.0))
+    coarse_P = np.where(np.isnan(coarse_response.P), 2.0 * fine_response.P, coarse_response.P)
+    P_differences = np.nan_to_num(np.abs(fine_response.P / coarse_P - 1.0))
     # The differences change sign within the table, so a small value may be accidental. Each value is therefore replaced
-    # by the largest of its neighbours.
+    # by the largest value among itself and its neighbours.
     F_difference = _neighbour_maximum(F_differences.max(axis=2))
     P_difference = _neighbour_maximum(P_differences)
+    info = fine_response.info
+    status = _cell_status(scene, fine_response.cells)
     return replace(
-        fine,
-        F_error=fine.F_error + SAFETY * F_difference + compliance.error_pair,
-        P_error=fine.P_error + SAFETY * P_difference + compliance.error_pair,
-        P_step=1.0 - coarse.P / fine.P,
-        info=replace(fine.info, seconds=time.perf_counter() - start, status=_cell_status(scene, fine.cells)),
+        fine_response,
+        F_error=fine_response.F_error + SAFETY * F_difference + compliance.error_pair,
+        P_error=fine_response.P_error + SAFETY * P_difference + compliance.error_pair,
+        P_step=1.0 - coarse_response.P / fine_response.P,
+        info=replace(info, seconds=time.perf_counter() - start, status=status),
     )
 
 
@@ -118,8 +126,9 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     """Return the response of domes by the dome law, at the moduli [MPa] and travels x [mm].
 
     C (tips, tips) [mm/N] is the compliance of the springs. The error bounds are the bounds of the law. The relative
-    error of P is twice the largest relative error of a force, because P is a ratio of two mean forces. Raises the same
-    errors as `scene_response`.
+    error of P is twice the largest relative error of a force, because P is a ratio of two mean forces. Raises
+    InputError if a tip meets the fruit at more than 20 deg, or a contact reaches the edge of a face. Raises SolveError
+    if Newton's method does not converge.
     """
     start = time.perf_counter()
     check_scene(scene)

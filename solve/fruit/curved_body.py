@@ -136,9 +136,9 @@ def shape_change(
     # Under domes, the loads are inclined, and their effect on a neighbour depends on their width. They therefore have
     # the smallest width, which is the width of the contact.
     loads = smooth_loads(fruit, footprints, 1.0) if along_normals else smooth_loads(fruit, footprints)
-    fine, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
-    coarser = replace(steps, fraction=COARSER * steps.fraction)
-    coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
+    fine_change, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
+    coarser_steps = replace(steps, fraction=COARSER * steps.fraction)
+    coarse_change, _ = curvature_correction(fruit, footprints, loads, coarser_steps, along_normals)
 
     # Only the compliance of a tip under its own load depends on how the load is distributed.
     rigid_tip_changes = np.zeros(len(loads))
@@ -146,8 +146,8 @@ def shape_change(
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
         rigid_tip_changes[i], rigid_tip_bounds[i] = _sharpness_correction(fruit, footprint, load, along_normals)
     return ShapeChange(
-        change=fine + np.diag(rigid_tip_changes),
-        step=fine - coarse,
+        change=fine_change + np.diag(rigid_tip_changes),
+        step=fine_change - coarse_change,
         bound=np.diag(rigid_tip_bounds),
         dofs=dofs,
     )
@@ -202,19 +202,19 @@ def _sharpness_correction(
     curvature = shape.mean_curvature(footprint.x, footprint.y)
     deviation = least_deviation(footprint)
     # R. A normal distribution with this standard deviation has the compliance of the rigid tip.
-    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation
+    rigid_compliance = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation
     ratio = deviation / load.deviation  # S / R
     if along_normals:
-        smooth = rigid * ratio  # S
-        slope_term = smooth * (1.0 - stretch_factor(slope))
+        smooth_compliance = rigid_compliance * ratio  # S
+        slope_term = smooth_compliance * (1.0 - stretch_factor(slope))
         slope = 0.0  # load and displacement are along the normal, so relative to them there is no slope
     else:
-        rigid_minus_smooth = rigid * (1.0 - ratio)
+        rigid_minus_smooth = rigid_compliance * (1.0 - ratio)
         slope_term = rigid_minus_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
     # Curvature acts through the mean of ln(distance) over a load, which differs between the tip and the smooth load.
     log_difference = -math.log(ratio) - LOG_OFFSET
     curvature_term = log_coefficient(fruit.poisson, slope) * curvature * log_difference
-    bound = rigid * (FLOOR + SECOND_ORDER * (footprint.side * curvature) ** 2)
+    bound = rigid_compliance * (FLOOR + SECOND_ORDER * (footprint.side * curvature) ** 2)
     return slope_term + curvature_term, bound
 
 
@@ -262,10 +262,11 @@ def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     """
     # Each load is multiplied by the sign of its first nonzero component, which makes opposite loads equal.
     signs = np.sign(np.take_along_axis(forces, np.argmax(forces != 0.0, axis=0)[None], axis=0))[0]
-    normalised = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
-    representative = [normalised.index(column) for column in normalised]  # index of the first equal load
-    distinct = sorted(set(representative))
-    distinct_compliance = forces[:, distinct].T @ solve(forces[:, distinct])
-    rows = [distinct.index(load) for load in representative]  # row of each load in the compliance of distinct loads
+    normalised_loads = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
+    representative = [normalised_loads.index(column) for column in normalised_loads]  # index of the first equal load
+    distinct_loads = sorted(set(representative))
+    distinct_compliance = forces[:, distinct_loads].T @ solve(forces[:, distinct_loads])
+    # row of each load in the compliance of distinct loads
+    rows = [distinct_loads.index(load) for load in representative]
     relative_sign = signs * signs[representative]
     return np.asarray(np.outer(relative_sign, relative_sign) * distinct_compliance[np.ix_(rows, rows)])

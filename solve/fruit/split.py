@@ -133,7 +133,8 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
 def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
     """Return the compliance from the coarsest mesh that meets the relative tolerance [1], and its relative errors.
 
-    If no mesh meets the tolerance, the best one is used. Raises the same errors as `split_compliance`.
+    If no mesh meets the tolerance, the best one is used. Raises InputError if its error is larger than both the
+    tolerance and 1e-3, and SolveError if a solve does not converge.
     """
     limit = max(tolerance, LARGEST_ERROR)
     levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS

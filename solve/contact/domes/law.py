@@ -117,26 +117,27 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) 
     law = _Law(poses, E, C, fruit)
     state = law.find_equilibrium()
     cosine = state.approach.cosine
-    touching = state.N > 0.0
+    is_touching = state.N > 0.0
     contact_radius = state.contact_radius * state.strain.edge
     # Derivative of the force along spring i with respect to the interference of dome j [N/mm].
     force_per_interference = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
     interference_bound = law.bound_interference_error(state)
     law_spread_interference = law.depth_change(state, state.strain.law_spread)
+    # Per unit of vertical travel, each interference increases by the vertical component of its normal.
+    rates = np.einsum("pij,pj->pi", force_per_interference, state.approach.normal[..., 2])
     # A face that contains the contact must reach its farthest edge.
     face = 2.0 * (poses.distance_from_face_middle(state.approach) + law.rim_radius(state))
     return DomeForces(
         F=cosine * state.N,
-        # Per unit of vertical travel, each interference increases by the vertical component of its normal.
-        rates=np.where(touching, np.einsum("pij,pj->pi", force_per_interference, state.approach.normal[..., 2]), 0.0),
+        rates=np.where(is_touching, rates, 0.0),
         error=np.einsum("pij,pj->pi", np.abs(force_per_interference), interference_bound),
         # Without absolute values, the errors of all interferences have the same sign.
         common_error=np.einsum("pij,pj->pi", force_per_interference, interference_bound),
         flesh=np.einsum("pij,pj->pi", force_per_interference, law_spread_interference),
         contact_radius=contact_radius,
-        mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
-        pressure_error=np.where(touching, 2.0 * state.strain.edge_error, 0.0),
-        face=np.where(touching, face, 0.0),
+        mean_pressure=state.N / np.where(is_touching, np.pi * contact_radius**2, 1.0),
+        pressure_error=np.where(is_touching, 2.0 * state.strain.edge_error, 0.0),
+        face=np.where(is_touching, face, 0.0),
     )
 
 
@@ -164,9 +165,9 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     Also raises SolveError if a dome does not touch, because its constants are then unknown.
     """
     # The contrast law describes a level press above the apex.
-    level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
+    level_scene = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     fruit = fruit_under_domes(scene, compliance, [scene.fruit])
-    law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, fruit)
+    law = _Law(dome_poses([level_scene], np.array([scene.press.travel_mm])), np.array([E]), C, fruit)
     state = law.find_equilibrium()
     untouched_count = int((state.N[0] <= 0.0).sum())
     if untouched_count:

@@ -31,8 +31,8 @@ def sphere_contact_radius(depth: Floats, sphere_radius: float, curvature: Floats
     # The unknown is x = a / r. The residual is a convex function of x, so Newton's method converges monotonically from
     # above. There are two upper bounds, of which the smaller is the initial guess. One is the radius for a paraboloid.
     # The other follows from x artanh(x) <= depth / r: if x is above 0.8, artanh(x) is at most 1.25 depth / r.
-    paraboloid = np.sqrt(relative_depth / (1.0 + relative_curvature))
-    x = np.minimum(paraboloid, np.maximum(0.8, np.tanh(1.25 * relative_depth)))
+    paraboloid_bound = np.sqrt(relative_depth / (1.0 + relative_curvature))
+    x = np.minimum(paraboloid_bound, np.maximum(0.8, np.tanh(1.25 * relative_depth)))
     for _ in range(STEPS):
         artanh = x + _artanh_minus_x(x)
         residual_slope = artanh + x / (1.0 - x**2) + 2.0 * x * relative_curvature
