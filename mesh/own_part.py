@@ -242,7 +242,7 @@ def _feature_length_errors(
     quadrilateral. Both results [mm] have shape (quadrilaterals,).
     """
     length_errors, equivalent_errors = np.zeros(len(area)), np.zeros(len(area))
-    pieces = list(extrusion.uneven())
+    pieces = list(extrusion.feature_pieces())
     if not pieces:
         return length_errors, equivalent_errors
     positions = np.array([position for position, _, _ in pieces]).T

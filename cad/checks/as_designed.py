@@ -62,10 +62,11 @@ def as_designed_verdict(
     `pairs` holds the triangles [mm] of each file and of its design, keyed by file name. If `limit` [mm] is None, each
     file gets the limit for files of this program. The verdict is given for the file that exceeds its limit most or
     comes closest to it. If its distance exceeds the limit, the reference text begins with the likely causes. `against`
-    names the part of the design with which the file was compared.
+    names the part of the design with which the file was compared; if it is empty, no part is named.
     """
     farthest_points = {}
     for name, (mesh, design) in pairs.items():
+        # The triangles of an STL or 3MF file may also deviate from curved faces by their chord height.
         default_limit = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
         farthest_points[name] = (largest_distance(mesh, design), default_limit if limit is None else limit)
     worst = max(farthest_points, key=lambda name: farthest_points[name][0].distance - farthest_points[name][1])
@@ -114,19 +115,19 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
 
     The distance is measured from each surface to the other. Only triangles that the other surface lacks are measured.
     """
-    candidates = [Farthest(0.0, file.corners[0, 0], "file")]
+    candidates = [Farthest(0.0, file.corners[0, 0], "file")]  # the result if the two surfaces are equal
     file_only, design_only = file.unshared_triangles(design), design.unshared_triangles(file)
     for owner, own_triangles, other_triangles, other_surface in (
         ("file", file_only, design_only, design),
         ("design", design_only, file_only, file),
     ):
         points, _ = _sample_points(own_triangles.corners)
-        # Usually both surfaces divide the same face into different triangles. The points then lie on the unshared
+        # Usually the two surfaces divide the same face into different triangles. The points then lie on the unshared
         # triangles of the other surface. These are few, so they are tried before the whole surface.
         is_subset = 0 < len(other_triangles.corners) < len(other_surface.corners)
         if len(points) and not (is_subset and _farthest_point(points, other_triangles)[0] == 0.0):
             candidates.append(Farthest(*_farthest_point(points, other_surface), owner))
-    return max(candidates, key=lambda each: each.distance)
+    return max(candidates, key=lambda candidate: candidate.distance)
 
 
 def _surface_of(mesh: trimesh.Trimesh) -> _Surface:
@@ -170,17 +171,18 @@ class _Surface:
 
 
 def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return sample points on triangles (n, 3, 3), in rows along their longest sides, and their triangle indices.
+    """Return sample points (m, 3) [mm] on triangles, and the index of the triangle of each point, shape (m,).
 
-    Rows are at most d = 0.4 mm apart, and so are the points in a row. The angles at the longest side are acute, so
-    every point between two rows lies directly above the longer row. It is at most d above this row, and its foot is at
-    most d / 2 from the nearest point of the row. Its distance from that point is therefore at most sqrt(1 + 1/4) d.
+    `corners` (n, 3, 3) [mm] are the corners of the triangles. The points are in rows along the longest side of each
+    triangle. Rows are at most d = 0.4 mm apart, and so are the points in a row. The angles at the longest side are
+    acute, so every point between two rows lies directly above the longer row. It is at most d above this row, and its
+    foot is at most d / 2 from the nearest point of the row. Its distance from that point is at most sqrt(1.25) d.
     """
-    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    corner_order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
+    side_lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    corner_order = (np.argmax(side_lengths, axis=1)[:, None] + np.arange(3)) % 3
     # The longest side runs from a to b. Each row is at a fraction of the height, from 0 at this side to 1 at c.
     a, b, c = np.take_along_axis(corners, corner_order[:, :, None], axis=1).transpose(1, 0, 2)
-    longest = sides.max(axis=1)
+    longest = side_lengths.max(axis=1)
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
     row_triangles, row_fractions = _spread_evenly(1 + np.ceil(heights / _SPACING_MM).astype(np.int64))
@@ -204,10 +206,11 @@ def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64]
 
 
 def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
-    """Return the largest distance [mm] from points (n, 3) to a surface, and the point with this distance.
+    """Return the largest distance [mm] from points (n, 3) [mm] to a surface, and the point with this distance.
 
-    A distance of up to 1e-4 mm is returned as 0. The points are measured in descending order of their upper bounds. The
-    search ends when no remaining bound exceeds the largest distance by more than 0.1 % plus 1e-4 mm.
+    The distance is accurate to 0.1 % plus 1e-4 mm, and a distance of up to 1e-4 mm is returned as 0. The points are
+    measured in descending order of their upper bounds. The search ends when no remaining bound exceeds the largest
+    distance by more than this accuracy.
     """
     tree, triangle_index = surface.samples
     bounds = _distance_bounds(points, surface)  # each bound is replaced by the distance once its point is measured
@@ -220,12 +223,13 @@ def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
         nearby = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
         bounds[index] = _triangle_distances(points[index], surface.corners[np.unique(triangle_index[nearby])]).min()
         largest = max(largest, bounds[index])
+    # This may be a point that was not measured: its bound exceeds the largest distance by at most the accuracy.
     worst = int(np.argmax(bounds))
     return round(float(bounds[worst]), _DECIMALS) if bounds[worst] > _SAME_MM else 0.0, points[worst]
 
 
 def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
-    """Return upper bounds on the distances from points (n, 3) to a surface, (n,) [mm].
+    """Return upper bounds on the distances from points (n, 3) [mm] to a surface, shape (n,) [mm].
 
     A bound is the distance to the triangles of the nearest sample points. It is computed again with more sample points
     if the point may be the farthest one. The true distance is at most `_COVER_MM` smaller than the distance to the
@@ -234,12 +238,12 @@ def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
     """
     tree, triangle_index = surface.samples
     bounds = np.full(len(points), np.inf)
-    lower_bound = _SAME_MM
-    for count in _NEAREST:
-        doubtful_points = np.flatnonzero(bounds > lower_bound)
-        for start in range(0, len(doubtful_points), _BATCH):
-            batch = doubtful_points[start : start + _BATCH]
-            to_samples, nearest = tree.query(points[batch], k=np.arange(1, 1 + min(count, tree.n)))
+    lower_bound = _SAME_MM  # smaller distances are treated as 0
+    for neighbour_count in _NEAREST:
+        candidates = np.flatnonzero(bounds > lower_bound)  # indices of the points that may be the farthest
+        for start in range(0, len(candidates), _BATCH):
+            batch = candidates[start : start + _BATCH]
+            to_samples, nearest = tree.query(points[batch], k=np.arange(1, 1 + min(neighbour_count, tree.n)))
             bounds[batch] = _triangle_distances(
                 points[batch][:, None], surface.corners[triangle_index[np.asarray(nearest)]]
             ).min(axis=1)
@@ -248,7 +252,7 @@ def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
 
 
 def _triangle_distances(points: Floats, corners: Floats) -> Floats:
-    """Return the distances from points (..., 3) to triangles (..., 3, 3), shape (...) [mm].
+    """Return the distances [mm] from points (..., 3) to the triangles with the `corners` (..., 3, 3), shape (...).
 
     If the projection of a point lies inside the triangle, the distance is the height of the point above it. Otherwise
     it is the distance to the nearest edge.
@@ -256,7 +260,8 @@ def _triangle_distances(points: Floats, corners: Floats) -> Floats:
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
     squared_lengths = np.einsum("...i,...i->...", edges, edges)
-    # Position of the nearest point of each edge, as a fraction of the edge. A collapsed edge has the length 0.
+    # Position of the nearest point of each edge, as a fraction of the edge. The divisor 1 replaces the length 0 of a
+    # collapsed edge, whose fraction does not matter.
     fractions = np.einsum("...i,...i->...", from_corners, edges) / np.where(squared_lengths > 0.0, squared_lengths, 1.0)
     to_edges = np.linalg.norm(from_corners - np.clip(fractions, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
     normals = np.cross(edges[..., 0, :], edges[..., 1, :])
@@ -280,11 +285,13 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
         return
     scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
     for unit, factor in UNITS.items():
+        # At most one unit matches. The checks below then use the mesh in millimetres.
         if math.isclose(scale, factor, rel_tol=_SCALE_TOLERANCE):
             yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
             mesh = mesh.copy()
             mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
     design_surface = _surface_of(design)
+    # The identity is tried first, because the unit may be the only mistake.
     for transform in [np.eye(4), *_aligning_transforms(mesh, design)]:
         moved_mesh = mesh.copy()
         moved_mesh.apply_transform(transform)
@@ -300,16 +307,17 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
 
 
 def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
-    """Return candidate transforms (4, 4) that may move a body onto its design.
+    """Return candidate transforms (4, 4) [translation in mm] that may move the mesh of a file onto its design.
 
     Each transform aligns the centres of mass. The first transform does not rotate; the others also align the principal
     axes of inertia. Because the axes have no sign, there are eight ways to align them. Rotations come first, in
     ascending order of their angles, and mirror images come last.
     """
-    # The rows of these matrices are the principal axes, so `design_axes.T @ own_axes` aligns the axes of both.
-    own_axes, design_axes = (np.asarray(each.principal_inertia_vectors) for each in (mesh, design))
+    # The rows of these matrices are the principal axes, so `design_axes.T @ file_axes` maps the axes of the mesh onto
+    # the axes of the design.
+    file_axes, design_axes = (np.asarray(body.principal_inertia_vectors) for body in (mesh, design))
     rotations = [np.eye(3)]
-    rotations += [design_axes.T @ np.diag(signs) @ own_axes for signs in itertools.product((1.0, -1.0), repeat=3)]
+    rotations += [design_axes.T @ np.diag(signs) @ file_axes for signs in itertools.product((1.0, -1.0), repeat=3)]
     transforms = []
     # A mirror image has the determinant -1. The trace of a rotation decreases as its angle grows.
     for rotation in sorted(rotations, key=lambda rotation: (np.linalg.det(rotation) < 0.0, -np.trace(rotation))):
@@ -321,17 +329,19 @@ def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list
 
 
 def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
-    """Yield a description of how a file is displaced; `transform` (4, 4) moves it onto its design.
+    """Yield one sentence on how the mesh of a file is displaced from its design.
 
-    Nothing is yielded if the file is in the position of its design.
+    `transform` (4, 4) moves the mesh [mm] onto its design. Nothing is yielded if the mesh is already in the position of
+    its design.
     """
     rotation = transform[:3, :3]
     if np.linalg.det(rotation) < 0.0:
         yield "the part is mirrored, but otherwise as designed"
         return
     centre = np.asarray(mesh.center_mass)
+    # Adding 0.0 replaces -0.0 by 0.0.
     x, y, z = np.round(centre - (rotation @ centre + transform[:3, 3]), _DECIMALS) + 0.0
-    # The trace of a rotation by an angle is 1 + 2 cos(angle).
+    # The trace of a rotation by an angle is 1 + 2 cos(angle). Round-off may make the cosine slightly larger than 1.
     angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(rotation)) - 1.0)))))
     rotation_text = f" and rotated by {angle:.1f} deg" if angle > _MIN_ROTATION_DEG else ""
     if rotation_text or any((x, y, z)):

@@ -16,18 +16,18 @@ _STOP_FRACTIONS = (0.0, 0.5, 1.0)  # positions at which an arm is measured, as f
 def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.cover_clearance and geometry.cover_over_fruit [mm] for the covers on both faces of a housing.
 
-    `cover` is placed as the back cover, and a rotated copy as the front cover. One of two back-to-back plates has only
-    a front cover. The clearance is the smallest distance between a cover and the shuttles, necks and leaves. It is
-    measured at rest, half way to the stops, and at the stops. With a Hall read-out, geometry.sensor_windows [mm] is
-    returned too.
+    `cover` is placed as the back cover, and a rotated copy as the front cover. If two plates are mounted back to back,
+    only the front cover of the first plate is checked. The clearance is the smallest distance between a cover and the
+    shuttles, necks and leaves. It is measured at rest, half way to the stops, and at the stops. It must be at least the
+    smallest gap that `process` can print. With a Hall read-out, geometry.sensor_windows [mm] is returned too.
     """
-    front, back = cover_places(sensor.housing)
-    covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back)}
-    covers["front"] = cover.moved(front)
+    front_place, back_place = cover_places(sensor.housing)
+    covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back_place)}
+    covers["front"] = cover.moved(front_place)
     pairs = {}
     for pose, arm in _arm_poses(sensor):
-        for side, shape in covers.items():
-            pairs[f"{side}, {pose}"] = (arm, shape)
+        for side, placed_cover in covers.items():
+            pairs[f"{side}, {pose}"] = (arm, placed_cover)
     nearest_name, distance = nearest_pair(pairs)
     reference = f"smallest distance between a cover and the moving parts: {nearest_name}; {process.name}"
     clearance = judge(
@@ -39,17 +39,18 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
-    """Return each arm of the first plate at rest, half way to its stop, and at its stop, as pairs of name and shape.
+    """Return each arm at rest, half way to its stop, and at its stop, as pairs of a name and a placed shape [mm].
 
-    An arm is moved as a rigid body. Its leaves then move farther than they would in bending, which is conservative.
+    An arm is moved as a rigid body. Its leaves then move farther than they would in bending, which is conservative. Of
+    two back-to-back plates, only the first is measured, because the second is a rotated copy of it.
     """
     placement = plate_places(sensor.housing)[0]
     poses = []
     for arm in sensor.housing.arms:
         shape = moving_part(sensor, arm)
-        stop = sensor.housing.cavity_level - arm.top_level
+        stop_distance = sensor.housing.cavity_level - arm.top_level
         for fraction in _STOP_FRACTIONS:
-            moved_arm = shape.moved(placement * cq.Location(cq.Vector(0.0, 0.0, fraction * stop)))
+            moved_arm = shape.moved(placement * cq.Location(cq.Vector(0.0, 0.0, fraction * stop_distance)))
             poses.append((f"{arm.name} arm {100.0 * fraction:g} % of the way to the stop", moved_arm))
     return poses
 
@@ -69,6 +70,7 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     if common_volume > 0.0:
         reference = f"the plates intersect in a volume of {common_volume:.3g} mm^3"
         return (judge(name, None, reference),)
+    # The plates are closest to each other at their pads.
     _, pad_gap = nearest_pair({name: (plate, other_plate)})
     if pad_gap > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not touch: screws would bend the plates by {pad_gap:.3g} mm"

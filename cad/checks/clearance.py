@@ -21,7 +21,8 @@ from sensor.verdict import Verdict, judge
 STOP_SAFETY = 1.2  # smallest allowed deflection at the stop, divided by the deflection at full travel; a judgement
 HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] directions in which the sensor tilts, from +x towards +y
 _MARGIN_MM = 1.0  # distance by which a cutting box extends beyond the plate, so that no thin layer remains
-_CHORD_MM = 2e-3  # largest distance between a face and the triangles that preselect headings
+# Largest distance between a face and its triangles, which are used for a first selection of tilt directions.
+_CHORD_MM = 2e-3
 _CHORD_ANGLE_RAD = 0.5  # largest angle between neighbouring triangles of a face
 _SHUTTLE_FRACTIONS = (0.02, 0.5, 0.98)  # measured points on a shuttle, as fractions of its width
 _LEAF_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # measured points on a leaf, as fractions of its length
@@ -31,7 +32,7 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.frame_clearance and geometry.neck_clearance: the smallest distances from the fruit [mm].
 
     The housing is lowered by the travel and tilted in 16 directions. The necks are tilted by the tilt of the press, and
-    the frame by at least 3 degrees. The fruit is taken as undeformed. This is conservative, because pressed fruit
+    the frame by at least 3 degrees. The fruit is assumed to be undeformed. This is conservative, because pressed fruit
     recedes.
     """
     housing = sensor.housing
@@ -73,12 +74,14 @@ def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
 def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
     """Return the verdict on the smallest distance [mm] between a shape and the fruit at full travel.
 
-    The shape is tilted by `tilt` [deg] in each direction of `HEADINGS`.
+    `shape` is in the coordinates of the sensor [mm]. It is tilted by `tilt` [deg] in each direction of `HEADINGS`.
     """
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
+    # Pins protrude beyond z = 0. At the first touch, their ends are at z = 0, where the top of the fruit is.
     touching_shape = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.beyond_face)))
     distances = {}
+    # Without a tilt, the heading has no effect.
     for heading in nearest_headings(touching_shape, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
         distances[heading] = _signed_distance(touching_shape.moved(pressed_pose(travel, tilt, heading)), fruit)
     worst = min(distances, key=distances.__getitem__)
@@ -91,7 +94,8 @@ def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: f
 def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: float) -> tuple[float, ...]:
     """Return the headings [deg] in which a tilted shape may come closest to the box of a fruit.
 
-    The CAD kernel measures distances slowly, so headings are preselected by the gaps between triangles. A triangle
+    `shape` is lowered by `travel` [mm] from the first touch, and tilted by `tilt` [deg] towards each heading. The CAD
+    kernel measures distances slowly, so headings are preselected by the gaps between triangles. A triangle
     deviates from its face by at most `_CHORD_MM`. Therefore a heading is kept if its gap exceeds the smallest gap by at
     most twice this deviation. All headings are kept if the triangles do not enclose a body.
     """
@@ -100,7 +104,7 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     box = _enclosed_body(*_triangulate(fruit))
     if body.status() != manifold3d.Error.NoError or body.is_empty():
         return HEADINGS
-    bounds = np.reshape(box.bounding_box(), (2, 3))
+    bounds = np.reshape(box.bounding_box(), (2, 3))  # the corners of the fruit's box with the smallest and largest xyz
     gaps = {}
     for heading in HEADINGS:
         matrix = location_matrix(pressed_pose(travel, tilt, heading))
@@ -108,7 +112,8 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
         corner_distances = np.linalg.norm(
             np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1])), axis=1
         )
-        # The distance of the nearest corner is an upper bound on the gap. manifold3d does not search beyond it.
+        # The distance of the nearest corner is an upper bound on the gap, so manifold3d need not search beyond it. The
+        # chord is added as a margin for round-off.
         gaps[heading] = body.transform(matrix).min_gap(box, corner_distances.min() + _CHORD_MM)
     largest_gap = min(gaps.values()) + 2.0 * _CHORD_MM
     return tuple(heading for heading, gap in gaps.items() if gap <= largest_gap)
@@ -147,8 +152,9 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
     """Return geometry.stops_* and geometry.deflected_gap_* [mm] for the low and the high spring.
 
     The value of geometry.stops_* is the deflection at which the shuttle or a leaf first meets the frame. It must be at
-    least 1.2 times the deflection at full travel, which `deflections` [mm] holds for both springs. The value of
-    geometry.deflected_gap_* is the gap that remains between leaf and frame when the shuttle is at its stop.
+    least 1.2 times the deflection at full travel. `deflections` holds this deflection [mm] for the low and the high
+    spring. The value of geometry.deflected_gap_* is the gap that remains between leaf and frame when the shuttle is at
+    its stop.
     """
     lines = solid_lines(sensor.part.shape)
     verdicts: list[Verdict] = []
@@ -160,36 +166,34 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
 def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
     """Return the verdicts on the stop of an arm and on the gap above its upper leaf at the stop.
 
-    `deflection` [mm] is the deflection of the shuttle at full travel. The frame stops the shuttle or a point of the
-    leaf, whichever meets it first. If the shuttle deflects by d, a point at the fraction s of the leaf length deflects
-    by `guided_leaf_shape`(s) d. So a gap g above this point stops the arm at d = g / `guided_leaf_shape`(s).
+    `lines` measures the part along lines, and `deflection` [mm] is the deflection of the shuttle at full travel. The
+    frame stops the shuttle or a point of the leaf, whichever meets it first. If the shuttle deflects by d, a point at
+    the fraction s of the leaf length deflects by `guided_leaf_shape`(s) d. So a gap g above this point stops the arm at
+    d = g / `guided_leaf_shape`(s).
     """
     stop_name = f"geometry.stops_{arm.name}"
     gap_name = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
     shuttle_stop = _gap_above_shuttle(lines, housing, arm)
-    leaf_gaps = _gaps_above_leaf(lines, arm)
+    leaf_gaps = _gaps_above_leaf(lines, arm)  # keyed by `guided_leaf_shape` of the point below the gap
     # Neither verdict has a value if a gap is infinite: above the whole shuttle, or above any point of the leaf.
-    for blocked, distance in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
-        if math.isinf(distance):
-            reference = f"no stop: the {blocked} already touches the frame, or nothing is above it"
+    for member, gap in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
+        if math.isinf(gap):
+            reference = f"no stop: the {member} already touches the frame, or nothing is above it"
             return judge(stop_name, None, reference, limit=limit), judge(gap_name, None, reference)
 
-    leaf_stop = min(distance / deflection_ratio for deflection_ratio, distance in leaf_gaps.items())
-    first = "shuttle" if shuttle_stop <= leaf_stop else "leaf"
+    leaf_stop = min(gap / deflection_ratio for deflection_ratio, gap in leaf_gaps.items())
+    first_member = "shuttle" if shuttle_stop <= leaf_stop else "leaf"
     limit_text = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
-    reference = f"lines from shuttle and leaf to the frame; limit is {limit_text}; the {first} touches first"
-    stop = judge(stop_name, min(shuttle_stop, leaf_stop), reference, limit=limit)
-    smallest_gap = min(distance - shuttle_stop * deflection_ratio for deflection_ratio, distance in leaf_gaps.items())
-    reference = f"smallest distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
-    return stop, judge(gap_name, smallest_gap, reference)
+    stop_text = f"lines from shuttle and leaf to the frame; limit is {limit_text}; the {first_member} touches first"
+    stop = judge(stop_name, min(shuttle_stop, leaf_stop), stop_text, limit=limit)
+    smallest_gap = min(gap - shuttle_stop * deflection_ratio for deflection_ratio, gap in leaf_gaps.items())
+    gap_text = f"smallest distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
+    return stop, judge(gap_name, smallest_gap, gap_text)
 
 
 def _gap_above_shuttle(lines: Lines, housing: Housing, arm: Arm) -> float:
-    """Return the smallest gap [mm] above the shuttle of an arm.
-
-    The gap is infinite if there is no gap above any measured point.
-    """
+    """Return the smallest gap [mm] above the shuttle of an arm; it is infinite if no measured point has a gap."""
     smallest = math.inf
     for fraction in _SHUTTLE_FRACTIONS:
         x = arm.shuttle - arm.sign * fraction * housing.shuttle_width

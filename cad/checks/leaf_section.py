@@ -23,22 +23,27 @@ def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tup
 
 
 def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Lines]) -> Verdict:
-    """Return the verdict on both leaves of an arm. It fails if there is no material at a measured point."""
+    """Return the verdict on the leaves of an arm: the thickness [mm] that deviates most from the design.
+
+    `forms` holds a line probe for each form of the part, such as the STL file. The verdict fails if there is no
+    material at a measured point.
+    """
     name = f"geometry.leaf_thickness_{arm.name}"
     nominal = arm.flexure.thickness
-    worst = nominal
+    worst_thickness = nominal
     worst_text = ""
     for form, point in itertools.product(forms, _leaf_points(housing, arm)):
         point_text = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
+        # The measured point is at 0 on the line, so the chord that contains 0 is the chord of the leaf.
         chords = [chord for chord in forms[form](point, UP) if chord.enter < 0.0 < chord.leave]
         if not chords:
             return judge(name, None, f"no leaf {point_text}", limit=nominal)
         thickness = chords[0].leave - chords[0].enter
-        if abs(thickness - nominal) > abs(worst - nominal):
-            worst = thickness
+        if abs(thickness - nominal) > abs(worst_thickness - nominal):
+            worst_thickness = thickness
             worst_text = f", largest deviation {point_text}"
     reference = f"lines through both leaves at 15 points each in {', '.join(forms)}{worst_text}"
-    return judge(name, worst, reference, limit=nominal, tolerance=THICKNESS_TOLERANCE_MM)
+    return judge(name, worst_thickness, reference, limit=nominal, tolerance=THICKNESS_TOLERANCE_MM)
 
 
 def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:

@@ -19,6 +19,8 @@ from sensor.arrays import Floats
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
 _EDGE_TOLERANCE = 1e-9  # added to barycentric coordinates, so that a line through a shared edge hits both triangles
+_KERNEL_TOLERANCE_MM = 1e-7  # tolerance of the CAD kernel for the crossing of a line and a face
+_REACH_MM = 1e6  # distance at which a line ends on both sides of its point, far beyond any part
 
 
 class Chord(NamedTuple):
@@ -35,11 +37,11 @@ Lines = Callable[[Vector, Vector], tuple[Chord, ...]]
 def solid_lines(shape: cq.Shape) -> Lines:
     """Return a function that measures the chords [mm] of lines in a B-rep solid."""
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
-    intersector.Load(shape.wrapped, 1e-7)
+    intersector.Load(shape.wrapped, _KERNEL_TOLERANCE_MM)
 
     def measure_chords(start: Vector, direction: Vector) -> tuple[Chord, ...]:
         line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*start), OCP.gp.gp_Dir(*direction))
-        intersector.Perform(line, -1e6, 1e6)
+        intersector.Perform(line, -_REACH_MM, _REACH_MM)
         return _pair_crossings(np.array([intersector.WParameter(i + 1) for i in range(intersector.NbPnt())]))
 
     return measure_chords
@@ -48,8 +50,8 @@ def solid_lines(shape: cq.Shape) -> Lines:
 def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
     """Return a function that measures the chords [mm] of lines in a closed triangle mesh.
 
-    The line starts at s and has the direction d. A triangle has the corner o and the sides a and b. The line crosses
-    its plane where s + t d = o + u a + v b. This equation is solved for t, u and v as in T. Moller and B. Trumbore,
+    A line from s in direction d meets the plane of a triangle with corner o and sides a and b where
+    s + t d = o + u a + v b. This equation is solved for t, u and v by the method of T. Moller and B. Trumbore,
     J. Graphics Tools 2 (1997) 21.
     """
     corners = np.asarray(mesh.triangles)
@@ -58,11 +60,13 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
     second_side = corners[:, 2] - origin
 
     def measure_chords(start: Vector, direction: Vector) -> tuple[Chord, ...]:
+        """Return the chords [mm] of the line through `start` [mm] along the unit vector `direction`."""
         unit = np.array(direction)
         from_origin = np.array(start) - origin
         direction_x_second = np.cross(unit, second_side)
         determinant = np.einsum("ij,ij->i", first_side, direction_x_second)
-        with np.errstate(divide="ignore", invalid="ignore"):  # triangles parallel to the line
+        # The determinant is 0 for a triangle parallel to the line. Its crossing is then not finite, and is dropped.
+        with np.errstate(divide="ignore", invalid="ignore"):
             # u and v are the barycentric coordinates of the crossing, and `crossings` is its position t on the line.
             u = np.einsum("ij,ij->i", from_origin, direction_x_second) / determinant
             offset_x_first = np.cross(from_origin, first_side)
@@ -83,8 +87,8 @@ def _pair_crossings(crossings: Floats) -> tuple[Chord, ...]:
     """Return the chords between the crossings [mm] of a line with a closed surface.
 
     Crossings alternate between entry and exit. Crossings within `NEAR_MM` are merged, because a line through a shared
-    edge crosses two faces at one point. If the number of crossings is odd, they do not form pairs, and no chord is
-    returned.
+    edge crosses two faces at one point. If the number of distinct crossings is odd, they do not form pairs, and no
+    chord is returned.
     """
     ordered = np.sort(crossings)
     is_distinct = np.diff(ordered, prepend=-np.inf) > NEAR_MM

@@ -38,6 +38,7 @@ _OUTSIDE_MM2 = 0.01  # largest area of another section that may lie outside the 
 _OFF_CENTRE = 1e-3  # largest distance of the centroid of a face from mid-depth, as a fraction of the depth
 _PIECE_MM = 0.5  # size of the pieces of a face at which the depths of part and mesh are compared
 _MARGIN_MM = 1.0  # distance by which rays and cutting planes extend beyond the part
+_KERNEL_TOLERANCE_MM = 1e-7  # tolerance of the CAD kernel for the crossing of a line and a face
 
 
 def require_one_solid(
@@ -48,14 +49,14 @@ def require_one_solid(
     In error messages, `name` is the name of the file or the part. If `housing` is given, a part that was exported in
     inches is recognised by its length. `any_size` skips the size check, for calls before the housing is known. Raises
     InputError if the number of solids is not one, or if there are faces outside the solid. InputError is also raised
-    for an invalid surface and for a wrong size.
+    if OCCT finds the solid invalid, or if its size is wrong.
     """
     solids = shape.Solids()
     if not solids:
         bound = f"one closed solid: its {len(shape.Faces())} faces do not enclose a volume"
         raise validation_error("PART", name, "", bound, "close its surface and export the solid")
     if len(solids) > 1:
-        bodies = "; ".join(_volume_and_centre(solid) for solid in solids[:3])
+        bodies = "; ".join(_volume_and_centre(solid) for solid in solids[:3])  # only three, to keep the message short
         bound = f"one body: it has {len(solids)} bodies, {bodies}"
         raise validation_error("PART", name, "", bound, "join them, or export the part that is printed")
     unattached = len(shape.Faces()) - len(solids[0].Faces())
@@ -81,12 +82,13 @@ def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
     """Raise InputError if a solid is too small or too large for a part in millimetres.
 
     A solid that is 25.4 times smaller or larger than `housing` is refused too, because its unit was converted wrongly.
+    In error messages, `name` is the name of the file or the part.
     """
     box = solid.BoundingBox()
     longest = max(box.xlen, box.ylen, box.zlen)
     size = f"{box.xlen:.4g} x {box.ylen:.4g} x {box.zlen:.4g} mm"
     if housing is not None:
-        ratio = (housing.right - housing.left) / longest
+        ratio = (housing.right - housing.left) / longest  # the length of the design divided by the length of the solid
         mistakes = (
             (_INCH_MM, "smaller", "in inches"),
             (1.0 / _INCH_MM, "larger", "converted from inches twice"),
@@ -146,6 +148,7 @@ def _reject_edge(
     """Raise InputError if `point` [mm] lies on an edge where a wall meets a face at an angle.
 
     `wall` holds the indices of the faces of the wall. `distances` [mm] are the distances of all `faces` from the point.
+    In the error message, `flag` names the command-line flag that holds the point.
     """
     location = cq.Vector(*point)
     for index, face in enumerate(faces):
@@ -160,16 +163,19 @@ def _reject_edge(
 
 
 def _faces_of_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
-    """Return the indices of the faces that touch a face and lie on the same cylinder, including the face itself."""
-    axis = _cylinder_parameters(faces[index])
-    if axis is None:
+    """Return the indices of the faces that touch a face and lie on the same cylinder, including the face itself.
+
+    `index` is the index of the face in `faces`. If the face is not cylindrical, only this index is returned.
+    """
+    cylinder = _cylinder_parameters(faces[index])
+    if cylinder is None:
         return [index]
     wall = []
     for other_index, face in enumerate(faces):
-        other_axis = _cylinder_parameters(face)
+        other_cylinder = _cylinder_parameters(face)
         if (
-            other_axis is not None
-            and np.allclose(axis, other_axis, atol=_NEAR_MM)
+            other_cylinder is not None
+            and np.allclose(cylinder, other_cylinder, atol=_NEAR_MM)
             and face.distance(faces[index]) < _NEAR_MM
         ):
             wall.append(other_index)
@@ -179,8 +185,9 @@ def _faces_of_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
 def _cylinder_parameters(face: cq.Face) -> Floats | None:
     """Return the radius, the axis direction and the axis foot of a cylindrical face as one vector, shape (7,).
 
-    The foot [mm] is the point of the axis nearest to the origin. The direction is chosen so that its largest component
-    is positive, because equal cylinders must have equal parameters. For any other face, None is returned.
+    The radius and the foot are in mm. The foot is the point of the axis nearest to the origin. The direction is chosen
+    so that its largest component is positive, because equal cylinders must have equal parameters. For any other face,
+    None is returned.
     """
     if face.geomType() != "CYLINDER":
         return None
@@ -193,13 +200,13 @@ def _cylinder_parameters(face: cq.Face) -> Floats | None:
     return np.concatenate([[cylinder.Radius()], direction, foot])
 
 
-def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[int, ...]:
+def tagged_faces(workplane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[int, ...]:
     """Return the indices in `solid.Faces()` of the faces that have a tag in a CadQuery workplane.
 
-    In error messages, `flag` names the argument that held the tag. Raises InputError if the workplane has no such tag,
-    or if none of the tagged faces is a face of the solid.
+    Any other object has no tags. In error messages, `flag` names the argument that held the tag. Raises InputError if
+    there is no such tag, or if none of the tagged faces is a face of the solid.
     """
-    tags = plane.ctx.tags if isinstance(plane, cq.Workplane) else {}
+    tags = workplane.ctx.tags if isinstance(workplane, cq.Workplane) else {}
     if tag not in tags:
         names = ", ".join(tags) or "none"
         raise validation_error(
@@ -207,7 +214,8 @@ def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[i
         )
     tagged_shapes = [face for value in tags[tag].vals() if isinstance(value, cq.Shape) for face in value.Faces()]
     faces = solid.Faces()
-    indices = [index for index, face in enumerate(faces) if any(face.isSame(other) for other in tagged_shapes)]
+    # A tagged face may have been cut away later, so only the faces that the solid still has are returned.
+    indices = [index for index, face in enumerate(faces) if any(face.isSame(tagged) for tagged in tagged_shapes)]
     if not indices:
         bound = "a tag of faces that the finished part still has"
         raise validation_error(flag, tag, "", bound, "tag the faces of the finished part")
@@ -217,11 +225,11 @@ def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[i
 def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place:
     """Return the direction in which a press acts on faces: the unit vector opposite to their mean outer normal.
 
-    `indices` are the indices of the faces in `solid.Faces()`. Raises InputError if the normals cancel, as they do on a
-    closed ring.
+    `indices` are the indices of the faces in `solid.Faces()`. In the error message, `flag` names the command-line flag
+    that selected the faces. Raises InputError if the normals cancel, as they do on a closed ring.
     """
     faces = solid.Faces()
-    area_vector = np.zeros(3)
+    area_vector = np.zeros(3)  # sum of area times mean outer normal [mm^2]
     area = 0.0
     for face in (faces[index] for index in indices):
         mean_normal = _FaceNormals(face).normals.mean(axis=0)
@@ -235,7 +243,7 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
     if not resultant > _MIN_MEAN_NORMAL * area:
         bound = "faces whose normals have a common direction"
         raise validation_error(flag, "a closed ring of faces", "", bound, "press a plane face or a dome")
-    # Adding 0.0 replaces -0.0 by 0.0.
+    # Rounding makes a direction along an axis exact. Adding 0.0 replaces -0.0 by 0.0.
     x, y, z = np.round(-area_vector / resultant, 9) + 0.0
     return float(x), float(y), float(z)
 
@@ -266,11 +274,12 @@ def fill_round_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
     shape: cq.Shape = solid
     for point in points:
         contact = cq.Vertex.makeVertex(*point)
-        face = min(solid.Faces(), key=lambda each: each.distance(contact))
+        face = min(solid.Faces(), key=lambda candidate: candidate.distance(contact))
         if face.geomType() == "SPHERE" and face.distance(contact) <= _ON_FACE_MM:
             box = face.BoundingBox()
             corner = cq.Vector(box.xmin, box.ymin, box.zmin)
             shape = shape.fuse(cq.Solid.makeBox(box.xlen, box.ylen, box.zlen, corner))
+    # If a tip was filled, cleaning merges the faces of its bar with the faces of the solid in the same planes.
     return solid if shape is solid else shape.clean().Solids()[0]
 
 
@@ -288,7 +297,8 @@ def hole_points(housing: Housing) -> tuple[Place, ...]:
 class Extrusion:
     """A part described as one section that is swept along y.
 
-    `turn` (3, 3) is the rotation from the coordinates of the part to the coordinates of the sweep. `lines` holds the
+    `part` is the part in the coordinates of the sweep. `turn` (3, 3) is the rotation from the coordinates of the
+    original part to the coordinates of the sweep. `lines` holds the
     straight edges of slanted faces, projected onto the section: ((x, z), (x, z)) [mm]. The sweep extends from y = `low`
     to y = `high` [mm]. The section was cut at y = `plane` [mm].
     """
@@ -308,7 +318,7 @@ class Extrusion:
         lines. If a line misses the part, the length is 0, and both values of y are below the part.
         """
         intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
-        intersector.Load(self.part.shape.wrapped, 1e-7)
+        intersector.Load(self.part.shape.wrapped, _KERNEL_TOLERANCE_MM)
         y_direction = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
         box = self.part.shape.BoundingBox()
         start, ray_length = box.ymin - _MARGIN_MM, box.ylen + 2.0 * _MARGIN_MM
@@ -318,27 +328,28 @@ class Extrusion:
             intersector.Perform(line, 0.0, ray_length)
             distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
             # A line through the edge between two faces crosses both faces at one point, which must count once.
-            distances = [
+            crossings = [
                 distance
                 for distance, following in itertools.pairwise([*distances, math.inf])
                 if following - distance > _NEAR_MM
             ]
-            if len(distances) > 1:
-                lowest[i], highest[i] = distances[0], distances[-1]
-                # The line enters the material at every other crossing, and leaves it at the next one.
-                lengths[i] = sum(b - a for a, b in zip(distances[::2], distances[1::2], strict=False))
+            if len(crossings) > 1:
+                lowest[i], highest[i] = crossings[0], crossings[-1]
+                # The line enters the material at every other crossing, and leaves it at the next one. A last crossing
+                # without a partner is ignored.
+                lengths[i] = sum(b - a for a, b in zip(crossings[::2], crossings[1::2], strict=False))
         return lowest + start, highest + start, lengths
 
-    def uneven(self) -> Iterator[tuple[Floats, float, float]]:
+    def feature_pieces(self) -> Iterator[tuple[Floats, float, float]]:
         """Yield small pieces of the faces at which the part is shallower or deeper than the sweep.
 
         Such faces are the bottoms of pockets, the tops of ribs, and slanted faces. Each piece is described by its
         position (x, z) [mm], its area projected along y [mm^2] and the mean width of its face [mm]. The faces are taken
         from the solid, because a narrow feature such as a saw cut may lie between the lines of any grid.
         """
+        y_axis = np.array([0.0, 1.0, 0.0])
         for face in self.part.shape.Faces():
             face_normals = _FaceNormals(face)
-            y_axis = np.array([0.0, 1.0, 0.0])
             is_end = (
                 face_normals.is_cap(y_axis)
                 and min(abs(face_normals.middle[1] - end) for end in (self.low, self.high)) < _NEAR_MM
@@ -388,7 +399,7 @@ def extrusion_of(part: Part) -> Extrusion | None:
 
     The normals of all plane faces are candidates for the direction of the sweep. The best candidate is the direction
     whose sweep has sides and ends that cover the largest fraction of the surface. A part is not an extrusion if this
-    fraction is below 80 %, or for the reasons given in `_largest_section`.
+    fraction is below 80 %. It is not one either if its largest section is in pieces or does not cover all others.
     """
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
     direction = max(_plane_normals(faces), key=lambda axis: _swept_fractions(faces, axis), default=None)
@@ -400,7 +411,7 @@ def extrusion_of(part: Part) -> Extrusion | None:
         if np.allclose(rotation, np.eye(3))
         else replace(part, shape=part.shape.moved(_rotation_location(rotation)))
     )
-    return _largest_section(rotated, rotation)
+    return _extrude_largest_section(rotated, rotation)
 
 
 class _FaceNormals:
@@ -415,6 +426,7 @@ class _FaceNormals:
         normals = []
         for u_fraction, v_fraction in itertools.product(_SAMPLES, _SAMPLES):
             u, v = u_min + u_fraction * (u_max - u_min), v_min + v_fraction * (v_max - v_min)
+            # The normal follows from first derivatives. OCCT leaves it undefined if they are smaller than 1e-9.
             local_properties = OCP.BRepLProp.BRepLProp_SLProps(surface, u, v, 1, 1e-9)
             if local_properties.IsNormalDefined():
                 normal = local_properties.Normal()
@@ -438,34 +450,36 @@ def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
 
     Normals are rounded to nine decimals, so that a normal along a coordinate axis is exact.
     """
-    earlier: list[Floats] = []
+    earlier_normals: list[Floats] = []
     for face in sorted(faces, key=lambda face: -face.area):
         normal = face.normals[0]
+        # A curved face has different normals. If its normal is undefined everywhere, a face has only a zero vector.
         if not np.allclose(face.normals, normal, atol=_ANGLE_TOLERANCE) or not normal.any():
             continue
         # Opposite normals give the same direction, because their largest component is made positive.
         normal = np.round(normal * np.sign(normal[np.argmax(np.abs(normal))]), 9) + 0.0
-        if all(abs(normal @ other) < 1.0 - _ANGLE_TOLERANCE**2 for other in earlier):
-            earlier.append(normal)
+        if all(abs(normal @ earlier) < 1.0 - _ANGLE_TOLERANCE**2 for earlier in earlier_normals):
+            earlier_normals.append(normal)
             yield normal
 
 
 def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
     """Return the fractions of the surface area [1] that are covered by sides and ends of a sweep, and by ends only.
 
-    `direction` is the unit vector of the sweep. The ends are the faces perpendicular to it at the two levels with the
-    largest area of such faces. Both fractions are rounded to three decimals, so that rounding errors do not decide
-    between equally good directions.
+    `direction` is the unit vector of the sweep, and `faces` are all faces of the part. The ends are the faces
+    perpendicular to the direction at the two levels with the largest area of such faces. The second fraction decides
+    between directions whose first fractions are equal. Both are rounded to three decimals, so that rounding errors do
+    not decide between equally good directions.
     """
-    total = sum(face.area for face in faces)
-    cap_areas: dict[float, float] = {}
+    total_area = sum(face.area for face in faces)
+    cap_areas: dict[float, float] = {}  # area of the perpendicular faces [mm^2], keyed by their level [mm]
     for face in faces:
         if face.is_cap(direction):
             level = round(float(face.middle @ direction), 4)
             cap_areas[level] = cap_areas.get(level, 0.0) + face.area
     end_area = sum(sorted(cap_areas.values())[-2:])
     side_area = sum(face.area for face in faces if face.is_side(direction))
-    return round((end_area + side_area) / total, 3), round(end_area / total, 3)
+    return round((end_area + side_area) / total_area, 3), round(end_area / total_area, 3)
 
 
 def _rotation_to_y(direction: Floats) -> Floats:
@@ -486,7 +500,7 @@ def _rotation_location(rotation: Floats) -> cq.Location:
     return cq.Location(transform)
 
 
-def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
+def _extrude_largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     """Return the extrusion of the largest section perpendicular to y, or None if it does not describe the part.
 
     `rotation` (3, 3) is the rotation that was already applied to the part. None is returned if fewer than two levels
@@ -494,23 +508,32 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     outside it.
     """
     box = part.shape.BoundingBox()
-    levels, cap_areas, edges = _levels_and_edges(part.shape)
+    levels, cap_areas, slanted_edges = _levels_and_edges(part.shape)
     if len(cap_areas) < 2:  # noqa: PLR2004 - a sweep has two ends
         return None
     # The sweep ends at the two levels with the largest cap areas.
     low, high = sorted(sorted(cap_areas, key=lambda level: -cap_areas[level])[:2])
     neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
-    # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels.
+    # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels. A layer thinner than
+    # `_STEP_MM` is not cut.
     planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM)]
     sections = [(_cut_across_y(part.shape, box, plane), plane) for plane in dict.fromkeys(planes)]
     # Areas are rounded, so that round-off does not decide between sections of the same area.
-    section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
+    section, plane = max(sections, key=lambda candidate: round(candidate[0].Area(), 3))
     if len(section.Faces()) != 1:
         return None
     # Material outside the section, such as a bridge or a second leaf, would be missing from the sweep.
     if any(_area_outside(other, level, section, plane) > _OUTSIDE_MM2 for other, level in sections if level != plane):
         return None
-    return Extrusion(part=part, turn=rotation, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
+    return Extrusion(
+        part=part,
+        turn=rotation,
+        section=section.Faces()[0],
+        lines=slanted_edges,
+        low=low,
+        high=high,
+        plane=plane,
+    )
 
 
 def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float], tuple[_Segment, ...]]:
@@ -521,7 +544,7 @@ def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float],
     """
     y_axis = np.array([0.0, 1.0, 0.0])
     levels = []
-    lines = []
+    slanted_edges = []
     cap_areas: dict[float, float] = {}
     for face in shape.Faces():
         normals = _FaceNormals(face)
@@ -531,8 +554,10 @@ def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float],
             cap_areas[level] = cap_areas.get(level, 0.0) + normals.area
         elif not normals.is_side(y_axis):
             levels += _section_levels(face)
-            lines += [_projected_edge(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
-    return levels, cap_areas, tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
+            slanted_edges += [_projected_edge(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
+    # An edge along y is projected onto one point, and is dropped. An edge between two slanted faces is kept once.
+    long_edges = dict.fromkeys(edge for edge in slanted_edges if math.dist(*edge) > _NEAR_MM)
+    return levels, cap_areas, tuple(long_edges)
 
 
 def _cut_across_y(shape: cq.Shape, box: cq.BoundBox, plane: float) -> cq.Shape:
@@ -562,11 +587,11 @@ def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float
 
 
 def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
-    """Yield the centroids [mm] of small triangles on a face, and the projected area along y of each [mm^2].
+    """Yield the centroids (3,) [mm] of small triangles on a face, and the projected area along y of each [mm^2].
 
-    Every triangle of the face is divided into count^2 equal triangles, about 0.5 mm wide or less. Only the
-    count (count + 1) / 2 triangles with the orientation of the original are used. The projected area of the original
-    triangle is divided equally among them.
+    Every triangle of the face is divided into count^2 equal triangles, which are about 0.5 mm wide or less when seen
+    along y. Only the count (count + 1) / 2 triangles with the orientation of the original are used. The projected area
+    of the original triangle is divided equally among them.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -607,7 +632,7 @@ class Walls:
 
 
 def walls_of(part: Part) -> Walls:
-    """Return points on every face of a part, and the element size required at each: the wall thickness or less.
+    """Return points on every face of a part, and the element size required at each: at most the wall thickness.
 
     At each point, a ray is cast into the material. The wall thickness is the distance to the face at which the ray
     leaves the part. A point is omitted if its ray hits no face. At a cylindrical face, the element size is limited
@@ -615,20 +640,20 @@ def walls_of(part: Part) -> Walls:
     """
     shape = part.shape
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
-    intersector.Load(shape.wrapped, 1e-7)
+    intersector.Load(shape.wrapped, _KERNEL_TOLERANCE_MM)
     spacing = math.sqrt(float(shape.Area()) / _WALL_POINTS)
     points, sizes = [], []
     for face in shape.Faces():
         largest_size = _max_element_size(face)
-        for point, normal in _sample_points(face, spacing):
+        for point, normal in _points_and_normals(face, spacing):
             ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
             intersector.Perform(ray, 0.0, LONGEST_MM)
             # The first hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.
-            depths = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
-            depth = min((depth for depth in depths if depth > 2.0 * _CHORD_MM), default=math.inf)
-            if math.isfinite(depth):
+            hits = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
+            thickness = min((distance for distance in hits if distance > 2.0 * _CHORD_MM), default=math.inf)
+            if math.isfinite(thickness):
                 points.append(point)
-                sizes.append(min(largest_size, depth))
+                sizes.append(min(largest_size, thickness))
     return Walls(points=np.array(points).T, sizes=np.array(sizes))
 
 
@@ -637,14 +662,18 @@ def _max_element_size(face: cq.Face) -> float:
 
     The size is infinite for any other face.
     """
-    axis = _cylinder_parameters(face)
-    return math.inf if axis is None else _CORNER_FRACTION * math.pi * float(axis[0])
+    cylinder = _cylinder_parameters(face)
+    if cylinder is None:
+        return math.inf
+    radius = float(cylinder[0])
+    return _CORNER_FRACTION * math.pi * radius
 
 
-def _sample_points(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
-    """Yield points on a face, about `spacing` [mm] apart, and the outer unit normal at each point.
+def _points_and_normals(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
+    """Yield points (3,) [mm] on a face, about `spacing` [mm] apart, and the outer unit normal (3,) at each point.
 
-    The points are the centroids of small triangles, as in `_pieces_along_y`.
+    Every triangle of the face is divided into count^2 equal triangles. The points are the centroids of those with the
+    orientation of the original.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -652,7 +681,7 @@ def _sample_points(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floa
         a, b, c = positions[list(triangle)]
         normal = np.cross(b - a, c - a)
         doubled_area = float(np.linalg.norm(normal))
-        if not doubled_area > _NEAR_MM**2:
+        if not doubled_area > _NEAR_MM**2:  # a collapsed triangle has no normal
             continue
         count = max(1, math.ceil(math.sqrt(doubled_area) / spacing))
         for i, j in itertools.product(range(count), repeat=2):

@@ -10,7 +10,7 @@ from sensor.verdict import Verdict, judge
 
 
 def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.magnet_pockets, the thinnest wall [mm] around a magnet pocket.
+    """Return geometry.magnet_pockets, the verdict on the thinnest wall [mm] around a magnet pocket.
 
     The walls above and below the two pockets of a shuttle are not measured, because they are millimetres thick in every
     design. Without a Hall read-out, an empty tuple is returned.
@@ -27,9 +27,10 @@ def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.sensor_windows, the thinnest wall [mm] of the cover under and between its sensor windows.
+    """Return geometry.sensor_windows, the verdict on the thinnest wall [mm] of the cover around its sensor windows.
 
-    The verdict fails if the Hall sensors do not fit side by side. Without a Hall read-out, an empty tuple is returned.
+    The walls under a sensor and between the windows are measured. The verdict fails if the Hall sensors do not fit side
+    by side. Without a Hall read-out, an empty tuple is returned.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
@@ -38,8 +39,9 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     if housing.spacing < PROBE.package_width_mm:
         reference = f"sensors {PROBE.package_width_mm:g} mm wide do not fit side by side, {housing.spacing:g} mm apart"
         return (judge(name, None, reference, limit=seats.least_wall),)
+    # Measured from the frame, the plate of the cover begins at the height of its rim, and a sensor at `face_out`.
     walls = {"under a sensor": seats.face_out - RECESS_MM}
-    if len(seats.windows) > 1:
+    if len(seats.windows) > 1:  # otherwise one window holds both sensors
         walls["between both windows"] = housing.spacing - seats.window_width
     return (_thinnest_wall_verdict(name, walls, seats.least_wall),)
 

@@ -18,8 +18,9 @@ from sensor.verdict import READABLE, Verdict, judge
 def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
     """Return every geometry verdict on a sensor, and on the files housing.step and housing.stl in a folder.
 
-    `deflections` [mm] are the deflections of the low and the high spring at full travel. A file that cannot be read
-    fails geometry.readable. Raises FileNotFoundError if one of the files is missing.
+    `deflections` [mm] are the deflections of the low and the high spring at full travel. If a file cannot be read, only
+    the verdicts on the solid and the failed verdict geometry.readable are returned. Raises FileNotFoundError if one of
+    the files is missing.
     """
     for name in ("housing.step", "housing.stl"):
         require_file(folder / name)
@@ -30,14 +31,15 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
     return sensor_verdicts(sensor, deflections, forms)
 
 
-def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: FormsRead) -> tuple[Verdict, ...]:
-    """Return every geometry verdict on a sensor; `read` holds the shapes that were read from its files.
+def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], files: FormsRead) -> tuple[Verdict, ...]:
+    """Return every geometry verdict on a sensor; `files` holds the shapes that were read from its files.
 
     `deflections` [mm] are the deflections of the low and the high spring at full travel.
     """
     shape = sensor.part.shape
-    step = read.step
-    stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back is not None)
+    step = files.step
+    # The STL file is in print pose. One of two back-to-back plates is printed with its back up.
+    stl = sensor_pose(files.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back is not None)
     forms: dict[str, Lines] = {"solid": solid_lines(shape), "STEP": solid_lines(step), "STL": mesh_lines(stl)}
     return (
         *_solid_verdicts(sensor),

@@ -95,7 +95,10 @@ def drop_collapsed_triangles(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...]:
-    """Return geometry.units (longest side [mm]), geometry.volume [mm^3] and geometry.mass [g]."""
+    """Return geometry.units (longest side [mm]), geometry.volume [mm^3] and geometry.mass [g].
+
+    The mass is the volume times the density of the material of `process`.
+    """
     x, y, z = mesh.extents
     longest = float(mesh.extents.max())
     volume = enclosed_volume(mesh)
@@ -113,7 +116,7 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
         ),
         judge(
             "geometry.mass",
-            1e-3 * volume * density,
+            1e-3 * volume * density,  # 1e-3 converts mm^3 to cm^3
             f"solid {process.material}, {density:g} g/cm^3",
             passed=volume > 0.0,
         ),
@@ -123,8 +126,9 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
 def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a print process.
 
-    `poses` are names of print poses in `POSES`. The overhang is measured in each of them, and the smallest overhang is
-    judged. A file that is already in its print pose is checked only in the pose "as it stands".
+    The limits come from `process`. `poses` are names of print poses in `POSES`. The overhang is measured in each of
+    them, and the smallest overhang is judged. A file that is already in its print pose is checked only in the pose
+    "as it stands".
     """
     widths = {pose: widest_ledge(mesh, np.array(POSES[pose]), process.overhang_deg) for pose in poses}
     best_pose = min(widths, key=widths.__getitem__)
