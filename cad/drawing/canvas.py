@@ -198,6 +198,7 @@ class Canvas:
         hatch = self.space.add_hatch()
         step = HATCH_STEP_MM / (self.scale * math.sqrt(2.0))  # offset of the next line along x and along z
         off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # replaces the random offset of ezdxf
+        # The pattern is one family of lines without dashes, at 45 degrees.
         hatch.set_pattern_fill("CUT", definition=[[45.0, off_corners, (-step, step), []]])
         for outline in (*outlines, *self._text_frames(outlines)):
             hatch.paths.add_polyline_path(outline, is_closed=True)
@@ -207,16 +208,17 @@ class Canvas:
             self.line((x, z), (end_x, end_z), "HATCH")
 
     def _text_frames(self, outlines: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
-        """Return a frame around each text that a hatch must not cover.
+        """Return the frames [mm] of the texts within a hatch, which it must leave blank.
 
-        These texts lie inside the first outline and outside the other outlines. The margin around a text is half of the
-        text height.
+        The texts lie inside the first of the `outlines` [mm] and outside the others, which are holes. A frame is larger
+        than its text by half of the text height on each side. A text inside an earlier frame is skipped.
         """
         outer, *holes = outlines
         margin = 0.5 * self.text_height
         frames: list[Sequence[Point]] = []
         for _, (left, bottom, right, top) in self.texts():
             corners = Box(left - margin, bottom - margin, right + margin, top + margin).corners
+            # Only one corner is tested, on the assumption that no text crosses the outline of a hole.
             is_in_hole = any(_is_inside(corners[0], hole) for hole in (*holes, *frames))
             if not is_in_hole and all(_is_inside(corner, outer) for corner in corners):
                 frames.append(corners)
@@ -236,6 +238,7 @@ class Canvas:
             text for sheet in self.space.query("INSERT") for text in cast(Insert, sheet).virtual_entities()
         ]
         # The entities of a block have block coordinates. Virtual entities are copies of them in drawing coordinates.
+        # Dimensions have such copies too: the lines and texts by which they are drawn.
         for entity in (*self.space, *sheet_entities):
             if isinstance(entity, Text) and entity.plain_text():
                 extents = bbox.extents([entity])
@@ -276,9 +279,10 @@ class Canvas:
     ) -> None:
         """Draw a linear dimension: the distance between two points [mm] along an axis.
 
-        `level` [mm] is the position of the dimension line: its z for the axis x, or its x for the axis z.
+        `level` [mm] is the position of the dimension line: its z for the axis x, or its x for the axis z. `text` gives
+        the label and its place. If the text is beyond the ends of the line, the line is extended to it.
         """
-        index = 0 if axis == "x" else 1
+        index = 0 if axis == "x" else 1  # of the coordinate along the axis
         # If the points are not in ascending order, ezdxf reverses the arrows.
         start, end = sorted((start, end), key=lambda point: point[index])
         distance = end[index] - start[index]
@@ -308,9 +312,9 @@ class Canvas:
     ) -> None:
         """Extend a dimension line to the far end of its text, unless the text is between the ends of the line.
 
-        `ends` are the coordinates of the two ends along the axis [mm], and `level` [mm] is as in `linear_dimension`.
-        `half_width` [mm] is half the width of the text. If a horizontal text is beside a vertical line, the line is
-        extended to the bottom of the text, bends there, and underlines the text.
+        `ends` are the coordinates of the two ends along the axis [mm]. `level` [mm] is the position of the line: its z
+        for the axis x, or its x for the axis z. `half_width` [mm] is half the width of the text. If a horizontal text
+        is beside a vertical line, the line is extended to the bottom of the text, bends there, and underlines the text.
         """
         low, high = ends
         middle = text.at[0] if axis == "x" else text.at[1]
@@ -330,7 +334,7 @@ class Canvas:
 
     def callout(
         self,
-        kind: Literal["radius", "diameter"],
+        dimension_type: Literal["radius", "diameter"],
         centre: Point,
         size: float,
         text: CalloutText,
@@ -338,8 +342,9 @@ class Canvas:
     ) -> None:
         """Draw the dimension of a radius or a diameter, with a leader to its text.
 
-        `size` [mm] is the radius or the diameter, and `centre` [mm] is the centre of the circle. The arrow of a radius
-        meets the arc at `angle` [deg]. The arrow of a diameter meets the circle on the side of the text.
+        `size` [mm] is the radius or the diameter, and `centre` [mm] is the centre of the circle. `text` gives the label
+        and its place. The arrow of a radius meets the arc at `angle` [deg], counter-clockwise from the x axis. The
+        arrow of a diameter meets the circle on the side of the text.
         """
         gap = 2.0 * self.text_height  # space for the arrow of the leader, chosen by eye
         x, z = text.beside
@@ -350,7 +355,7 @@ class Canvas:
             "override": _LEADER,
             "dxfattribs": {"layer": "DIMENSIONS"},
         }
-        if kind == "radius":
+        if dimension_type == "radius":
             dimension = self.space.add_radius_dim(centre, radius=size, angle=angle, **attributes)
             dimension.set_location(leader_end, leader=True)
         else:  # ezdxf chooses where the arrow of a diameter meets the circle
@@ -434,7 +439,8 @@ def _new_document(text_height: float) -> Drawing:
         style.dxf.set(name, heights * text_height)
     for name in ("dimclrd", "dimclre", "dimclrt"):  # colours of dimension lines, extension lines and texts
         style.dxf.set(name, _BY_LAYER)
-    # No trailing zeros. The text is above the line and rotated with it, and is moved outside if it does not fit.
+    # These values mean: no trailing zeros (dimzin), and text above the line (dimtad), rotated with it (dimtih, dimtoh),
+    # and outside if it does not fit (dimtix).
     for name, number in {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}.items():
         style.dxf.set(name, number)
     style.dxf.set("dimdsep", ord("."))

@@ -102,7 +102,10 @@ def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[B
 
 
 def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
-    """Draw the section and its dimensions, in the coordinates x and z of the housing."""
+    """Draw the section with its dimensions, names and hole marks, in the coordinates x and z of the housing [mm].
+
+    Pins and magnet pockets are drawn on the layer of the notes, because they are not part of the printed section.
+    """
     housing = contents.housing
     measured = contents.measured
     draw_section(canvas, contents.cut)
@@ -120,7 +123,7 @@ def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
     _draw_callouts(canvas, housing, measured["fillet"])
     if contents.sensor.seats is not None:
         _draw_magnet_pockets(canvas, housing, contents.sensor.seats)
-    # The name of the section is written above all dimensions.
+    # The name of the section is written above all dimensions, at a distance chosen by eye.
     level = canvas.extents().top + 1.6 * canvas.text_height
     canvas.write_text("A-A", (0.5 * (housing.left + housing.right), level), _VIEW_NAME * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))
@@ -142,7 +145,7 @@ def _frame_dimensions(housing: Housing, measured: Measured) -> list[LinearDimens
     """Return the dimensions of the frame, to be drawn around the section.
 
     They are the outer sizes, the wall thicknesses, the positions of the screw holes, and the distance by which the tips
-    protrude from the frame.
+    protrude from the frame. `measured` holds the entries of the measuring table, whose letters are in the labels.
     """
     low, high = housing.arms
     bottom_left = (housing.left, housing.protrusion)
@@ -164,7 +167,11 @@ def _frame_dimensions(housing: Housing, measured: Measured) -> list[LinearDimens
 
 
 def _spring_dimensions(housing: Housing, measured: Measured) -> list[LinearDimension]:
-    """Return the dimensions of the springs: the levels of the leaves, and the leaf length of each spring."""
+    """Return the dimensions of the springs: the levels of the leaves, and the leaf length of each spring.
+
+    The levels are drawn only at the high spring, because they are the same for both springs. `measured` holds the
+    entries of the measuring table, whose letters are in the labels.
+    """
     high = housing.arms[1]
     lower_root = (high.wall, high.levels[0])
     upper_root = (high.wall, high.levels[1])
@@ -189,7 +196,7 @@ def _tip_dimensions(housing: Housing, measured: Measured) -> list[LinearDimensio
     """Return the dimensions of the tips: their spacing, the width of a shuttle, and the levels of tips, necks and pins.
 
     If there are pins, a printed tip is the foot from which a pin protrudes. If there are no necks, the dimensions of
-    the necks are omitted.
+    the necks are omitted. `measured` holds the entries of the measuring table, whose letters are in the labels.
     """
     low, high = housing.arms
     half_width = 0.5 * housing.shuttle_width
@@ -220,7 +227,7 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
 
     `measured` is the entry of the measuring table for the thickness. The dimension is at the upper leaf near its left
     root, with its text below. If the window is too narrow for a name such as "LOW SPRING (L)", the short form "LOW (L)"
-    is written.
+    is written. The distances from the lines to the texts were chosen by eye.
     """
     height = canvas.text_height
     left, right = arm.roots
@@ -244,8 +251,8 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
     """Draw the gap above a shuttle, which is the distance to its stop.
 
-    The text is above the frame, beside the dimension line, on the side of the leaves. `measured` is the entry of the
-    measuring table for the gap.
+    The text is above the frame, at a distance chosen by eye, and beside the dimension line on the side of the leaves.
+    `measured` is the entry of the measuring table for the gap.
     """
     height = canvas.text_height
     x = arm.centre
@@ -271,10 +278,11 @@ def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) 
     leaf_top = low.levels[0] + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, leaf_top + radius)
     # These multiples of the text height keep the texts away from leaves and dimension lines. They were chosen by eye.
-    text = CalloutText((low.wall, leaf_top + 1.4 * height), "right", label)
-    canvas.callout("radius", centre, radius, text, angle=225.0)  # the corner is to the lower left of the arc
-    text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", f"{len(housing.holes)}x {MEASURED}")
-    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, text)
+    radius_text = CalloutText((low.wall, leaf_top + 1.4 * height), "right", label)
+    canvas.callout("radius", centre, radius, radius_text, angle=225.0)  # the corner is to the lower left of the arc
+    hole_label = f"{len(housing.holes)}x {MEASURED}"
+    hole_text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", hole_label)
+    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, hole_text)
 
 
 def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> None:
@@ -288,7 +296,8 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
     """Draw both ends of the cutting line of section A-A on the view from the left, and the name of this view.
 
     The cutting line is at x = `middle`, and `view` is the bounding box of the view [mm]. The arrows show the viewing
-    direction of the section: along +y, which points to the left in this view.
+    direction of the section: along +y, which points to the left in this view. The multiples of the text height were
+    chosen by eye.
     """
     height = canvas.text_height
     for edge, inward in ((view.top, -1.0), (view.bottom, 1.0)):  # `inward` is the sign of z towards the view
@@ -305,8 +314,9 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
 def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: Box) -> None:
     """Draw the view from the left, to the right of the section.
 
-    In this view, the pad and the back of the housing are on the left, and its front is on the right. The plane y = 0 of
-    the housing is the line x = `middle_x` of the drawing. Heights z are the same as in the section.
+    `section_box` is the bounding box of the section [mm]. In this view, the pad and the back of the housing are on the
+    left, and its front is on the right. The plane y = 0 of the housing is the line x = `middle_x` of the drawing.
+    Heights z are the same as in the section.
     """
     housing = contents.housing
     measured = contents.measured
@@ -329,6 +339,7 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
     if housing.dome:
         radius = housing.dome.radius
         half_tip = 0.5 * housing.tip_side
+        # The text is to the lower right of the tip. A spherical radius is marked by SR, of which ezdxf adds the R.
         text = CalloutText(
             (middle_x + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
         )
@@ -363,7 +374,8 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
 def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[LinearDimension]:
     """Draw the magnet pockets and the Hall sensor in the view from the left, and return their position dimensions.
 
-    The pockets open at the front of the plate, at x = `front` [mm]. The sensor is in front of them.
+    The pockets open at the front of the plate, at x = `front` [mm]. The sensor is in front of them. Both are drawn on
+    the layer of the notes, because they are hidden or not part of the housing.
     """
     top_corner = (front, housing.top_level)
     dimensions = []
@@ -411,12 +423,13 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
         LinearDimension("left", bottom_left, left_dowel),
     ]
     dimensions += _pad_dimensions(housing, to_view)
+    # The word is written in the middle of the bar of the pad.
     _, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
     canvas.write_text("PAD", (origin[0], 0.5 * (bar_underside + top_left[1])), height)
     draw_dimensions(canvas, dimensions, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
     _mark_holes(canvas, housing, to_view)
     window_level = origin[1] + 0.5 * (housing.cavity_level + housing.protrusion)
-    text = CalloutText((right_dowel[0], window_level), "left", f"2x {MEASURED}")
+    text = CalloutText((right_dowel[0], window_level), "left", f"2x {MEASURED}")  # in the cavity between the posts
     canvas.callout("diameter", right_dowel, back_to_back.dowel_hole, text)
     level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
     canvas.write_text("FROM BEHIND", (origin[0], level), _VIEW_NAME * height)

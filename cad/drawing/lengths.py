@@ -95,21 +95,23 @@ def _place_dimension(
     """Place a dimension in the nearest row in which it collides with none of the dimensions already `placed`.
 
     `later_ends` [mm] are the ends of longer dimensions, which are placed later, in outer rows. Their extension lines
-    may cross the text. So the text positions that are crossed by the fewest of these lines are tried first.
+    may cross the text. So the text positions that are crossed by the fewest of these lines are tried first. If the
+    dimension collides even in the first empty row, it is placed there.
     """
     texts = _text_positions(canvas, dimension)
     texts.sort(key=lambda text: sum(text.contains(end) for end in later_ends))
-    outermost = 1 + max((each.row for each in placed), default=-1)  # the first empty row
-    for row, text in itertools.product(range(outermost + 1), texts):
+    gap = 0.4 * canvas.text_height  # chosen by eye
+    first_empty_row = 1 + max((neighbour.row for neighbour in placed), default=-1)
+    for row, text in itertools.product(range(first_empty_row + 1), texts):
         candidate = _PlacedDimension(dimension, row, text)
-        if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):  # a gap chosen by eye
+        if not any(candidate.collides(neighbour, gap) for neighbour in placed):
             return candidate
     # Even in an empty row, the extension lines of the dimension come too close to the text of an inner row.
-    return _PlacedDimension(dimension, outermost, texts[0])
+    return _PlacedDimension(dimension, first_empty_row, texts[0])
 
 
 def _text_positions(canvas: Canvas, dimension: LinearDimension) -> list[Interval]:
-    """Return the possible intervals of the text of a dimension along its side [mm], the preferred one first.
+    """Return three or two possible intervals of the text of a dimension along its side [mm], the preferred one first.
 
     The preferred position is the middle of the dimension line, if the text fits there. The other positions are beyond
     its ends. The distances of 2 and 1.2 text heights leave room for arrows, and were chosen by eye.
@@ -128,7 +130,10 @@ def _text_positions(canvas: Canvas, dimension: LinearDimension) -> list[Interval
 
 
 def _draw_dimension(canvas: Canvas, placed: _PlacedDimension, view: Box) -> None:
-    """Draw a dimension in its row beside a view, whose bounding box is `view` [mm]."""
+    """Draw a dimension in its row beside a view, whose bounding box is `view` [mm].
+
+    The text is above a horizontal dimension line, and to the left of a vertical one, rotated by 90 degrees.
+    """
     dimension = placed.dimension
     distance = (_FIRST_MM + placed.row * _STEP_MM) / canvas.scale
     line_positions = {
@@ -137,7 +142,7 @@ def _draw_dimension(canvas: Canvas, placed: _PlacedDimension, view: Box) -> None
         "left": view.left - distance,
         "right": view.right + distance,
     }
-    level = line_positions[dimension.side]
+    level = line_positions[dimension.side]  # z of a horizontal dimension line, or x of a vertical one
     middle = 0.5 * (placed.text.low + placed.text.high)
     text_offset = LINE_TO_TEXT * canvas.text_height
     if dimension.side in ("top", "bottom"):

@@ -70,7 +70,8 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
 def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
     """Return the dimensions to be measured on a housing, keyed by name.
 
-    They are in the order of the table, and their letters are assigned in this order.
+    They are in the order of the table, and their letters are assigned in this order. The tolerances come from `process`
+    or from the general tolerance.
     """
     housing = sensor.housing
     dimensions = {
@@ -89,6 +90,7 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
         dimensions["pad"] = _single_dimension("height, pad", housing.back_to_back.pad_height, process)
     return {
         name: replace(dimension, letter=letter)
+        # There are more letters than dimensions.
         for (name, dimension), letter in zip(dimensions.items(), _LETTERS, strict=False)
     }
 
@@ -121,18 +123,20 @@ def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 
 def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     """Return the dimensions of the leaves: the thickness and length for each spring, and the depth of the plate.
 
-    The thickness is measured on both leaves of a spring, because each leaf contributes half of the stiffness.
+    The thickness is measured on both leaves of a spring, because each leaf contributes half of the stiffness. Both
+    thicknesses come before the lengths, because this is the order of the table.
     """
     dimensions = {}
     tolerance = _plus_minus(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
-        gain = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the thickness of only one leaf changes
+        # An error of one leaf changes half of the stiffness.
+        stiffness_ratio = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))
         dimensions[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,
             tolerance=tolerance,
-            moves=_change_text(f"K_{arm.name[0]}", gain),
+            moves=_change_text(f"K_{arm.name[0]}", stiffness_ratio),  # K_l or K_h
         )
     for arm in housing.arms:
         dimensions[f"{arm.name} length"] = MeasuredDimension(
@@ -157,7 +161,10 @@ def _stop_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDi
 
 
 def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:
-    """Return the spacing, the heights and the width of the tips; domes have a radius instead of a width."""
+    """Return the dimensions of the tips, keyed by name: spacing, heights, height difference, and size of the contact.
+
+    The size of the contact is the width of a flat tip, the width or diameter of a pin, or the radius of a dome.
+    """
     housing = sensor.housing
     # A height error adds to the travel. Very soft springs deflect by the whole travel, and the force is proportional to
     # it. With very stiff springs, the fruit is indented by the whole travel, and the force of a dome is proportional to
@@ -182,7 +189,10 @@ def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, Measure
 
 
 def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimension:
-    """Return the dimension of a tip that determines the contact: a dome radius, a pin size, or a face width."""
+    """Return the dimension of a tip that determines the contact: a dome radius, a pin size, or a face width.
+
+    The contact stiffness is proportional to the width of a flat face, and to the square root of the radius of a dome.
+    """
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
     if housing.dome:

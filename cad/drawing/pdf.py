@@ -49,9 +49,10 @@ class PdfPage(Recorder):
         for number, body in enumerate(bodies, start=1):
             offsets.append(len(file))
             file += b"%d 0 obj\n%s\nendobj\n" % (number, body)
-        count = len(bodies) + 1
+        count = len(bodies) + 1  # including object 0, the head of the list of free objects
         table = b"".join(b"%010d 00000 n \n" % offset for offset in offsets)
         table_header = b"xref\n0 %d\n0000000000 65535 f \n" % count
+        # Readers start at the end of the file, where the offset of the table is.
         trailer = b"trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%d\n%%%%EOF\n" % (count, len(file))
         return file + table_header + table + trailer
 
@@ -94,7 +95,7 @@ class PdfPage(Recorder):
         self._operators.append(f"{POINTS * properties.lineweight:.2f} w {path} S")
 
     def _path_operators(self, path: BkPath2d) -> str:
-        """Return the operators that construct a path.
+        """Return the operators that construct a path: m moves to a point, l draws a line, and c draws a curve.
 
         PDF has only cubic Bezier curves, so a quadratic curve is written as the equivalent cubic curve. The cubic
         control points are two thirds of the way from each end to the quadratic control point.

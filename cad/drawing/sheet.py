@@ -114,7 +114,7 @@ def lay_out_sheet(
 
     Sheets from A4 to A2 are tried at standard scales. `draw_views` draws the views on a canvas, and returns the table
     and the bounding box of each view [mm]. The table is placed above the title block in the lower right corner, and the
-    notes are placed in the lower left corner.
+    `notes`, one string per line, are placed in the lower left corner. `title` holds the contents of the title block.
     """
     layout = _first_layout_that_fits(draw_views, notes, title)
     canvas = layout.scaled_views.canvas
@@ -151,27 +151,26 @@ class _Layout(NamedTuple):
 def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
-    """Return the first layout in which nothing overlaps; the arguments are the same as in `lay_out_sheet`.
+    """Return the first layout, of all choices of size and scale, in which views, table and notes do not overlap.
 
-    If there is none, the layout tried last is returned, with the lower left corner of the views at the corner of the
-    sheet.
+    `draw_views` draws the views on a canvas, and returns the table and the bounding box of each view [mm]. If there is
+    no such layout, the layout tried last is returned, with the views in the lower left corner of the sheet.
     """
     by_scale: dict[str, _ScaledViews] = {}
     for size, scale in _CHOICES:
-        if scale not in by_scale:
+        if scale not in by_scale:  # sheets of different sizes share the views at one scale
             canvas = Canvas(SCALES[scale], decimals=title.decimals)
             by_scale[scale] = _ScaledViews(canvas, *draw_views(canvas))
         scaled_views = by_scale[scale]
         corner = _sheet_corner(SIZES[size], scaled_views, notes)
         if corner is not None:
             return _Layout(size, scale, scaled_views, corner)
-    return _Layout(
-        size, scale, scaled_views, (scaled_views.views[0].left, min(view.bottom for view in scaled_views.views))
-    )
+    lower_left = (scaled_views.views[0].left, min(view.bottom for view in scaled_views.views))
+    return _Layout(size, scale, scaled_views, lower_left)
 
 
 def _revision(canvas: Canvas, title: Title) -> str:
-    """Return the revision of a drawing: the first eight hexadecimal digits of a hash of its texts and lengths.
+    """Return the revision of a drawing: the first eight hexadecimal digits of a hash of its title, texts and lengths.
 
     Identical drawings have identical revisions. Consecutive numbers are impossible, because changes to a design are not
     counted.
@@ -184,8 +183,8 @@ def _revision(canvas: Canvas, title: Title) -> str:
 def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str]) -> Point | None:
     """Return the lower left corner of a sheet in the drawing [mm], or None if the views do not fit on the sheet.
 
-    Three positions of the views on the sheet are tried. All boxes are in millimetres on paper, measured from the lower
-    left corner of the sheet.
+    `paper` [mm] is the size of the sheet, and `notes` are its notes, one string per line. Three positions of the views
+    on the sheet are tried. All boxes are in millimetres on paper, measured from the lower left corner of the sheet.
     """
     scale = scaled_views.canvas.scale
     frame = _frame_of(paper)
@@ -326,8 +325,9 @@ def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
     """Draw a row of cells, as wide as the title block, with its lower edge at the height `base` [mm on paper].
 
-    The heading of a cell is written in small letters above its text. If there is no heading, the text is centred in the
-    height of the cell. The margins of 1 to 2.5 mm were chosen by eye.
+    `size` is the size of the sheet, and `row_height` [mm on paper] is the height of the row. The heading of a cell is
+    written in small letters above its text. If there is no heading, the text is centred in the height of the cell. The
+    margins of 1 to 2.5 mm were chosen by eye.
     """
     right = size.width - _MARGIN.right
     x = right - _BLOCK.width
@@ -350,18 +350,19 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
 def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Sequence[_Cell], ...]:
     """Return the rows of the title block from top to bottom, with the data fields of ISO 7200.
 
-    Three cells are left empty, to be filled in by hand.
+    `size` and `scale` are the names of the sheet size and the scale, such as A4 and 1:2. Three cells are left empty, to
+    be filled in by hand.
     """
     date = given_date()
     # The widths of the cells of each row add up to the width of the title block.
-    empty_cells = (
+    cells_to_fill_in = (
         _Cell("legal owner", "", 44.0),
         _Cell("created by", "", 40.0),
         _Cell("approved by", "", 40.0),
     )
     return (
         (_Cell("part", f"{title.name}: housing", _BLOCK.width),),
-        empty_cells,
+        cells_to_fill_in,
         (
             _Cell("number", f"{title.name}-01", 62.0),
             _Cell("revision", revision, 22.0),
@@ -376,7 +377,7 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
             _Cell("scale", scale, 18.0),
             _Cell("sheet", f"{size} 1/1", 20.0),
             _Cell("date", date.strftime("%Y-%m-%d") if date else "", 26.0),
-            _Cell("first angle", "", 20.0),
+            _Cell("first angle", "", 20.0),  # `_draw_title` draws the symbol in this cell
         ),
     )
 
