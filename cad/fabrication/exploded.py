@@ -43,13 +43,14 @@ class Balloon:
 
 
 def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) -> None:
-    """Write the exploded view of a sensor with its bracket to an SVG file.
+    """Write the exploded view of a sensor with its bracket to an SVG file, with the numbers of the bill.
 
     Raises OSError if the file cannot be written.
     """
     groups = explode(assembly)
     shapes = [placed_shape(part) for group in groups.values() for part in group]
     edges = view_of(cq.Compound.makeCompound(shapes), "corner")
+    # The kernel returns edges in any order. Sorted and rounded lines make the files of identical sensors identical.
     lines = sorted([(round(x, 2), round(y, 2)) for x, y in edge_points(edge)] for edge in edges)
     text = render_template(
         "exploded.svg.jinja", lines=lines, balloons=place_balloons(groups, bill), room=_ABOVE_PICTURE_MM
@@ -60,7 +61,8 @@ def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) 
 def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
     """Group the parts of a sensor by their position in the stack, and return the groups moved apart along y [mm].
 
-    The fruit is omitted. Pins are also moved down, out of the housing or the plate that holds them.
+    The groups are keyed by the names in `_STACK`, which run from the front to the back. The fruit is omitted. Pins are
+    also moved down, out of the housing or the plate that holds them.
     """
     parts = assembly.children
     pins = [part for part in parts if product_of(part) == "pin"]
@@ -87,13 +89,13 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
 def place_balloons(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
     """Return the numbers of the groups of parts, placed in one row above the picture [mm].
 
-    Each number is above the highest point of its group, or farther to the right if the previous number is too close.
+    `groups` are the groups of `explode`. Each number is above the highest point of its group, or farther to the right
+    if the previous number is too close.
     """
     numbers: dict[str, int] = {}
     for number, row in enumerate(bill, start=1):
-        numbers.setdefault(row.part, number)
-    # A part with several lines in the bill gets the number of its first line. The only groups that are not named in
-    # `_STACK` are pins.
+        numbers.setdefault(row.part, number)  # a part with several lines in the bill gets the number of the first line
+    # The only groups that are not named in `_STACK` are pins.
     targets = sorted(
         (_highest_point(position, group), numbers[_STACK.get(position, "pin")]) for position, group in groups.items()
     )
@@ -111,14 +113,16 @@ def _displace(parts: Sequence[cq.Assembly], y: float, z: float = 0.0) -> list[cq
 
 
 def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, float]:
-    """Return the highest point of a group of parts in the view [mm].
+    """Return the highest point (x, y) of a group of parts in the view [mm].
 
-    If the bracket hides parts of the group, only the parts farthest to the right are searched.
+    `position` is the name of the group. If the bracket hides parts of it, only the parts farthest to the right are
+    searched.
     """
     shapes = [placed_shape(part) for part in group]
-    rightmost = max(shape.BoundingBox().xmax for shape in shapes)
+    right_edge = max(shape.BoundingBox().xmax for shape in shapes)
     visible = [
-        shape for shape in shapes if position not in _PARTLY_HIDDEN or shape.BoundingBox().xmax > rightmost - _CHORD_MM
+        shape for shape in shapes if position not in _PARTLY_HIDDEN or shape.BoundingBox().xmax > right_edge - _CHORD_MM
     ]
+    # OCCT stores triangles in a shape. The copy keeps these coarse triangles out of the files that are written later.
     corners = [corner for shape in visible for corner in shape.copy().tessellate(_CHORD_MM)[0]]
     return max((point_in_view(corner, "corner") for corner in corners), key=lambda point: point[1])

@@ -1,9 +1,11 @@
 """The files that a maker needs in addition to the housing: drawing, coupon, cover, bracket, bill and sheet."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cadquery as cq
+import trimesh
 
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
@@ -20,6 +22,7 @@ from cad.parts.assembly import assembly_of
 from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.design.signal_path import SpringReadOut
+from sensor.quantity import Estimate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,11 +34,26 @@ class MakerFiles:
     mount: cq.Shape
 
 
+@dataclass(frozen=True, kw_only=True)
+class _PartFiles:
+    """The files of the printed parts, with the shapes, meshes and volumes of the parts, keyed by part name.
+
+    `read_back` are the shapes [mm] that were read back from the STEP files. `meshes` are the parts in print pose [mm],
+    and `volumes` [mm^3] are their volumes. Meshes and volumes include the housing, which has its files already.
+    """
+
+    paths: tuple[Path, ...]
+    read_back: Mapping[str, cq.Shape]
+    meshes: Mapping[str, trimesh.Trimesh]
+    volumes: Mapping[str, Estimate]
+
+
 def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
     """Write the drawing, coupon, cover, bracket, print plate, exploded view, bill and sheet to a folder.
 
-    If `read_out` has a signal path, the wiring plan wiring.svg is written too. Raises OSError if a file cannot be
-    written, and ExportError if the volume read back from a file is wrong.
+    `title` is the title block of the drawing, without the mass, and `read_out` describes how the springs are read. If
+    `read_out` has a signal path, the wiring plan wiring.svg is written too. Raises OSError if a file cannot be written,
+    and ExportError if the volume read back from a file is wrong.
     """
     housing = sensor.housing
     process = title.process
@@ -47,19 +65,10 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
 
     drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
     paths = [*drawing.write(folder / "drawing")]
-    read_back = {}
-    printed_shape = print_shape(sensor)
-    meshes = {"housing": triangles(printed_shape)}
-    volumes = {"housing": triangles_volume(printed_shape)}
-    for name, part in parts.items():
-        step = folder / f"{name}.step"
-        stl = folder / f"{name}.stl"
-        read_back[name] = export_step(part, step)
-        meshes[name] = export_stl(print_pose(shapes[name]), stl)
-        volumes[name] = triangles_volume(shapes[name])
-        paths += [step, stl]
+    part_files = _write_parts(sensor, parts, folder)
+    paths += part_files.paths
     paths.append(folder / "plate.3mf")
-    write_plate(meshes, volumes, bill, slicer_settings(process, housing), paths[-1])
+    write_plate(part_files.meshes, part_files.volumes, bill, slicer_settings(process, housing), paths[-1])
 
     signal = read_out.signal
     if signal is not None:
@@ -75,4 +84,27 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     for name, text in documents.items():
         (folder / name).write_text(text, encoding="utf-8")
         paths.append(folder / name)
+    read_back = part_files.read_back
     return MakerFiles(paths=tuple(paths), cover=read_back["cover"], mount=read_back["mount"])
+
+
+def _write_parts(sensor: SensorSolids, parts: Mapping[str, cq.Assembly], folder: Path) -> _PartFiles:
+    """Write each part to a STEP file, and in print pose to an STL file.
+
+    `parts` are the parts that are printed in addition to the housing, keyed by name. Raises OSError if a file cannot be
+    written, and ExportError if the volume read back from it is wrong.
+    """
+    paths = []
+    read_back = {}
+    printed_housing = print_shape(sensor)
+    meshes = {"housing": triangles(printed_housing)}
+    volumes = {"housing": triangles_volume(printed_housing)}
+    for name, part in parts.items():
+        step = folder / f"{name}.step"
+        stl = folder / f"{name}.stl"
+        shape = part.shapes[0]
+        read_back[name] = export_step(part, step)
+        meshes[name] = export_stl(print_pose(shape), stl)
+        volumes[name] = triangles_volume(shape)
+        paths += [step, stl]
+    return _PartFiles(paths=tuple(paths), read_back=read_back, meshes=meshes, volumes=volumes)

@@ -60,14 +60,15 @@ def coarsest_resolution(largest_reading: float) -> float:
 
 
 def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
-    """Return the table row for a leaf of the coupon: its largest weight [g] and its sag under this weight [mm].
+    """Return the table row for the leaf of the coupon that is equal to the leaves of a spring.
 
-    `factor` [1/mm] converts force / sag into E, as in `modulus_factor`.
+    `grams` [g] is the largest weight on the leaf, `sag` [mm] its deflection under this weight, and `thickness` is in
+    mm. The modulus follows from a measured force and sag as E = `factor` [1/mm] * force / sag.
     """
     factor = modulus_factor(arm.flexure)
-    force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
+    force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)  # [N]
     return {
-        "name": arm.name[0].upper(),
+        "name": arm.name[0].upper(),  # L or H, as engraved on the coupon
         "thickness": arm.flexure.thickness,
         "factor": factor,
         "grams": 1e3 * force / STANDARD_GRAVITY,
@@ -76,10 +77,10 @@ def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
 
 
 def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
-    """Return the table row for the calibration of a spring: its largest deflection [mm] and weight [g].
+    """Return the table row for the calibration of a spring: its largest deflection [mm] and weight `grams` [g].
 
     The resolutions of the dial gauge [mm] and the balance [g] are taken from the bench. Without a bench, they are the
-    coarsest resolutions with which K can be determined to within 1 %.
+    coarsest resolutions with which the stiffness K can be determined to within 1 %.
     """
     # A calibration does not load a spring as far as it is loaded in use.
     deflection = PRESSED * spring.deflection
@@ -97,6 +98,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
     """Return the fabrication sheet as Markdown text: the bill, sizes, and instructions for making and calibrating.
 
     The text comes from the template `fabrication_sheet.md.jinja`, which refers to the values below by their names.
+    `bill` holds the lines of the bill of materials, and `read_out` describes how the springs are read and calibrated.
     Lengths are in mm.
     """
     process = title.process

@@ -12,7 +12,7 @@ import trimesh
 
 from cad.checks.as_designed import FOREIGN_MM, STEP_KINDS, UNITS, as_designed_verdict, part_triangles, shape_triangles
 from cad.checks.triangle_checks import enclosed_volume
-from cad.fabrication.mount import mount_solid
+from cad.fabrication.mount import bracket_solid
 from cad.files.sensor_files import print_shape
 from cad.parts.assembly import COVER_COLOUR, STEEL_COLOUR, assembly_of
 from cad.parts.coupon_solid import coupon_part
@@ -32,12 +32,12 @@ RUN_FILES = (*HOUSING_FILES, "assembly.step")
 def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]:
     """Return the functions that draw the parts added by `pipeline design`, keyed by part name.
 
-    Each part is written to a STEP file and an STL file.
+    Each part is written to a STEP file and an STL file. The part with the name `mount` is the bracket.
     """
     return {
         "coupon": lambda: cq.Assembly(coupon_part(sensor.housing).shape, name="coupon", color=_TOOL_COLOUR),
         "cover": lambda: cq.Assembly(cover_part(sensor.housing, sensor.seats).shape, name="cover", color=COVER_COLOUR),
-        "mount": lambda: cq.Assembly(mount_solid(sensor), name="mount", color=STEEL_COLOUR),
+        "mount": lambda: cq.Assembly(bracket_solid(sensor), name="mount", color=STEEL_COLOUR),
     }
 
 
@@ -46,7 +46,7 @@ def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
 
     The shapes are in the poses of the files. A shape is drawn only when its function is called.
     """
-    draw_printed = functools.partial(print_shape, sensor)
+    draw_printed = functools.partial(print_shape, sensor)  # one function for two files, so that they share its result
     shapes: dict[str, Callable[[], cq.Shape]] = {
         "housing.step": lambda: sensor.part.shape,
         "housing.stl": draw_printed,
@@ -70,23 +70,25 @@ def _in_print_pose(draw: Callable[[], cq.Assembly]) -> cq.Shape:
 
 
 def files_as_designed(sensor: SensorSolids, folder: Path, names: Iterable[str]) -> Verdict:
-    """Return geometry.as_designed on the named files of a folder. Raises ValueError if a file cannot be read."""
-    draw_shape = file_shapes(sensor)
+    """Return the verdict geometry.as_designed: whether the named files of a folder have the designed geometry.
+
+    Raises ValueError if a file cannot be read.
+    """
+    draw_functions = file_shapes(sensor)
 
     @functools.cache  # files of the same shape and kind share their triangles
     def design_triangles(draw: Callable[[], cq.Shape], kind: str) -> trimesh.Trimesh:
         return shape_triangles(draw(), kind)
 
-    return as_designed_verdict(
-        {
-            name: (part_triangles(folder / name), design_triangles(draw_shape[name], _compared_kind(name)))
-            for name in names
-        }
-    )
+    pairs = {
+        name: (part_triangles(folder / name), design_triangles(draw_functions[name], _compared_kind(name)))
+        for name in names
+    }
+    return as_designed_verdict(pairs)
 
 
 def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
-    """Return geometry.as_designed on a file of any origin, compared with the most similar part of the sensor.
+    """Return the verdict geometry.as_designed on a file of any origin, compared with the most similar part of a sensor.
 
     A STEP file is compared with the parts in the poses of the STEP files. An STL or 3MF file is compared with the parts
     in print pose. The most similar part is the part whose volume and surface area are closest to the file, in any unit.

@@ -54,13 +54,18 @@ def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
     return (offset, offset), (-offset, offset), (-offset, -offset), (offset, -offset)
 
 
-def mount_solid(sensor: SensorSolids) -> cq.Solid:
-    """Return the bracket in its position behind the sensor [mm]: an upright plate and a shelf, with their holes."""
+def bracket_solid(sensor: SensorSolids) -> cq.Solid:
+    """Return the bracket in its position behind the sensor [mm], with its holes and its window.
+
+    It consists of an upright plate, against which the sensor is screwed, and a shelf, which is the plate under the
+    flange.
+    """
     housing = sensor.housing
     back = back_of(sensor)
     hole_length = PLATE_MM + 2.0 * _MARGIN_MM
     bracket = cq.Workplane(obj=upright(sensor).fuse(shelf(sensor)).clean())
     # A workplane XZ extrudes along -y, so the screw holes are cut from behind.
+    # All cuts begin and end `_MARGIN_MM` outside the plate, so that no thin layer remains.
     rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN_MM, 0.0))
     screw_holes = rear_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     bracket = bracket.cut(screw_holes.extrude(hole_length))
@@ -72,7 +77,7 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
     return bracket.findSolid().Solids()[0]
 
 
-def mount_part(sensor: SensorSolids) -> Part:
+def bracket_part(sensor: SensorSolids) -> Part:
     """Return the bracket in its position, with the named faces `seat`, `flange`, `mounting_holes` and `flange_holes`.
 
     The sensor is held against the seat by screws through the mounting holes.
@@ -83,7 +88,7 @@ def mount_part(sensor: SensorSolids) -> Part:
         "mounting_holes": lambda face: is_hole(face, sensor.housing.hole_diameter),
         "flange_holes": lambda face: is_hole(face, FLANGE_HOLE_MM),
     }
-    return named_part("mount", mount_solid(sensor), faces)
+    return named_part("mount", bracket_solid(sensor), faces)
 
 
 def window(sensor: SensorSolids) -> cq.Solid | None:
@@ -94,6 +99,7 @@ def window(sensor: SensorSolids) -> cq.Solid | None:
     housing, seats = sensor.housing, sensor.seats
     if seats is None or housing.mount != "covers" or not housing.back_to_back:
         return None
+    # The windows of the cover are symmetric about x = 0, and `seats.sensor` is measured down from the top of the frame.
     half_width = max(seats.windows) + 0.5 * seats.window_width + _BESIDE_SENSOR_MM
     lower_level = housing.top_level - seats.sensor - 0.5 * seats.window_height - _BESIDE_SENSOR_MM
     corner = cq.Vector(-half_width, back_of(sensor) - _MARGIN_MM, lower_level)
@@ -112,7 +118,7 @@ def upright(sensor: SensorSolids) -> cq.Solid:
     """
     housing = sensor.housing
     back = back_of(sensor)
-    # A tilt lowers the rear edge of the plate by this much, relative to the cover. It is rounded up to 0.1 mm.
+    # A tilt lowers the rear edge of the plate by `edge_drop` [mm], relative to the cover. It is rounded up to 0.1 mm.
     edge_drop = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
     lower_level = housing.cover_level + math.ceil(10.0 * edge_drop) / 10.0
     height = _shelf_level(sensor) + PLATE_MM - lower_level
@@ -129,9 +135,10 @@ def shelf(sensor: SensorSolids) -> cq.Solid:
 
 
 def flange_heads(sensor: SensorSolids) -> cq.Shape:
-    """Return cylinders for the heads of the flange screws under the shelf [mm].
+    """Return cylinders for the heads of the flange screws under the shelf [mm], for checks of clearances.
 
-    They are as high as the space for the heads, apart from the clearance below them.
+    They reach from the shelf down to 1 mm above the frame. So they are as high as the space for the heads, apart from
+    the clearance below them.
     """
     level = sensor.housing.top_level
     up = cq.Vector(0.0, 0.0, 1.0)

@@ -15,30 +15,31 @@ _BOX_MM = 1e3  # width of a box that is larger than any sensor
 _BELOW_SHELF_MM = 0.5
 
 
-def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> tuple[Verdict, ...]:
+def mount_verdicts(sensor: SensorSolids, bracket: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.mount_clearance and geometry.mount_over_fruit [mm] for a bracket, drawn or read from a file."""
     return (
-        _clearance_verdict(sensor, mount, process),
-        fruit_clearance_verdict("geometry.mount_over_fruit", sensor, mount),
+        _clearance_verdict(sensor, bracket, process),
+        fruit_clearance_verdict("geometry.mount_over_fruit", sensor, bracket),
     )
 
 
-def _clearance_verdict(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
-    """Return geometry.mount_clearance, the smallest of three distances [mm].
+def _clearance_verdict(sensor: SensorSolids, bracket: cq.Shape, process: Process) -> Verdict:
+    """Return geometry.mount_clearance, the verdict on the smallest of three distances [mm].
 
     The first is the distance from the bracket to the moving parts at their stops. The others are the distances from the
-    heads of the flange screws to the housing, and to the bracket below its shelf.
+    heads of the flange screws to the housing, and to the bracket below its shelf. The limit is the smallest gap that
+    `process` can print.
     """
     housing = sensor.housing
     heads = flange_heads(sensor)
     upper_level = housing.top_level + HEAD_ROOM_MM - _BELOW_SHELF_MM
     corner = cq.Vector(-0.5 * _BOX_MM, -0.5 * _BOX_MM, upper_level - _BOX_MM)
-    below_shelf = mount.intersect(cq.Solid.makeBox(_BOX_MM, _BOX_MM, _BOX_MM, corner))
-    placement = plate_places(housing)[0]
+    below_shelf = bracket.intersect(cq.Solid.makeBox(_BOX_MM, _BOX_MM, _BOX_MM, corner))
+    placement = plate_places(housing)[0]  # of two back-to-back plates, the front one
     distances = [float(sensor.part.shape.moved(placement).distance(heads)), float(below_shelf.distance(heads))]
     for arm in housing.arms:
         stop = cq.Location(cq.Vector(0.0, 0.0, housing.cavity_level - arm.top_level))
-        distances.append(float(moving_part(sensor, arm).moved(placement * stop).distance(mount)))
+        distances.append(float(moving_part(sensor, arm).moved(placement * stop).distance(bracket)))
     reference = f"smallest distance between bracket and moving parts, or around the flange screws; {process.name}"
     return judge(
         "geometry.mount_clearance", min(distances), reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM

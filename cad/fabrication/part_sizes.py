@@ -22,9 +22,13 @@ class SizeLine:
 
 
 def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
-    """Return the sizes of the cover in the pose of cover.stl, with its rim up and the side of the tips in front."""
+    """Return the sizes of the cover in the pose of cover.stl, with its rim up and the side of the tips in front.
+
+    With a Hall read-out, the sizes of the windows for the sensors are included.
+    """
     housing, seats = sensor.housing, sensor.seats
-    width, height = housing.right - housing.left, housing.top_level - housing.cover_level
+    width = housing.right - housing.left
+    height = housing.top_level - housing.cover_level
     sizes = [
         SizeLine("width x height x thickness with rim", _times(width, height, COVER_MM)),
         SizeLine("height of the rim", _number(RECESS_MM)),
@@ -45,9 +49,14 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
 
 def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
-    """Return the sizes of the bracket, as seen from the front of the sensor with the flange at the top."""
-    housing, opening = sensor.housing, window(sensor)
-    plate, flange = upright(sensor).BoundingBox(), shelf(sensor).BoundingBox()
+    """Return the sizes of the bracket, as seen from the front of the sensor with the flange at the top.
+
+    The upright plate carries the sensor, and the plate under the flange is the shelf of the bracket.
+    """
+    housing = sensor.housing
+    opening = window(sensor)
+    plate = upright(sensor).BoundingBox()
+    flange = shelf(sensor).BoundingBox()
     sizes = [
         SizeLine(
             "upright plate, width x height with the flange x thickness", _times(plate.xlen, plate.zlen, plate.ylen)
@@ -63,16 +72,17 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
         ),
         *_screw_hole_lines(housing, plate.zmax),
         SizeLine("holes of the flange, diameter", f"{len(flange_holes(sensor))} x {_number(FLANGE_HOLE_MM)}"),
-        SizeLine("their circle, diameter", _number(FLANGE_CIRCLE_MM)),
+        SizeLine("bolt circle of the flange, diameter", _number(FLANGE_CIRCLE_MM)),
         SizeLine(
-            "their centres, from the left and the front edge of their plate",
+            "centres of the holes of the flange, from the left and the front edge of their plate",
             _points_text([(x - flange.xmin, y - flange.ymin) for x, y in flange_holes(sensor)]),
         ),
     ]
     if opening is not None:
         box = opening.BoundingBox()
         sizes.append(SizeLine("window, width x height", _times(box.xlen, box.zlen)))
-        sizes.append(SizeLine("its centre, from the left and the upper edge", _points_text([_from_corner(box, plate)])))
+        centre_text = _points_text([_from_corner(box, plate)])
+        sizes.append(SizeLine("centre of the window, from the left and the upper edge", centre_text))
     return tuple(sizes)
 
 
@@ -81,7 +91,7 @@ def _screw_hole_lines(housing: Housing, top: float) -> tuple[SizeLine, ...]:
     centres = [(x - housing.left, top - z) for x, z in housing.holes]
     return (
         SizeLine("holes for screws, diameter", f"{len(centres)} x {_number(housing.hole_diameter)}"),
-        SizeLine("their centres, from the left and the upper edge", _points_text(centres)),
+        SizeLine("centres of the screw holes, from the left and the upper edge", _points_text(centres)),
     )
 
 

@@ -28,32 +28,34 @@ def write_plate(
     slicer. Every copy is a separate object, because PrusaSlicer applies settings only to the first copy of an object.
     Raises OSError if the file cannot be written, and ExportError if the volume read back from it is wrong.
     """
-    counts = {row.part: row.count for row in bill if row.part in meshes}
+    counts = {row.part: row.count for row in bill if row.part in meshes}  # without bought parts
     write_3mf(arrange_on_bed(meshes, counts), path, settings)
     expected_volumes = [(count, volumes[name]) for name, count in counts.items()]
-    total = sum(count * volume.value for count, volume in expected_volumes)
-    error = sum(count * volume.error for count, volume in expected_volumes)
-    compare_volume(path, read_3mf(path).mesh.volume, Estimate(total, error, "mm^3"))
+    total_volume = sum(count * volume.value for count, volume in expected_volumes)
+    volume_error = sum(count * volume.error for count, volume in expected_volumes)
+    compare_volume(path, read_3mf(path).mesh.volume, Estimate(total_volume, volume_error, "mm^3"))
 
 
 def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, int]) -> dict[str, trimesh.Trimesh]:
     """Arrange all copies of the parts in rows on a square bed that is as small as possible [mm].
 
-    The longer side of each part is along y, and the longest part comes first. Several row widths are tried: the total
-    width of the first n copies, for every n. The arrangement that needs the smallest bed is returned.
+    `meshes` are the parts in print pose [mm] and `counts` the numbers of their copies, both keyed by name. The longer
+    side of each part is along y, and the longest part comes first. Several row widths are tried: the total width of the
+    first n copies, for every n. The arrangement that needs the smallest bed is returned.
     """
     rotated = {}
     for name in counts:
+        # The bracket has no overhangs if it rests on its flange.
         mesh = rest_on_flange(meshes[name]) if name == "mount" else meshes[name]
         rotated[name] = _rotate_lengthwise(mesh)
-    names = sorted(counts, key=lambda name: -float(rotated[name].extents[1]))
+    names_by_length = sorted(counts, key=lambda name: -float(rotated[name].extents[1]))
     copies = [
         (f"{name} {copy}" if counts[name] > 1 else name, rotated[name])
-        for name in names
+        for name in names_by_length
         for copy in range(1, counts[name] + 1)
     ]
-    widths = itertools.accumulate(float(mesh.extents[0]) + GAP_MM for _, mesh in copies)
-    return min((_place_in_rows(copies, width) for width in widths), key=_bed_side)
+    row_widths = itertools.accumulate(float(mesh.extents[0]) + GAP_MM for _, mesh in copies)
+    return min((_place_in_rows(copies, width) for width in row_widths), key=_bed_side)
 
 
 def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) -> dict[str, trimesh.Trimesh]:

@@ -14,8 +14,9 @@ def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> N
     and `board` is a key of `BOARDS`. Raises OSError if the file cannot be written.
     """
     tips_per_plate = len(names) // plates
+    # If there are two plates, the number of the plate is added to the name of each tip.
     channels = [f"{name}, plate {1 + i // tips_per_plate}" if plates > 1 else name for i, name in enumerate(names)]
-    pins = BOARDS[board].pins
+    pins = BOARDS[board].pins  # pins of the amplifier, each with the number of the board's pin
     pin_names = [f"GP{number}" for number in pins.values()]
     picture = render_template(
         "wiring.svg.jinja",

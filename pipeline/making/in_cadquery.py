@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cad.fabrication.mount import mount_part
+from cad.fabrication.mount import bracket_part
 from cad.parts.assembly import assembly_of, sensor_of, tagged_workplane
 from cad.parts.cover_solid import cover_part
 from pipeline.result import SensorResult
@@ -108,7 +108,7 @@ def mount(result: SensorResult) -> cq.Workplane:
     >>> twintip.mount(result).faces(tag="flange_holes").size()
     4
     """
-    return tagged_workplane(mount_part(_solids_of(result)))
+    return tagged_workplane(bracket_part(_solids_of(result)))
 
 
 @in_turn()

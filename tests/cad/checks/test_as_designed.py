@@ -12,7 +12,7 @@ from squares import hall_square
 
 from cad.checks.as_designed import NAME, as_designed_verdict, largest_distance
 from cad.fabrication.file_shapes import HOUSING_FILES, file_shapes, files_as_designed, part_as_designed
-from cad.fabrication.mount import mount_solid
+from cad.fabrication.mount import bracket_solid
 from cad.files.sensor_files import print_shape, write_sensor
 from cad.files.step import write_step
 from cad.files.stl import CHORD_MM, triangles, write_stl
@@ -102,14 +102,14 @@ def test_a_changed_part_fails(named, fault, least, kind, tmp_path):
 
 
 def moved_bracket(_):
-    return mount_solid(hall_square()).translate(cq.Vector(0.1, 0, 0))
+    return bracket_solid(hall_square()).translate(cq.Vector(0.1, 0, 0))
 
 
 def bracket_with_other_holes(step):
     """Return a bracket with wider or narrower holes for the screws [mm]."""
     square = hall_square()
     diameter = square.housing.hole_diameter + step
-    return mount_solid(replace(square, housing=replace(square.housing, hole_diameter=diameter)))
+    return bracket_solid(replace(square, housing=replace(square.housing, hole_diameter=diameter)))
 
 
 def cover_with(seats):

@@ -8,7 +8,7 @@ from squares import RESIN, square_sensor
 
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.exploded import explode, write_exploded
-from cad.fabrication.mount import mount_solid
+from cad.fabrication.mount import bracket_solid
 from cad.parts.assembly import assembly_of, placed_shape
 from sensor.design.processes import PROCESSES
 
@@ -27,7 +27,7 @@ def case(request):
     shown = square_sensor() if request.param == "square" else request.getfixturevalue(request.param)
     assembly = assembly_of(shown)
     bill = bill_of_materials(shown, assembly, PROCESS[request.param], MASSES)
-    return assembly.add(mount_solid(shown), name="mount"), bill, SHOWN[request.param]
+    return assembly.add(bracket_solid(shown), name="mount"), bill, SHOWN[request.param]
 
 
 def test_every_body_but_the_fruit_is_shown_and_none_overlaps_another_kind(case):

@@ -6,14 +6,14 @@ import cadquery as cq
 import pytest
 from squares import RESIN
 
-from cad.fabrication.mount import PLATE_MM, back_of, mount_solid, mounted_grip
+from cad.fabrication.mount import PLATE_MM, back_of, bracket_solid, mounted_grip
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.parts.assembly import grip, screw_length
 
 
 @pytest.fixture(scope="module")
 def bracket(square):
-    return mount_solid(square)
+    return bracket_solid(square)
 
 
 def outcome(sensor, shape):
@@ -25,9 +25,9 @@ ALL = {"clearance": True, "over_fruit": True}
 
 def test_bracket_passes_behind_a_pair_and_behind_a_square(sensor, square, bracket):
     assert outcome(square, bracket) == ALL
-    assert outcome(sensor, mount_solid(sensor)) == ALL
+    assert outcome(sensor, bracket_solid(sensor)) == ALL
     covered = replace(sensor, housing=replace(sensor.housing, mount="covers", cover_level=sensor.housing.protrusion))
-    assert outcome(covered, mount_solid(covered)) == ALL
+    assert outcome(covered, bracket_solid(covered)) == ALL
 
 
 def test_screws_reach_through_the_bracket_too(square):
@@ -39,7 +39,7 @@ def test_screws_reach_through_the_bracket_too(square):
 def test_rear_washer_between_frame_and_bracket_is_in_the_grip(sensor):
     """Head, washer, frame, washer, bracket, washer, nut: the nut's end is where the bracket's back, 0.5 and 2.4 end."""
     bare = replace(sensor, housing=replace(sensor.housing, mount="washers"))
-    bracket = mount_solid(bare).BoundingBox()
+    bracket = bracket_solid(bare).BoundingBox()
     upright_back = back_of(bare) + PLATE_MM
     assert bracket.ymin <= back_of(bare) <= bracket.ymax
     assert mounted_grip(bare) == pytest.approx(upright_back + 0.5 * bare.housing.depth)

@@ -4,7 +4,7 @@ import cadquery as cq
 import pytest
 from squares import RESIN, square_sensor, with_seats
 
-from cad.fabrication.mount import FLANGE_HOLE_MM, mount_solid
+from cad.fabrication.mount import FLANGE_HOLE_MM, bracket_solid
 from cad.fabrication.part_sizes import bracket_sizes, cover_sizes
 from cad.parts.cover_solid import cover_part
 from cad.parts.part import is_hole
@@ -50,7 +50,7 @@ def test_sizes_of_the_cover_are_those_of_its_file(seated):
     sizes = cover_sizes(seated)
     outer = numbers(sizes, "width x height x thickness with rim")[0][0]
     assert outer == pytest.approx([box.xlen, box.ylen, box.zlen], abs=DIGITS)
-    places = numbers(sizes, "their centres, from the left and the upper edge")[0]
+    places = numbers(sizes, "centres of the screw holes, from the left and the upper edge")[0]
     found = hole_places(lying, seated.housing.hole_diameter, "y")
     assert sorted(places) == [pytest.approx(place, abs=DIGITS) for place in found]
     posts, bar = (numbers(sizes, f"width of the rim on the {where}")[0][0][0] for where in ("posts", "bar"))
@@ -68,7 +68,7 @@ def test_sizes_of_the_cover_are_those_of_its_file(seated):
 
 
 def test_sizes_of_the_bracket_are_those_of_its_solid(seated):
-    bracket = mount_solid(seated)
+    bracket = bracket_solid(seated)
     box = bracket.BoundingBox()
     sizes = bracket_sizes(seated)
     width, height, _ = numbers(sizes, "upright plate, width x height with the flange x thickness")[0][0]
@@ -76,13 +76,13 @@ def test_sizes_of_the_bracket_are_those_of_its_solid(seated):
     shift = numbers(sizes, "left edge of the plate under the flange, from the left edge of the upright")[0][0][0]
     across = max(width, shift + flange[0]) - min(0.0, shift)
     assert [across, height, flange[1]] == pytest.approx([box.xlen, box.zlen, box.ylen], abs=2.0 * DIGITS)
-    screws, *window = numbers(sizes, "their centres, from the left and the upper edge") + numbers(
-        sizes, "its centre, from the left and the upper edge"
+    screws, *window = numbers(sizes, "centres of the screw holes, from the left and the upper edge") + numbers(
+        sizes, "centre of the window, from the left and the upper edge"
     )
     left = seated.housing.left
     found = [[x + box.xmin - left, down] for x, down in hole_places(bracket, seated.housing.hole_diameter, "z")]
     assert sorted(screws) == [pytest.approx(place, abs=DIGITS) for place in found]
-    holes = numbers(sizes, "their centres, from the left and the front edge of their plate")[0]
+    holes = numbers(sizes, "centres of the holes of the flange, from the left and the front edge of their plate")[0]
     centres = sorted([face.Center().x, face.Center().y] for face in bracket.Faces() if is_hole(face, FLANGE_HOLE_MM))
     placed = sorted([left + shift + x, box.ymin + y] for x, y in holes)
     assert placed == [pytest.approx(place, abs=2.0 * DIGITS) for place in centres]

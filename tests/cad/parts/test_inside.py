@@ -14,7 +14,7 @@ from random_housings import housed_designs
 from squares import RESIN, square_sensor, with_seats
 
 from cad.checks.line_probe import solid_lines
-from cad.fabrication.mount import mount_solid
+from cad.fabrication.mount import bracket_solid
 from cad.parts.assembly import finished_part
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
@@ -81,7 +81,7 @@ def parts_of(sensor):
     return {
         "housing": (lambda: finished_part(housing, seats).shape, lambda points: inside_housing(housing, seats, points)),
         "cover": (lambda: cover_part(housing, seats).shape, lambda points: inside_cover(housing, seats, points)),
-        "mount": (lambda: mount_solid(sensor), lambda points: inside_bracket(sensor, points)),
+        "mount": (lambda: bracket_solid(sensor), lambda points: inside_bracket(sensor, points)),
         "coupon": (lambda: coupon_part(housing).shape, lambda points: inside_coupon(housing, points)),
     }
 
