@@ -123,6 +123,6 @@ def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, 
     visible = [
         shape for shape in shapes if position not in _PARTLY_HIDDEN or shape.BoundingBox().xmax > right_edge - _CHORD_MM
     ]
-    # OCCT stores triangles in a shape. The copy keeps these coarse triangles out of the files that are written later.
+    # OCCT stores triangles in a shape, and would reuse finer ones of an earlier call. The copies have none.
     corners = [corner for shape in visible for corner in shape.copy().tessellate(_CHORD_MM)[0]]
     return max((point_in_view(corner, "corner") for corner in corners), key=lambda point: point[1])

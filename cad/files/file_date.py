@@ -25,6 +25,7 @@ def file_date() -> datetime:
     """
     text = os.environ.get(NAME, str(DEFAULT_DATE))
     digits = text.strip()
+    # Only the first 20 digits are compared with the limit, because Python refuses to convert very long numbers.
     if not (digits.isascii() and digits.isdecimal() and int(digits[:20]) <= _LAST_SECOND):
         raise validation_error(
             NAME, text, "s", f"a whole number from 0 to {_LAST_SECOND}", "unset it, or give seconds since 1970"

@@ -26,17 +26,17 @@ _HEADER_BYTES = 12  # size of the file header: the magic bytes, the version, and
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GlbBody:
-    """A body: its name, vertices (n, 3) [mm], triangles (m, 3), colour, and displacement in the animation.
+    """A body: its name, vertices (n, 3) [mm], triangles (m, 3), colour, and displacement [mm] in the animation.
 
-    `colour` holds red, green and blue from 0 to 1, and `moved` is the displacement [mm]. Each is given for the whole
-    body, shape (3,), or for each vertex, shape (n, 3).
+    `triangles` are the vertex indices of the corners. `colour` holds red, green and blue from 0 to 1. Colour and
+    displacement are given for the whole body, shape (3,), or for each vertex, shape (n, 3).
     """
 
     name: str
     vertices: Floats
     triangles: NDArray[np.int64]
     colour: Floats
-    moved: Floats
+    displacement: Floats
 
 
 def glb_position(points: Floats) -> Floats:
@@ -51,7 +51,7 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
     0 to 1 within one second.
     """
     arrays = _Arrays()
-    meshes = [_mesh(body, arrays) for body in bodies]
+    meshes = [_add_mesh(body, arrays) for body in bodies]
     ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # used both as times [s] and as weights
     indices = range(len(bodies))
     animation = {
@@ -78,7 +78,7 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
     chunks = (
         struct.pack("<I4s", len(json_chunk), b"JSON") + json_chunk + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
     )
-    return struct.pack("<4sII", b"glTF", 2, _HEADER_BYTES + len(chunks)) + chunks
+    return struct.pack("<4sII", b"glTF", 2, _HEADER_BYTES + len(chunks)) + chunks  # 2 is the version of glTF
 
 
 class _Arrays:
@@ -90,20 +90,20 @@ class _Arrays:
         self.accessors: list[Tree] = []
         self._length = 0  # current length of the buffer [bytes]
 
-    def add(self, values: NDArray[Any], row_type: str, **properties: object) -> int:
+    def add(self, array: NDArray[Any], row_type: str, **properties: object) -> int:
         """Append an array (n, m) to the buffer, and return the index of its accessor.
 
         The size of a row must be a multiple of four bytes, because glTF aligns arrays to four bytes. `row_type` is the
         glTF type of a row, such as VEC3. `properties` are further properties of the accessor.
         """
-        chunk = values.tobytes()
+        chunk = array.tobytes()
         accessor = {
             "bufferView": len(self.views),
-            "componentType": _COMPONENT_TYPES[values.dtype.str],
-            "count": len(values),
+            "componentType": _COMPONENT_TYPES[array.dtype.str],
+            "count": len(array),
             "type": row_type,
-            "min": values.min(axis=0).tolist(),
-            "max": values.max(axis=0).tolist(),
+            "min": array.min(axis=0).tolist(),
+            "max": array.max(axis=0).tolist(),
         }
         self.views.append({"buffer": 0, "byteOffset": self._length, "byteLength": len(chunk)})
         self.accessors.append(accessor | properties)
@@ -112,12 +112,15 @@ class _Arrays:
         return len(self.accessors) - 1
 
 
-def _mesh(body: GlbBody, arrays: _Arrays) -> Tree:
-    """Add the arrays of a body to `arrays`, and return the glTF mesh that refers to them."""
-    count = len(body.vertices)
-    colour = np.full((count, 4), 255, dtype=np.uint8)  # the fourth channel is opacity
+def _add_mesh(body: GlbBody, arrays: _Arrays) -> Tree:
+    """Add the arrays of a body to `arrays`, and return the glTF mesh that refers to them by the indices of accessors.
+
+    The displacement of the body is the morph target of the mesh. Its weight is 0 until the animation raises it.
+    """
+    vertex_count = len(body.vertices)
+    colour = np.full((vertex_count, 4), 255, dtype=np.uint8)  # the fourth channel is opacity
     colour[:, :3] = _linear_colour(body.colour)
-    displacement = np.broadcast_to(body.moved, (count, 3))
+    displacement = np.broadcast_to(body.displacement, (vertex_count, 3))
     primitive = {
         "attributes": {
             "POSITION": arrays.add(glb_position(body.vertices).astype("<f4"), "VEC3"),

@@ -58,10 +58,11 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     The files housing.stl and housing.3mf are in print pose, with the engraved name. The 3MF file also holds `settings`
     for a slicer. The file assembly.glb has coloured bodies, and an animation that moves them to an exploded view.
 
-    Raises OSError if a file cannot be written, and ExportError if the volume read back from a file is wrong.
+    Raises OSError if a file cannot be written, and ExportError if the volume read back from a file is wrong. The volume
+    in the GLB file is not checked, because it serves only for a picture.
     """
     housing_step = folder / "housing.step"
-    step = export_step(cq.Assembly(sensor.part.shape, name="housing", color=PRINTED_COLOUR), housing_step)
+    housing_read = export_step(cq.Assembly(sensor.part.shape, name="housing", color=PRINTED_COLOUR), housing_step)
 
     assembly_step = folder / "assembly.step"
     assembly = assembly_of(sensor)
@@ -84,7 +85,7 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
         paths.append(folder / "pin.step")
         pin = pin_solid(sensor.housing.pin, sensor.tips)
         export_step(cq.Assembly(pin, name="pin", color=STEEL_COLOUR), paths[-1])
-    return SensorFiles(paths=tuple(paths), forms=FormsRead(step=step, stl=mesh))
+    return SensorFiles(paths=tuple(paths), forms=FormsRead(step=housing_read, stl=mesh))
 
 
 def print_shape(sensor: SensorSolids) -> cq.Shape:
@@ -107,16 +108,17 @@ def view_bodies(assembly: cq.Assembly) -> list[GlbBody]:
     for part in assembly.children:
         shape = part.shapes[0]
         if shape not in meshes:
-            vertices, triangle_corners = shape.copy().tessellate(_VIEW_CHORD_MM, _VIEW_ANGLE_RAD)
-            meshes[shape] = np.array([vertex.toTuple() for vertex in vertices]), np.array(triangle_corners)
-        corners, triangles = meshes[shape]
-        matrix = location_matrix(part.loc)
+            # OCCT stores triangles in a shape, and would reuse finer ones of an earlier call. The copy has none.
+            corners, triangle_corners = shape.copy().tessellate(_VIEW_CHORD_MM, _VIEW_ANGLE_RAD)
+            meshes[shape] = np.array([corner.toTuple() for corner in corners]), np.array(triangle_corners)
+        vertices, triangles = meshes[shape]
+        placement = location_matrix(part.loc)  # (3, 4): the rotation, and the position as the last column
         body = GlbBody(
             name=part.name,
-            vertices=corners @ matrix[:, :3].T + matrix[:, 3],
+            vertices=vertices @ placement[:, :3].T + placement[:, 3],
             triangles=triangles,
             colour=np.array(colour_of(part)),
-            moved=np.array([0.0, outwards(part), 0.0]),
+            displacement=np.array([0.0, outwards(part), 0.0]),
         )
         bodies.append(body)
     return bodies

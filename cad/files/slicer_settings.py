@@ -18,7 +18,7 @@ def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
     width = process.line_width_mm
     if process.kind != "fdm" or width is None:
         return {}
-    line_count = max(arm.flexure.thickness for arm in housing.arms) / width
+    line_count = max(arm.flexure.thickness for arm in housing.arms) / width  # number of lines across the thickest leaf
     settings = {
         "layer_height": process.layer_mm,
         "extrusion_width": width,
@@ -30,6 +30,7 @@ def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
         "support_material": 0,
         "brim_type": "no_brim",
     }
+    # A process may have no layer height. The slicer then uses the value of its print profile.
     return {
         key: f"{value:g}" if isinstance(value, float) else str(value)
         for key, value in settings.items()

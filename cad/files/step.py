@@ -20,7 +20,7 @@ _READING = {"xstep.cascade.unit": "MM"}
 
 
 def write_step(assembly: cq.Assembly, path: Path) -> None:
-    """Write an assembly or a single part [mm] to a STEP file, dated by `file_date`.
+    """Write an assembly or a single part [mm] to a STEP file, with names and colours, dated by `file_date`.
 
     Raises OSError if the file cannot be written, and MachineError if OCCT cannot translate the solids.
     """
@@ -31,6 +31,7 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
         msg = f"STEP: the CAD kernel cannot translate the solids of {path}; check that there is free memory"
         raise MachineError(msg)
     model = writer.ChangeWriter().Model()
+    # OCCT names some instances wrongly, and writes the current time into the header.
     _name_instances(model, [part.name for part in _parts(assembly)])
     header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(model)
     header.SetName(_ascii(assembly.name))
@@ -46,7 +47,8 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
 def _occt_settings(values: Mapping[str, str]) -> Iterator[None]:
     """Change OCCT's settings, which are global in a process, inside a `with` block, and restore them afterwards.
 
-    Raises MachineError if OCCT does not know a setting or refuses its value.
+    `values` are the temporary values, keyed by the names of the settings. Raises MachineError if OCCT does not know a
+    setting or refuses its value.
     """
     # The settings do not exist until a controller has been initialised.
     OCP.STEPCAFControl.STEPCAFControl_Controller.Init_s()
@@ -84,7 +86,7 @@ def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
             shapes.AddComponent(assembly_label, products[shape], part.loc.wrapped)
     if assembly_label:
         OCP.TDataStd.TDataStd_Name.Set_s(assembly_label, _unicode(assembly.name))
-        shapes.UpdateAssemblies()
+        shapes.UpdateAssemblies()  # computes the shape of the assembly from its components
     return document
 
 
@@ -122,14 +124,15 @@ def read_step(path: Path) -> cq.Shape:
 
     Raises OSError if the file cannot be read, and ValueError if it holds no shape.
     """
+    # OCCT expects a file without a byte order mark. If there is one, OCCT gets the data after it as a stream.
     with path.open("rb") as file:
-        has_mark = file.read(len(codecs.BOM_UTF8)) == codecs.BOM_UTF8
-        without_mark = io.BytesIO(file.read() if has_mark else b"")
+        has_byte_order_mark = file.read(len(codecs.BOM_UTF8)) == codecs.BOM_UTF8
+        data_after_mark = io.BytesIO(file.read() if has_byte_order_mark else b"")
     # OCCT must not print its messages to the terminal, because an error is raised instead.
     OCP.Message.Message.DefaultMessenger_s().ChangePrinters().Clear()
     with _occt_settings(_READING):
         reader = OCP.STEPControl.STEPControl_Reader()
-        status = reader.ReadStream(path.name, without_mark) if has_mark else reader.ReadFile(str(path))
+        status = reader.ReadStream(path.name, data_after_mark) if has_byte_order_mark else reader.ReadFile(str(path))
         if status != OCP.IFSelect.IFSelect_RetDone or not reader.TransferRoots():
             msg = f"STEP: {path.name} holds no shape that can be read; export it again"
             raise ValueError(msg)

@@ -45,11 +45,11 @@ def read_stl(path: Path) -> trimesh.Trimesh:
 
     Text files begin with the word `solid`, but some binary files do too. So a file counts as binary if its size agrees
     with its number of triangles, or if the words `facet normal` are missing. Raises ValueError if the file is damaged
-    or has no triangles.
+    or has no triangles. The normals of a binary file are kept.
     """
     data = path.read_bytes()
     has_binary_size = len(data) == _HEADER_BYTES + _FACET.itemsize * _triangle_count(data)
-    normals = None
+    normals = None  # trimesh computes the normals of a text file from the corners
     try:
         if has_binary_size or not _FACET_WORD.search(data):
             facets = np.frombuffer(data, dtype=_FACET, offset=_HEADER_BYTES)

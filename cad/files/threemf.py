@@ -59,27 +59,30 @@ class Package:
 def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mapping[str, str] | None = None) -> None:
     """Write closed meshes with merged vertices [mm] as the objects of a 3MF file; `bodies` holds them by name.
 
-    `settings` holds PrusaSlicer settings for all objects. All entries of the package have the date of `file_date`. The
-    package has no extensions and no 64-bit sizes, so that old slicers can read it. Raises OSError if the file cannot be
-    written.
+    `settings` holds the PrusaSlicer settings of all objects, by key. All entries of the package, which is a ZIP
+    archive, have the date of `file_date`. The package has no extensions and no 64-bit sizes, so that old slicers can
+    read it. Raises OSError if the file cannot be written.
     """
     objects = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
     items = [f'<item objectid="{number}"/>' for number in range(1, len(bodies) + 1)]
-    parts = {name: text.replace("{more}", _SETTINGS_TYPE if settings else "") for name, text in _FRAME.items()}
-    parts["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(objects), items="".join(items))
+    entries = {name: text.replace("{more}", _SETTINGS_TYPE if settings else "") for name, text in _FRAME.items()}
+    entries["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(objects), items="".join(items))
     if settings:
-        parts[_SETTINGS] = _settings_text(bodies, settings)
-    date = max(file_date(), _EARLIEST_ZIP_DATE).timetuple()[:6]
+        entries[_SETTINGS] = _settings_text(bodies, settings)
+    date = max(file_date(), _EARLIEST_ZIP_DATE).timetuple()[:6]  # year, month, day, hour, minute and second
     with zipfile.ZipFile(path, "w") as package:
-        for name, text in parts.items():
-            part = zipfile.ZipInfo(name, date)
-            part.compress_type = zipfile.ZIP_DEFLATED
-            part.create_system = 0  # so that the bytes do not depend on the operating system
-            package.writestr(part, text)
+        for name, text in entries.items():
+            entry = zipfile.ZipInfo(name, date)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 0  # so that the bytes do not depend on the operating system
+            package.writestr(entry, text)
 
 
 def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str, str]) -> str:
-    """Return XML with the settings of each object, and with the range of its triangles, which PrusaSlicer requires."""
+    """Return XML with the settings of each object, and with the range of its triangles, which PrusaSlicer requires.
+
+    `bodies` holds the objects by name, and `settings` the settings by key. They are the same for all objects.
+    """
     entries = "".join(
         f'  <metadata type="object" key={quoteattr(key)} value={quoteattr(value)}/>\n'
         for key, value in settings.items()
@@ -126,15 +129,16 @@ def read_3mf(path: Path) -> Package:
             faults.append(f"{repeated} vertices of object {name!r} are duplicates or belong to no triangle")
     names = tuple(dict.fromkeys(name for name, _ in bodies))
     meshes = [mesh for _, mesh in bodies]
-    corners, triangles = trimesh.util.append_faces([each.vertices for each in meshes], [each.faces for each in meshes])
+    # All bodies become one mesh, in which bodies have no common vertices.
+    corners, triangles = trimesh.util.append_faces([mesh.vertices for mesh in meshes], [mesh.faces for mesh in meshes])
     return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=tuple(faults))
 
 
 def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
     """Yield the name and the triangles of each mesh to be printed, in its position on the bed [mm].
 
-    Supports and other objects whose type is not `model` are skipped. Raises ValueError if a coordinate is not a finite
-    number.
+    The items to be printed refer to objects. An object is a mesh, or consists of other objects. Raises ValueError if a
+    coordinate is not a finite number.
     """
     items = model.GetBuildItems()
     while items.MoveNext():
@@ -148,7 +152,8 @@ def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]
 def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trimesh.Trimesh]]:
     """Yield the name and the mesh of an object, or of each of its components, in the unit of the file.
 
-    `placement` (4, 4) is the transform of the object. Raises ValueError if a coordinate is not a finite number.
+    `placement` (4, 4) is the transform of the object. Supports and other objects whose type is not `model` are skipped,
+    and so are empty meshes. Raises ValueError if a coordinate is not a finite number.
     """
     if body.GetType() != lib3mf.ObjectType.Model:
         return
@@ -188,12 +193,13 @@ def _reader_faults(reader: lib3mf.Reader, printable_count: int) -> list[str]:
     """Return lib3mf's warnings about a file, except the warnings about the attribute `printable`.
 
     For each of the `printable_count` items with this attribute, lib3mf warns once. The attribute is not a fault,
-    because all slicers write and read it.
+    because all slicers write and read it. Further warnings about unknown attributes are faults.
     """
     faults = []
+    expected_warnings = printable_count
     for code, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount())):
-        if code == _UNKNOWN_ATTRIBUTE and printable_count > 0:
-            printable_count -= 1
+        if code == _UNKNOWN_ATTRIBUTE and expected_warnings > 0:
+            expected_warnings -= 1
         else:
             faults.append(text)
     return faults

@@ -62,6 +62,6 @@ def _colour_scene(scene: FieldPicture, field: Field) -> Plain:
         vertices=np.asarray(surface.points, dtype=np.float64),
         triangles=surface.regular_faces,
         colour=scale.colours(np.asarray(surface.point_data[field.array], dtype=np.float64)),
-        moved=scene.factor * np.asarray(surface.point_data[DISPLACEMENT], dtype=np.float64),
+        displacement=scene.factor * np.asarray(surface.point_data[DISPLACEMENT], dtype=np.float64),
     )
     return field_body(f"{scene.name}: {field.title}", body, scale, f"{scene.caption}.")

@@ -130,7 +130,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         vertices=np.concatenate([at_rest, at_rest * mirror]),
         triangles=_triangles(np.concatenate([half_quads, len(corners) + half_quads[:, ::-1]])),
         colour=scale.colours(np.concatenate([stress, stress])),
-        moved=exaggeration * np.concatenate([displacement, displacement * mirror]),
+        displacement=exaggeration * np.concatenate([displacement, displacement * mirror]),
     )
     return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
 

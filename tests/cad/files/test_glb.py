@@ -14,7 +14,7 @@ FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
 def body(name, **changes):
-    given = {"vertices": CORNERS, "triangles": FACES, "colour": np.array([1.0, 0.5, 0.0]), "moved": np.zeros(3)}
+    given = {"vertices": CORNERS, "triangles": FACES, "colour": np.array([1.0, 0.5, 0.0]), "displacement": np.zeros(3)}
     return GlbBody(name=name, **{**given, **changes})
 
 
@@ -44,8 +44,8 @@ def test_bodies_are_read_back_with_names_and_places():
 
 
 def test_animation_moves_each_vertex():
-    moved = np.arange(12.0).reshape(4, 3)
-    tree, buffer = tree_of(glb_of([body("still"), body("moving", moved=moved)]))
+    displacement = np.arange(12.0).reshape(4, 3)
+    tree, buffer = tree_of(glb_of([body("still"), body("moving", displacement=displacement)]))
     (animation,) = tree["animations"]
     assert animation["name"] == MOTION
     moving = [tree["nodes"][channel["target"]["node"]]["name"] for channel in animation["channels"]]
@@ -53,7 +53,7 @@ def test_animation_moves_each_vertex():
     assert {channel["target"]["path"] for channel in animation["channels"]} == {"weights"}
     (sampler,) = animation["samplers"]
     assert values(tree, buffer, sampler["input"], 1).ravel().tolist() == [0.0, 1.0]
-    for mesh, expected in zip(tree["meshes"], (np.zeros(3), moved), strict=True):
+    for mesh, expected in zip(tree["meshes"], (np.zeros(3), displacement), strict=True):
         (primitive,) = mesh["primitives"]
         (target,) = primitive["targets"]
         found = values(tree, buffer, target["POSITION"], 3)
