@@ -27,26 +27,32 @@ MIN_SIDEWAYS_RATIO = {"low": 3.0, "high": 1.2}
 def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
     """Start making the files for fabrication, and return a future of them and of the verdicts on cover and bracket.
 
-    No files are made if fabrication is not requested, or if no housing can be made. The future raises OSError if a file
-    cannot be written, and ExportError if the volume read back from a file is wrong.
+    The worker process of `executor` makes the files. If it is None, this process makes them before it returns. No files
+    are made if fabrication is not requested, or if no housing can be made.
+
+    OSError is raised if a file cannot be written, and ExportError if the volume read back from a file is wrong. If
+    there is a worker, the future raises them.
     """
     design, springs = sensor.design, sensor.springs
     housing = springs.housing
     if not options.fabrication or housing is None:
         return finished_future(KeptFiles())
-    to_read = springs_to_read(springs)
-    fastest_s = sensor.fastest_press_s
+    springs_read = springs_to_read(springs)  # stiffness and deflection of each spring
+    fastest_s = sensor.fastest_press_s  # shortest duration of a press by hand [s]
     folder = "OUT" if options.out is None else str(options.out)
+    # The cache key is computed from these inputs, so they must include everything on which the files depend.
     inputs = {
         "design": design_as_mapping(design),
         "process": springs.process,
         "housing": housing,
-        "springs": to_read,
+        "springs": springs_read,
         "fastest press": fastest_s,
         "folder": folder,
     }
     bench = design.expected_bench
-    read_out = SpringReadOut(springs=to_read, signal=sensor.signal, bench=bench, fastest_s=fastest_s, folder=folder)
+    read_out = SpringReadOut(
+        springs=springs_read, signal=sensor.signal, bench=bench, fastest_s=fastest_s, folder=folder
+    )
     write = partial(write_fabrication_files, design, housing, read_out)
     return begin_files("maker files", inputs, write, executor)
 
@@ -54,16 +60,16 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
     """Return a verdict for each spring on the ratio [1] of its lateral stiffness to its stiffness along the press.
 
-    The lateral stiffness resists a push on the tip across the plate. Its error is the difference between a fine and a
-    coarse mesh. No verdict is returned if fabrication is not requested, or if there is no housing. Raises SolveError if
-    the housing cannot be solved.
+    The lateral stiffness resists a push on the tip across the plate. Its error is the difference between the results on
+    a fine and a coarse mesh. No verdict is returned if fabrication is not requested, or if there is no housing. Raises
+    SolveError if the housing cannot be solved.
     """
     housing = springs.housing
     process = springs.process
     if not options.fabrication or housing is None:
         return ()
 
-    def solve_mesh(scale: float) -> tuple[float, ...]:
+    def solve_mesh(scale: float) -> tuple[float, ...]:  # lateral stiffness [N/mm] at a relative element size
         mesh = flexure_mesh(housing, scale)
         return sideways_stiffness(mesh, process.E_MPa, process.poisson, mount_layers(housing))
 

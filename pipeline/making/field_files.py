@@ -42,8 +42,8 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
     - The file fruit.vtu holds the fields of the fruit under the forces of the scene.
 
     The fields at the nodes are displacement [mm], stress and von Mises stress [MPa], and largest principal strain [1].
-    Without a housing, only fruit.vtu is written. If a solve fails, the files that depend on it are not written, and the
-    reason is returned.
+    Without a housing, only fruit.vtu is written. If the housing cannot be solved, no fields are written; if the fruit
+    cannot, fruit.vtu is not written. The reason is returned, or an empty tuple if all files are written.
     """
     springs = sensor.springs
     if not options.fields:
@@ -55,7 +55,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
     except SolveError as error:
         return (f"the fields of the housing and the fruit are not written: {error}",)
     scene = scene_of(sensor.design, press.scene.height_offset_mm)
-    E = float(press.at_largest_E.E[-1])
+    E = float(press.at_largest_E.E[-1])  # modulus of the firmest fruit [MPa]
     try:
         pressure = footprint_pressure(scene, sensor.contact, sensor.C, E, scene.press.travel_mm)
         mesh, fields = fruit_fields(scene.fruit, pressure)
@@ -66,9 +66,9 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
-    """Write the fields and the CalculiX deck of the housing under the forces for which the root strains are judged.
+    """Write the fields and the CalculiX deck of a housing under the tip forces at full travel, if there is a housing.
 
-    Raises SolveError if the housing cannot be solved.
+    The root strains are judged under the same forces. Raises SolveError if the housing cannot be solved.
     """
     if springs.housing is None:
         return
@@ -79,7 +79,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     fields = fields_at_full_travel(springs, half)
     marks = {}  # for each spring, an array that is 1 at the node with the largest strain on its leaves, 0 elsewhere
     for name in springs.springs:
-        mark = np.zeros(len(fields.displacement))
+        mark = np.zeros(len(fields.displacement))  # one value per node
         mark[most_strained_node(mesh, leaf_faces(name), fields)] = 1.0
         marks[f"{name}_largest_strain_place"] = mark
     write_vtu(folder / FLEXURE, mesh, {**field_arrays(fields), **marks}, half_at_y=0.0)

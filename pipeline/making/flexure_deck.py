@@ -30,7 +30,8 @@ def mean_of(spring: str) -> str:
 def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) -> None:
     """Write the deck of a housing. Its comments state the stiffness K of both springs with error bars.
 
-    Raises OSError if the file cannot be written.
+    `half` is the half of the housing in its mount that the deck describes. Raises OSError if the file cannot be
+    written.
     """
     process = springs.process
     lines = _HEADING.format(means=" and ".join(mean_of(spring).upper() for spring in SPRINGS)).splitlines()
@@ -50,10 +51,11 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
     displacement u_z [mm] of the tip face. The elastic layers of the mount are replaced by springs.
     """
     elements = elements_of(half.basis, KIND)
-    names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))
-    sets = boundary_sets(elements, half.basis, names)
+    boundary_names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))
+    sets = boundary_sets(elements, half.basis, boundary_names)
+    # Without elastic layers, the mounting holes are fixed. Otherwise the springs end at one additional, fixed node.
     if half.ground is None:
-        fixed_components = {HOLES: (1, 2, 3)}
+        fixed_components = {HOLES: (1, 2, 3)}  # components 1 to 3 are x, y and z
     else:
         sets[GROUND] = np.array([elements.count])
         fixed_components = {GROUND: (1, 2, 3)}
@@ -64,6 +66,7 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
         mean_of(spring): elements.nodal_values(half.basis, weights)
         for spring, weights in zip(SPRINGS, tip_weights, strict=True)
     }
+    # In the plane of symmetry, the displacement along y is 0.
     return Deck(
         elements=elements,
         sets=sets,

@@ -44,13 +44,15 @@ class SolidMaker:
     def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
         """Start making the files of a housing, unless this was done before, and return a future of them.
 
-        The files of an earlier run are taken from the cache. If `housing` is None, there are no files. The future
-        raises OSError if a file cannot be written, and ExportError if its content is wrong.
+        The files of an earlier run are read from the cache. If `housing` is None, there are no files. OSError is raised
+        if a file cannot be written, and ExportError if the volume read back from it is wrong. If there is a worker
+        process, the future raises them; otherwise this method does.
         """
         if self._started is not None:
-            if self._started[0] == housing:
-                return self._started[1]
-            self._started[1].cancel()
+            started_housing, started_files = self._started
+            if started_housing == housing:
+                return started_files
+            started_files.cancel()  # another housing turned out to be the final one
         if housing is None:
             return finished_future(KeptFiles())
         design = self._design

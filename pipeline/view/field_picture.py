@@ -98,9 +98,12 @@ def deformed_surface(scene: FieldPicture, subdivision: int = SUBDIVISION) -> tup
 
 
 def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None) -> None:
-    """Draw a scene coloured by one of its fields (by default the first), and the edges of the undeformed body."""
+    """Draw a scene coloured by one of its fields (by default the first), and the edges of the undeformed body.
+
+    The colour bar has the title and the range of the field. Colours, line widths and positions were chosen by eye.
+    """
     field = field or scene.fields[0]
-    bar: dict[str, object] = {
+    colour_bar: dict[str, object] = {
         # VTK merges colour bars that have the same title, so the title includes the name of the scene.
         "title": f"{scene.name}: {field.title}\n",
         "color": "black",
@@ -123,7 +126,7 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
         ambient=0.35,
         smooth_shading=True,
         split_sharp_edges=True,
-        scalar_bar_args=bar,
+        scalar_bar_args=colour_bar,
     )
     plotter.add_mesh(sharp_edges(deformed), color=EDGE, line_width=1.5)
     frame(plotter, scene.mesh, scene.caption, scene.direction, scene.focus)
@@ -153,7 +156,8 @@ def sharp_edges(surface: Mesh) -> Mesh:
 def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tuple[float, ...] | None = None) -> None:
     """Add a title and a ruler to a picture, and point the camera at the body, or at the bounds `focus` [mm] if given.
 
-    `direction` points from the body to the viewer.
+    `mesh` is the body [mm], and `direction` points from the body to the viewer. `focus` holds minimum and maximum x,
+    then y, then z. A title that is wider than the picture is wrapped.
     """
     bounds = focus or tuple(mesh.bounds)
     letters_per_line = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
@@ -178,7 +182,7 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()
     plotter.view_vector(direction, viewup=(0.0, 0.0, 1.0), bounds=bounds)
-    plotter.camera.zoom(_ZOOM)
+    plotter.camera.zoom(_ZOOM)  # leaves space for the title, the ruler and the colour bar
 
 
 def _width(plotter: Plotter) -> float:

@@ -3,7 +3,7 @@
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 import pyvista as pv
 
 from pipeline.making.field_files import FLEXURE
-from pipeline.report.report import read_report
+from pipeline.report.report import Report, read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.stopwatch import Count, silent
 from pipeline.view.field_picture import Vector, draw_cells, draw_part, draw_scene
@@ -55,34 +55,49 @@ def pictures(folder: Path) -> list[Picture]:
     A picture is omitted if the folder does not have the files for it. Raises InputError if there is no picture.
     """
     report = read_report(folder)
-    all_pictures = []
+    all_pictures = [*_solid_pictures(report, folder), *_field_pictures(report, folder)]
+    if not all_pictures:
+        bound = "an output folder with a housing.stl or a .vtu file to show"
+        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
+    return all_pictures
+
+
+def _solid_pictures(report: Report, folder: Path) -> Iterator[Picture]:
+    """Yield the pictures of the solids: the housing in print pose, the assembly, and its exploded view.
+
+    The exploded view is omitted if the assembly has only a housing and a fruit.
+    """
     if (folder / "housing.stl").is_file():
         part = read_mesh(folder / "housing.stl")
         x, y, z = np.ptp(np.reshape(part.bounds, (3, 2)), axis=1)
         title = f"{report.design.name}: housing as printed, {x:.1f} x {y:.1f} x {z:.1f} mm"
         draw = partial(draw_part, part=part, title=title, direction=_PRINTED_DIRECTION)
-        all_pictures.append(Picture(name="housing", draw=draw))
+        yield Picture(name="housing", draw=draw)
     parts = assembly_parts(report)
     if parts:
         title = f"{report.design.name}: the sensor over its fruit"
-        all_pictures.append(Picture(name="assembly", draw=partial(draw_assembly, parts=parts, title=title)))
+        yield Picture(name="assembly", draw=partial(draw_assembly, parts=parts, title=title))
     if len(parts) > _HOUSING_AND_FRUIT:
         draw = partial(draw_exploded_view, parts=parts, title=f"{report.design.name}: exploded view")
-        all_pictures.append(Picture(name="exploded", draw=draw, in_window=False))
+        yield Picture(name="exploded", draw=draw, in_window=False)
+
+
+def _field_pictures(report: Report, folder: Path) -> Iterator[Picture]:
+    """Yield the pictures of the fields and of the mesh of the housing.
+
+    Each scene is coloured by its default field, and a second time by the strain divided by its limit if it has this
+    field.
+    """
     for scene in field_scenes(report, folder):
-        all_pictures.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))
+        yield Picture(name=scene.name, draw=partial(draw_scene, scene=scene))
         for field in scene.fields:
             if field.array == STRAIN_OVER_LIMIT.array:
                 draw = partial(draw_scene, scene=scene, field=field)
-                all_pictures.append(Picture(name=f"{scene.name}-limit", draw=draw, in_window=False))
+                yield Picture(name=f"{scene.name}-limit", draw=draw, in_window=False)
     if (folder / FLEXURE).is_file():
         mesh = whole_model(read_mesh(folder / FLEXURE))
         title = f"mesh of the housing: {mesh.n_cells} cells, {mesh.n_points} points with the mirrored half"
-        all_pictures.append(Picture(name="mesh", draw=partial(draw_cells, mesh=mesh, title=title), in_window=False))
-    if not all_pictures:
-        bound = "an output folder with a housing.stl or a .vtu file to show"
-        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
-    return all_pictures
+        yield Picture(name="mesh", draw=partial(draw_cells, mesh=mesh, title=title), in_window=False)
 
 
 def write_pictures(
@@ -97,10 +112,11 @@ def write_pictures(
     refuse_taken([folder / f"{picture.name}.png" for picture in all_pictures], FLAG, force=force)
     draw_without_display()
     files = {}
-    with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
+    # Pictures are drawn in a temporary folder first, so that an interrupted run leaves none in `folder`.
+    with tempfile.TemporaryDirectory(prefix="twintip-") as temporary_folder:
         for number, picture in enumerate(all_pictures):
             count(number, len(all_pictures))
-            path = Path(unfinished) / f"{picture.name}.png"
+            path = Path(temporary_folder) / f"{picture.name}.png"
             plotter: Plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
             try:
                 plotter.set_background("white")

@@ -79,21 +79,25 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
 
 
 def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
-    """Return a scene for each spring: the part of the housing on its side of the plane midway between the tips."""
+    """Return a scene for each spring: the part of the housing on its side of the plane midway between the tips.
+
+    `mesh` is the whole housing [mm]. The fields that are computed from others are added to it.
+    """
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
     data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.design.process.strain_limit
     node_x = np.asarray(mesh.points)[:, 0]
     cell_x = np.asarray(mesh.cell_centers().points)[:, 0]
+    # The array of a tip face is 1 at its nodes, and 0 elsewhere.
     tip_x = {spring: node_x[np.asarray(data[tip_face(spring)]) == 1].mean() for spring in SPRINGS}
     middle = sum(tip_x.values()) / len(tip_x)
     scenes = []
     for spring, x in tip_x.items():
-        same_side = (cell_x > middle) if x > middle else (cell_x < middle)
+        is_same_side = (cell_x > middle) if x > middle else (cell_x < middle)
         scene = FieldPicture(
             name=f"flexure-{spring}",
             title=f"{report.design.name}: {spring} spring",
-            mesh=mesh.extract_cells(np.flatnonzero(same_side)),
+            mesh=mesh.extract_cells(np.flatnonzero(is_same_side)),
             fields=(VON_MISES, STRAIN_OVER_LIMIT, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
             enlarged=True,
         )
@@ -120,10 +124,13 @@ def whole_model(mesh: Mesh) -> Mesh:
 
 
 def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
-    """Return the scene of the fruit: its block, bent to the true shape of the fruit and cut through a row of tips."""
+    """Return the scene of the fruit: its block, bent to the true shape of the fruit and cut through a row of tips.
+
+    `block` is the mesh in which the fruit was solved [mm], with its fields at the nodes.
+    """
     mesh = bend_to_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
-    mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
+    mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]  # positive in compression
     # The picture extends a little beyond the tips, but not beyond the block. The bounds of VTK are in the order minimum
     # x, maximum x, minimum y, and so on.
     positions = np.array(design.tips.places_mm)
@@ -147,7 +154,8 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
 def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     """Return the mesh of a fruit's block [mm], bent to the curved skin of the fruit.
 
-    If the fruit is flat, an unchanged copy is returned.
+    The solver maps the curved fruit to a block. This map is applied to the nodes here. If the fruit is flat, an
+    unchanged copy is returned.
     """
     mesh = block.copy()
     if design.fruit.radius_mm is None:
@@ -177,21 +185,22 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
     all other labels are above them.
     """
     surfaces, upper_starts, lower_starts = _draw_parts_apart(plotter, parts)
-    whole = pv.merge(surfaces)
-    left, right, front, back, bottom, top = whole.bounds
+    all_parts = pv.merge(surfaces)
+    left, right, front, back, bottom, top = all_parts.bounds
     # The fruit is below the tips. The label of the tip is moved sideways, so that the fruit does not hide it.
     beside_fruit = lower_starts["tip"] - np.array([_TIP_LABEL_SHIFT * (right - left), 0.0, 0.0])
-    upper_ends = _label_positions(whole, upper_starts, 1.0)
-    lower_ends = _label_positions(whole, {**lower_starts, "tip": beside_fruit}, -1.0)
+    upper_ends = _label_positions(all_parts, upper_starts, 1.0)
+    lower_ends = _label_positions(all_parts, {**lower_starts, "tip": beside_fruit}, -1.0)
+    # A leader line runs from the start at the part to the end at the label.
     starts = {**upper_starts, **lower_starts}
     ends = {**upper_ends, **lower_ends}
     style: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
-    for kind, end in ends.items():
-        plotter.add_mesh(pv.Line(starts[kind], end), color=EDGE, line_width=1)
+    for part_name, end in ends.items():
+        plotter.add_mesh(pv.Line(starts[part_name], end), color=EDGE, line_width=1)
         # If several labels were added in one call, VTK would omit labels that are close to others.
-        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **style)
+        plotter.add_point_labels([end], [part_name], always_visible=True, show_points=False, **style)
     heights = [bottom, top, *(float(end[2]) for end in ends.values())]
-    frame(plotter, whole, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights)))
+    frame(plotter, all_parts, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights)))
 
 
 def _draw_parts_apart(
@@ -199,23 +208,24 @@ def _draw_parts_apart(
 ) -> tuple[list[Mesh], dict[str, Floats], dict[str, Floats]]:
     """Draw the parts of an assembly, moved outwards across the sensor; the fruit is moved down instead.
 
-    Return the surfaces of all parts, and two mappings from the kind of part to the starting point [mm] of a leader
-    line. The lines of the first mapping lead to labels above the parts, and the lines of the second to labels below.
+    Return the surfaces of all parts, and two mappings from the name of a part to the starting point (3,) [mm] of a
+    leader line. The lines of the first mapping lead to labels above the parts, and the lines of the second to labels
+    below. Equal parts have the same name and one line.
     """
     surfaces = []
     upper_starts: dict[str, Floats] = {}
     lower_starts: dict[str, Floats] = {}
     lowest_points: list[Floats] = []  # the lowest point of each part except the fruit
     for part in parts:
-        kind = part.name.rstrip("0123456789_").replace("_", " ")
-        is_fruit = kind == "fruit"
+        part_name = part.name.rstrip("0123456789_").replace("_", " ")  # "screw" for screw_1
+        is_fruit = part_name == "fruit"
         shift_down = _FRUIT_SHIFT * placed_shape(part).BoundingBox().zlen if is_fruit else 0.0
         surface = _draw_part(plotter, part, (0.0, outwards(part), -shift_down))
         surfaces.append(surface)
         if is_fruit:
-            lower_starts[kind] = _centre_at_height(surface, surface.bounds[4])
+            lower_starts[part_name] = _centre_at_height(surface, surface.bounds[4])  # the lowest z
         else:
-            upper_starts.setdefault(kind, _centre_at_height(surface, surface.bounds[5]))
+            upper_starts.setdefault(part_name, _centre_at_height(surface, surface.bounds[5]))  # the highest z
             lowest_points.append(min(np.asarray(surface.points), key=_height))
     # A tip is not a separate part. The tips are the lowest points of the sensor, and the first of them is labelled.
     lowest_z = min(map(_height, lowest_points))
@@ -233,23 +243,25 @@ def _centre_at_height(surface: Mesh, z: float) -> Floats:
     return np.array([x, y, z])
 
 
-def _label_positions(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
+def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
     """Return the positions [mm] of labels above the assembly in the exploded view, or below it if `sign` is -1.
 
-    Each label is directly above or below the start of its leader line. In the picture, it is a step farther from the
+    `all_parts` is the mesh of the assembly, and `starts` are the starting points (3,) [mm] of the leader lines. Each
+    label is directly above or below the start of its leader line. In the picture, it is a step farther from the
     assembly than the previous label, so that no label hides another.
     """
-    left, right, front, back, bottom, top = whole.bounds
-    # The vertical direction of the picture is z, projected onto the picture plane. A level is a coordinate along it.
+    left, right, front, back, bottom, top = all_parts.bounds
+    # The vertical direction of the picture is z, projected onto the picture plane. A level is a coordinate along it,
+    # multiplied by `sign`, so that it increases away from the assembly.
     view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - view[2] * view
     corners = itertools.product((left, right), (front, back), (top if sign > 0.0 else bottom,))
     level = max(sign * float(np.dot(corner, upwards)) for corner in corners)
     positions = {}
-    for kind, (x, y, _) in starts.items():
+    for part_name, (x, y, _) in starts.items():
         level += _LABEL_STEP * (top - bottom)
         # The level of a position (x, y, z) is the dot product sign (x, y, z) . upwards. It is solved for z.
-        positions[kind] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
+        positions[part_name] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
     return positions
 
 
