@@ -27,7 +27,7 @@ NAME = "geometry.as_designed"
 OWN_MM = 0.02  # largest distance allowed for a file of this program, in addition to the chord of its triangles
 FOREIGN_MM = 0.05  # largest distance allowed for a file of another program, whose chord is unknown
 STEP_KINDS = (".step", ".stp")
-_STEP_ANGLE_RAD = 0.5  # largest angle between triangles of STEP files; the chord already bounds their distance
+_STEP_ANGLE_RAD = 0.5  # largest angle between triangles of a STEP file, whose distance from the file the chord limits
 _SAME_MM = 1e-4  # corners are equal if they round to the same multiple; an STL file resolves 4e-6 mm at 60 mm
 _RELATIVE_ACCURACY = 1e-3  # relative accuracy of a distance, in addition to `_SAME_MM`
 _DECIMALS = 4  # number of decimals of a distance [mm], in line with its accuracy `_SAME_MM`
@@ -197,8 +197,8 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
 def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
     """Return the set index and the relative position [1] of each member of consecutive sets.
 
-    `counts` are the numbers of members of the sets. The relative positions in a set are evenly spaced from 0 to 1; the
-    only member of a set has the position 0.
+    `counts` are the numbers of members of the sets. The relative positions in a set are evenly spaced from 0 to 1; a
+    single member has the position 0.
     """
     set_index = np.repeat(np.arange(len(counts)), counts)
     position_in_set = np.arange(len(set_index)) - np.repeat(np.cumsum(counts) - counts, counts)

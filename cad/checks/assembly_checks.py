@@ -18,7 +18,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 
     `cover` is placed as the back cover, and a rotated copy as the front cover. If two plates are mounted back to back,
     only the front cover of the first plate is checked. The clearance is the smallest distance between a cover and the
-    shuttles, necks and leaves. It is measured at rest, half way to the stops, and at the stops. It must be at least the
+    shuttles, necks and leaves. It is measured at rest, halfway to the stops, and at the stops. It must be at least the
     smallest gap that `process` can print. With a Hall read-out, geometry.sensor_windows [mm] is returned too.
     """
     front_place, back_place = cover_places(sensor.housing)
@@ -39,7 +39,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
-    """Return each arm at rest, half way to its stop, and at its stop, as pairs of a name and a placed shape [mm].
+    """Return each arm at rest, halfway to its stop, and at its stop, as pairs of a name and a placed shape [mm].
 
     An arm is moved as a rigid body. Its leaves then move farther than they would in bending, which is conservative. Of
     two back-to-back plates, only the first is measured, because the second is a rotated copy of it.
@@ -59,7 +59,7 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.plates [mm] for two back-to-back plates, or an empty tuple for a sensor with one plate.
 
     The verdict fails if the plates intersect or their pads do not meet. Otherwise its value is the smallest distance
-    between the moving parts of one plate and the other plate. It is measured at rest, half way to the stops, and at the
+    between the moving parts of one plate and the other plate. It is measured at rest, halfway to the stops, and at the
     stops.
     """
     if not sensor.housing.back_to_back:

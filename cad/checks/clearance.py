@@ -18,7 +18,7 @@ from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
-STOP_SAFETY = 1.2  # smallest allowed deflection at the stop, divided by the deflection at full travel; a judgement
+STOP_SAFETY = 1.2  # smallest allowed deflection at the stop, divided by the deflection at full travel; our choice
 HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] directions in which the sensor tilts, from +x towards +y
 _MARGIN_MM = 1.0  # distance by which a cutting box extends beyond the plate, so that no thin layer remains
 # Largest distance between a face and its triangles, which are used for a first selection of tilt directions.
@@ -104,7 +104,7 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     box = _enclosed_body(*_triangulate(fruit))
     if body.status() != manifold3d.Error.NoError or body.is_empty():
         return HEADINGS
-    bounds = np.reshape(box.bounding_box(), (2, 3))  # the corners of the fruit's box with the smallest and largest xyz
+    bounds = np.reshape(box.bounding_box(), (2, 3))  # smallest and largest x, y and z of the box of the fruit
     gaps = {}
     for heading in HEADINGS:
         matrix = location_matrix(pressed_pose(travel, tilt, heading))
@@ -166,10 +166,10 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
 def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
     """Return the verdicts on the stop of an arm and on the gap above its upper leaf at the stop.
 
-    `lines` measures the part along lines, and `deflection` [mm] is the deflection of the shuttle at full travel. The
-    frame stops the shuttle or a point of the leaf, whichever meets it first. If the shuttle deflects by d, a point at
-    the fraction s of the leaf length deflects by `guided_leaf_shape`(s) d. So a gap g above this point stops the arm at
-    d = g / `guided_leaf_shape`(s).
+    `lines` returns the chords of a line through the part, and `deflection` [mm] is the deflection of the shuttle at
+    full travel. The frame stops the shuttle or a point of the leaf, whichever meets it first. If the shuttle deflects
+    by d, a point at the fraction s of the leaf length deflects by `guided_leaf_shape`(s) d. So a gap g above this point
+    stops the arm at d = g / `guided_leaf_shape`(s).
     """
     stop_name = f"geometry.stops_{arm.name}"
     gap_name = f"geometry.deflected_gap_{arm.name}"

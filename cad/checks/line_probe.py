@@ -20,7 +20,7 @@ Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
 _EDGE_TOLERANCE = 1e-9  # added to barycentric coordinates, so that a line through a shared edge hits both triangles
 _KERNEL_TOLERANCE_MM = 1e-7  # tolerance of the CAD kernel for the crossing of a line and a face
-_REACH_MM = 1e6  # distance at which a line ends on both sides of its point, far beyond any part
+_REACH_MM = 1e6  # length of a line on either side of its given point, far longer than any part
 
 
 class Chord(NamedTuple):

@@ -29,7 +29,7 @@ _ANGLE_TOLERANCE = 1e-4  # a unit normal is perpendicular to an axis if its comp
 _MIN_SWEPT_FRACTION = 0.8  # smallest fraction of the surface area that is parallel or perpendicular to the sweep
 _SAMPLES = (0.1, 0.5, 0.9)  # surface parameters at which a normal is evaluated, as fractions of their range
 _NEAR_MM = 1e-5  # geometric tolerance: points closer than this are treated as one point
-_MIN_MEAN_NORMAL = 0.5  # smallest length of the mean unit normal of faces that can be pressed; 0 for a closed ring
+_MIN_MEAN_NORMAL = 0.5  # smallest length of the mean unit normal of faces that can be pressed; a closed ring has 0
 _WALL_POINTS = 3000  # approximate number of points on a part at which its wall thickness is measured
 _STEP_MM = 1e-3  # step into the material before a ray is cast; also the thinnest layer in which a section is cut
 _CORNER_FRACTION = 0.25  # element size at a cylindrical face, as a fraction of half its circumference
@@ -203,8 +203,8 @@ def _cylinder_parameters(face: cq.Face) -> Floats | None:
 def tagged_faces(workplane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[int, ...]:
     """Return the indices in `solid.Faces()` of the faces that have a tag in a CadQuery workplane.
 
-    Any other object has no tags. In error messages, `flag` names the argument that held the tag. Raises InputError if
-    there is no such tag, or if none of the tagged faces is a face of the solid.
+    An object that is not a workplane has no tags. In error messages, `flag` names the argument that held the tag.
+    Raises InputError if there is no such tag, or if none of the tagged faces is a face of the solid.
     """
     tags = workplane.ctx.tags if isinstance(workplane, cq.Workplane) else {}
     if tag not in tags:
@@ -399,7 +399,8 @@ def extrusion_of(part: Part) -> Extrusion | None:
 
     The normals of all plane faces are candidates for the direction of the sweep. The best candidate is the direction
     whose sweep has sides and ends that cover the largest fraction of the surface. A part is not an extrusion if this
-    fraction is below 80 %. It is not one either if its largest section is in pieces or does not cover all others.
+    fraction is below 80 %. The same holds if its largest section is in pieces, or if another section has material
+    outside it.
     """
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
     direction = max(_plane_normals(faces), key=lambda axis: _swept_fractions(faces, axis), default=None)
@@ -453,7 +454,7 @@ def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
     earlier_normals: list[Floats] = []
     for face in sorted(faces, key=lambda face: -face.area):
         normal = face.normals[0]
-        # A curved face has different normals. If its normal is undefined everywhere, a face has only a zero vector.
+        # The normals of a curved face differ. A face whose normal is undefined everywhere has a zero vector instead.
         if not np.allclose(face.normals, normal, atol=_ANGLE_TOLERANCE) or not normal.any():
             continue
         # Opposite normals give the same direction, because their largest component is made positive.

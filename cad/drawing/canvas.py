@@ -43,8 +43,8 @@ LAYERS = {
 THICK = 50  # width of visible and cut edges [0.01 mm on paper]; thin lines are half as wide, ISO 128-20
 PENS = dict.fromkeys(LAYERS, THICK // 2) | {"PART": THICK, "SHEET": 35}  # line widths [0.01 mm on paper]
 TEXT_MM = 2.5  # height of a capital letter on paper, ISO 3098
-LETTER = 0.83  # width of a monospaced letter divided by the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
 DECIMALS = 2  # number of decimals of a length with its own tolerance; no tolerance is finer than 0.01 mm
+LETTER = 0.83  # width of a monospaced letter divided by the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
 SMALL_MM = 0.5  # shortest length with a general tolerance in ISO 2768-1; a shorter one needs its own tolerance
 HATCH_STEP_MM = 2.0  # distance between hatch lines on paper, ISO 128-50
 MEASURED = "<>"
@@ -282,7 +282,7 @@ class Canvas:
         `level` [mm] is the position of the dimension line: its z for the axis x, or its x for the axis z. `text` gives
         the label and its place. If the text is beyond the ends of the line, the line is extended to it.
         """
-        index = 0 if axis == "x" else 1  # of the coordinate along the axis
+        index = 0 if axis == "x" else 1  # index of the coordinate along the axis
         # If the points are not in ascending order, ezdxf reverses the arrows.
         start, end = sorted((start, end), key=lambda point: point[index])
         distance = end[index] - start[index]

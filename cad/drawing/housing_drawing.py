@@ -343,7 +343,7 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
         text = CalloutText(
             (middle_x + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
         )
-        # The arrow meets the dome half way between its apex, which is at 270 degrees, and the edge of the tip.
+        # The arrow meets the dome halfway between its apex, which is at 270 degrees, and the edge of the tip.
         angle = 270.0 + math.degrees(0.5 * half_tip / radius)
         canvas.callout("radius", (middle_x, radius), radius, text, angle=angle)
     _draw_cutting_line(canvas, middle_x, canvas.extents(after=drawn_count))

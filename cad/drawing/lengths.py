@@ -61,7 +61,8 @@ class _PlacedDimension:
     def collides(self, other: "_PlacedDimension", gap: float) -> bool:
         """Return whether two dimensions collide.
 
-        Dimensions in the same row collide if their lines overlap, or if their texts are less than `gap` [mm] apart.
+        Dimensions in the same row collide if a line or text of one overlaps a line or text of the other, or if their
+        texts are less than `gap` [mm] apart.
         Dimensions in different rows collide if an extension line of the outer dimension comes within `gap` of the text
         of the inner one.
         """
@@ -111,7 +112,7 @@ def _place_dimension(
 
 
 def _text_positions(canvas: Canvas, dimension: LinearDimension) -> list[Interval]:
-    """Return three or two possible intervals of the text of a dimension along its side [mm], the preferred one first.
+    """Return the possible intervals of the text of a dimension along its side [mm], the preferred one first.
 
     The preferred position is the middle of the dimension line, if the text fits there. The other positions are beyond
     its ends. The distances of 2 and 1.2 text heights leave room for arrows, and were chosen by eye.

@@ -124,7 +124,7 @@ def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDi
     """Return the dimensions of the leaves: the thickness and length for each spring, and the depth of the plate.
 
     The thickness is measured on both leaves of a spring, because each leaf contributes half of the stiffness. Both
-    thicknesses come before the lengths, because this is the order of the table.
+    thicknesses come before the lengths, which is the order of the table.
     """
     dimensions = {}
     tolerance = _plus_minus(process.accuracy_mm)

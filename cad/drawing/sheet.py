@@ -46,8 +46,8 @@ _ROW_MM = 5.0  # height of a row of the table above the title block
 _CELLS_MM = (7.0, 47.0, 12.0, 13.0, 23.0)  # widths of the printed cells of a row
 _MEASURED_MM = _BLOCK.width - sum(_CELLS_MM)  # total width of the empty cells of a row, for measured values
 _TABLE_LETTER_MM = 2.0  # text height in the table
-_TITLE_LETTER_MM = 3.0  # text height in the title block
 _HEADING_LETTER_MM = 1.4  # text height of the headings in the title block
+_TITLE_LETTER_MM = 3.0  # text height in the title block
 _UNDER_HEADING_MM = 3.8  # height of a text under a heading: from the bottom of its cell to the middle of the text
 
 

@@ -38,9 +38,9 @@ def bill_of_materials(
 ) -> tuple[BillLine, ...]:
     """Return every line of the bill; the parts are counted in the assembly of the sensor.
 
-    The template `bill.csv.jinja` writes the lines as CSV text, from the values below. `assembly` has no bracket.
-    `process` is the print process, and `masses` holds the masses of the printed parts [g], keyed by part name. If there
-    is a signal path, the bill also lists the electronic parts, wire and glue.
+    The template `bill.csv.jinja` writes the lines as CSV text, from the values below. `assembly` is the assembly
+    without the bracket, `process` is the print process, and `masses` holds the masses of the printed parts [g], keyed
+    by part name. If there is a signal path, the bill also lists the electronic parts, wire and glue.
     """
     housing = sensor.housing
     text = render_template(
@@ -55,7 +55,7 @@ def bill_of_materials(
         screw_without_bracket=screw_name(grip(sensor)),
         flange_screw_mm=FLANGE_SCREW_MM,
         dowel_diameter=DOWEL_MM,
-        dowel_mm=dowel_length(housing) or housing.stack,  # if no standard dowel fits, one is cut to the stack of plates
+        dowel_mm=dowel_length(housing) or housing.stack,  # if no standard dowel fits, one is cut to length
         signal=signal,
         probe=PROBE,
     )

@@ -89,7 +89,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
 def place_balloons(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
     """Return the numbers of the groups of parts, placed in one row above the picture [mm].
 
-    `groups` are the groups of `explode`. Each number is above the highest point of its group, or farther to the right
+    `groups` is the result of `explode`. Each number is above the highest point of its group, or farther to the right
     if the previous number is too close.
     """
     numbers: dict[str, int] = {}

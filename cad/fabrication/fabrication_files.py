@@ -39,7 +39,7 @@ class _PartFiles:
     """The files of the printed parts, with the shapes, meshes and volumes of the parts, keyed by part name.
 
     `read_back` are the shapes [mm] that were read back from the STEP files. `meshes` are the parts in print pose [mm],
-    and `volumes` [mm^3] are their volumes. Meshes and volumes include the housing, which has its files already.
+    and `volumes` [mm^3] are their volumes. Meshes and volumes include the housing, whose own files were written before.
     """
 
     paths: tuple[Path, ...]

@@ -33,7 +33,10 @@ def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
 
 
 def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
-    """Return the triangles of a shape [mm] as they would be in its STL file; `angle` [rad] is as in `write_stl`."""
+    """Return the triangles of a shape [mm] as they would be in its STL file.
+
+    The normals of neighbouring facets on a curved face differ by at most `angle` [rad].
+    """
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         path = Path(folder) / "shape.stl"
         write_stl(shape, path, angle)
@@ -43,7 +46,7 @@ def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
 def read_stl(path: Path) -> trimesh.Trimesh:
     """Return the triangles [mm] of a binary or text STL file.
 
-    Text files begin with the word `solid`, but some binary files do too. So a file counts as binary if its size agrees
+    Text files begin with the word `solid`, but some binary files do too. So a file is read as binary if its size agrees
     with its number of triangles, or if the words `facet normal` are missing. Raises ValueError if the file is damaged
     or has no triangles. The normals of a binary file are kept.
     """

@@ -81,7 +81,7 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mappi
 def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str, str]) -> str:
     """Return XML with the settings of each object, and with the range of its triangles, which PrusaSlicer requires.
 
-    `bodies` holds the objects by name, and `settings` the settings by key. They are the same for all objects.
+    `bodies` holds the objects by name, and `settings` holds the settings by key, which are the same for all objects.
     """
     entries = "".join(
         f'  <metadata type="object" key={quoteattr(key)} value={quoteattr(value)}/>\n'
@@ -129,7 +129,7 @@ def read_3mf(path: Path) -> Package:
             faults.append(f"{repeated} vertices of object {name!r} are duplicates or belong to no triangle")
     names = tuple(dict.fromkeys(name for name, _ in bodies))
     meshes = [mesh for _, mesh in bodies]
-    # All bodies become one mesh, in which bodies have no common vertices.
+    # All bodies become one mesh, in which no two bodies share a vertex.
     corners, triangles = trimesh.util.append_faces([mesh.vertices for mesh in meshes], [mesh.faces for mesh in meshes])
     return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=tuple(faults))
 

@@ -86,7 +86,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
-    """Return the fields of half a housing under the tip forces for which the root strains are judged.
+    """Return the fields in half of a housing under the tip forces at full travel, as in the check of the root strains.
 
     The force on a tip is the stiffness of its spring times its deflection at full travel. Raises SolveError if the
     housing cannot be solved.

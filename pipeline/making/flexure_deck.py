@@ -30,8 +30,7 @@ def mean_of(spring: str) -> str:
 def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) -> None:
     """Write the deck of a housing. Its comments state the stiffness K of both springs with error bars.
 
-    `half` is the half of the housing in its mount that the deck describes. Raises OSError if the file cannot be
-    written.
+    `half` is the finite-element model of half the housing in its mount. Raises OSError if the file cannot be written.
     """
     process = springs.process
     lines = _HEADING.format(means=" and ".join(mean_of(spring).upper() for spring in SPRINGS)).splitlines()
@@ -53,7 +52,8 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
     elements = elements_of(half.basis, KIND)
     boundary_names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))
     sets = boundary_sets(elements, half.basis, boundary_names)
-    # Without elastic layers, the mounting holes are fixed. Otherwise the springs end at one additional, fixed node.
+    # Without elastic layers, the mounting holes are fixed. Otherwise the springs end at an additional node that is
+    # fixed.
     if half.ground is None:
         fixed_components = {HOLES: (1, 2, 3)}  # components 1 to 3 are x, y and z
     else:

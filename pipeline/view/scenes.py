@@ -45,8 +45,8 @@ _BEYOND_TIPS = 0.4  # distance by which the picture of the fruit extends beyond 
 _CHORD_MM = 0.05  # largest distance between a triangle and the curved face that it replaces
 _FACET_ANGLE_RAD = 0.2  # largest angle between neighbouring triangles of a curved face
 _LABEL_STEP = 0.13  # difference in height between two labels, as a fraction of the height of the assembly
-_FRUIT_SHIFT = 1.2  # downward shift of the fruit in the exploded view, as a fraction of the height of the fruit
 _TIP_LABEL_SHIFT = 0.3  # sideways shift of the label of the tips, as a fraction of the length of the assembly
+_FRUIT_SHIFT = 1.2  # downward shift of the fruit in the exploded view, as a fraction of the height of the fruit
 _SAME_HEIGHT_MM = 1e-3  # two tips are at the same height if their heights differ by less than this
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
 _EXPLODED_DIRECTION = Vector(0.7, -1.0, -0.35)  # a view from below, in which the tips are visible
@@ -81,7 +81,8 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
 def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
     """Return a scene for each spring: the part of the housing on its side of the plane midway between the tips.
 
-    `mesh` is the whole housing [mm]. The fields that are computed from others are added to it.
+    `mesh` is the whole housing [mm]. The displacement magnitude, and the strain divided by its limit, are added to
+    its arrays.
     """
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
@@ -154,7 +155,7 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
 def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     """Return the mesh of a fruit's block [mm], bent to the curved skin of the fruit.
 
-    The solver maps the curved fruit to a block. This map is applied to the nodes here. If the fruit is flat, an
+    The solver maps a block to the curved fruit, and the same map is applied to the nodes here. If the fruit is flat, an
     unchanged copy is returned.
     """
     mesh = block.copy()

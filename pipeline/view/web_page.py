@@ -54,7 +54,7 @@ def field_bodies(report: Report, folder: Path) -> list[Plain]:
 def _colour_scene(scene: FieldPicture, field: Field) -> Plain:
     """Return a scene coloured by a field as page data, with the displacements for its animation.
 
-    The displacements are enlarged like the displacements of the picture.
+    The displacements are enlarged by the same factor as in the picture.
     """
     undeformed, _ = deformed_surface(scene, subdivision=0)  # facets are not divided, to keep the page small
     surface = undeformed.triangulate()
