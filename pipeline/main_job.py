@@ -75,13 +75,13 @@ def run(
         # A worker process draws and checks the solids while this process solves. It starts on each housing that may be
         # the final one.
         maker = SolidMaker(design, executor)
-        sensor = replace(sensor, begin_solid=maker.size)  # starts the solid, and returns a future of its size
+        sensor = replace(sensor, begin_solid=maker.begin_size)  # starts the solid, and returns a future of its size
         sensor.solve("contact", "sizing", "upright_springs")
         springs = sensor.upright_springs
         # The worker starts on the files of the parts here, and on the files for fabrication below. The results are
         # collected when everything else is solved, so that neither process waits.
         with stopwatch.stage("solids"):
-            future_solids = maker.files(springs.housing, springs.deflections)
+            future_solids = maker.begin_files(springs.housing, springs.deflections)
         sensor.solve("springs")
         pressed = sensor.pressed
         with stopwatch.stage("fabrication"):

@@ -65,12 +65,14 @@ def as_designed_verdict(
     names the part of the design with which the file was compared; if it is empty, no part is named.
     """
     farthest_points = {}
+    limits = {}
     for name, (mesh, design) in pairs.items():
         # The triangles of an STL or 3MF file may also deviate from curved faces by their chord height.
         default_limit = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
-        farthest_points[name] = (largest_distance(mesh, design), default_limit if limit is None else limit)
-    worst = max(farthest_points, key=lambda name: farthest_points[name][0].distance - farthest_points[name][1])
-    farthest, worst_limit = farthest_points[worst]
+        farthest_points[name] = largest_distance(mesh, design)
+        limits[name] = default_limit if limit is None else limit
+    worst = max(pairs, key=lambda name: farthest_points[name].distance - limits[name])
+    farthest, worst_limit = farthest_points[worst], limits[worst]
     mesh, design = pairs[worst]
     x, y, z = farthest.point
     place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""

@@ -390,7 +390,7 @@ class Canvas:
         """
         page = PdfPage((window.left, window.bottom), self.scale)
         self._draw_on(page)
-        path.write_bytes(page.file(*self._size_on_paper(window)))
+        path.write_bytes(page.file_bytes(*self._size_on_paper(window)))
 
     def _draw_on(self, recorder: Recorder) -> None:
         """Draw the document in black on white on an ezdxf recorder, such as an SVG backend or a PDF page."""

@@ -154,15 +154,15 @@ def _frame_dimensions(housing: Housing, measured: Measured) -> list[LinearDimens
     lower_hole, upper_hole = low.holes
     tip_corner = (low.centre - 0.5 * housing.touching_side, -housing.beyond_face)
     return [
-        LinearDimension("top", top_left, top_right),
-        LinearDimension("top", upper_hole, high.holes[1]),
-        LinearDimension("top", top_left, upper_hole),
-        LinearDimension("bottom", bottom_left, (low.wall, housing.protrusion)),
-        LinearDimension("right", (high.wall, housing.cavity_level), top_right),
-        LinearDimension("left", bottom_left, top_left),
-        LinearDimension("left", lower_hole, upper_hole),
-        LinearDimension("left", bottom_left, lower_hole),
-        LinearDimension("left", tip_corner, bottom_left, measured["height"].label()),
+        LinearDimension("top", top_left, top_right),  # width
+        LinearDimension("top", upper_hole, high.holes[1]),  # horizontal spacing of the screw holes
+        LinearDimension("top", top_left, upper_hole),  # screw hole from the left edge
+        LinearDimension("bottom", bottom_left, (low.wall, housing.protrusion)),  # thickness of the side wall
+        LinearDimension("right", (high.wall, housing.cavity_level), top_right),  # thickness of the upper wall
+        LinearDimension("left", bottom_left, top_left),  # height
+        LinearDimension("left", lower_hole, upper_hole),  # vertical spacing of the screw holes
+        LinearDimension("left", bottom_left, lower_hole),  # screw hole from the lower edge
+        LinearDimension("left", tip_corner, bottom_left, measured["height"].label()),  # protrusion of the tips
     ]
 
 
@@ -176,8 +176,8 @@ def _spring_dimensions(housing: Housing, measured: Measured) -> list[LinearDimen
     lower_root = (high.wall, high.levels[0])
     upper_root = (high.wall, high.levels[1])
     dimensions = [
-        LinearDimension("right", (high.centre, 0.0), lower_root),
-        LinearDimension("right", lower_root, upper_root),
+        LinearDimension("right", (high.centre, 0.0), lower_root),  # lower leaf from the tip face
+        LinearDimension("right", lower_root, upper_root),  # spacing of the leaves
     ]
     for arm in housing.arms:
         left, right = arm.roots
@@ -418,9 +418,9 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
     # Seen from behind, the dowel with the smallest x is on the right.
     right_dowel, left_dowel = (to_view(*dowel) for dowel in sorted(housing.dowels))
     dimensions = [
-        LinearDimension("top", top_left, left_dowel),
-        LinearDimension("top", left_dowel, right_dowel),
-        LinearDimension("left", bottom_left, left_dowel),
+        LinearDimension("top", top_left, left_dowel),  # dowel hole from the left edge
+        LinearDimension("top", left_dowel, right_dowel),  # spacing of the dowel holes
+        LinearDimension("left", bottom_left, left_dowel),  # dowel hole from the lower edge
     ]
     dimensions += _pad_dimensions(housing, to_view)
     # The word is written in the middle of the bar of the pad.

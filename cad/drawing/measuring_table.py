@@ -206,10 +206,11 @@ def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimens
     side = housing.touching_side
     is_flat = sensor.tips.tip_shape.is_flat
     size = "diameter" if housing.pin and housing.pin.is_round else "width"
-    kind = "pin" if housing.pin else "tip"
+    part = "pin" if housing.pin else "tip"
     return MeasuredDimension(
-        places=tuple(f"{size}, {name} {kind}" for name in names),
+        places=tuple(f"{size}, {name} {part}" for name in names),
         nominal=side,
         tolerance=PIN_FIT if housing.pin else _plus_minus(general_mm(process, side)),
+        # The width determines the contact only if the end is flat and has sharp edges.
         moves=_change_text("contact", (side + STEP_MM) / side) if is_flat else "-",
     )

@@ -30,7 +30,7 @@ class PdfPage(Recorder):
         self._unit = scale * POINTS
         self._operators = ["1 J 1 j"]  # round line caps and joins
 
-    def file(self, width: float, height: float) -> bytes:
+    def file_bytes(self, width: float, height: float) -> bytes:
         """Return the bytes of a PDF file with this page, given the width and height of the paper [mm].
 
         A PDF file consists of a header, numbered objects, a table of their byte offsets, and a trailer with the offset

@@ -176,7 +176,9 @@ def _revision(canvas: Canvas, title: Title) -> str:
     counted.
     """
     texts = [text for text, _ in canvas.texts()]
-    measured_lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
+    measured_lengths = [
+        round(float(dimension.get_measurement()), _DIGEST_DECIMALS) for dimension in canvas.dimensions()
+    ]
     return hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{measured_lengths}".encode()).hexdigest()[:8]
 
 

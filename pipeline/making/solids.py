@@ -30,7 +30,7 @@ class SolidMaker:
         self._executor = executor
         self._started: tuple[Housing, Future[KeptFiles]] | None = None
 
-    def size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
+    def begin_size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
         """Start making the solid of a housing, and return a future of its size.
 
         `deflections` [mm] are the deflections of its springs at full travel. If there is a worker process, it also
@@ -38,10 +38,10 @@ class SolidMaker:
         """
         size = submit(self._executor, solid_size, housing)
         if self._executor is not None:
-            self.files(housing, deflections)
+            self.begin_files(housing, deflections)
         return size
 
-    def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
+    def begin_files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
         """Start making the files of a housing, unless this was done before, and return a future of them.
 
         The files of an earlier run are read from the cache. If `housing` is None, there are no files. OSError is raised

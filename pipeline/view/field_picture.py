@@ -129,21 +129,21 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
         scalar_bar_args=colour_bar,
     )
     plotter.add_mesh(sharp_edges(deformed), color=EDGE, line_width=1.5)
-    frame(plotter, scene.mesh, scene.caption, scene.direction, scene.focus)
+    frame_picture(plotter, scene.mesh, scene.caption, scene.direction, scene.focus)
 
 
 def draw_part(plotter: Plotter, part: Mesh, title: str, direction: Vector) -> None:
     """Draw the surface and the edges of a part [mm]; `direction` points from the part to the viewer."""
     plotter.add_mesh(part, color=BODY, smooth_shading=True, split_sharp_edges=True, ambient=0.15)
     plotter.add_mesh(sharp_edges(part), color=EDGE, line_width=2)
-    frame(plotter, part, title, direction)
+    frame_picture(plotter, part, title, direction)
 
 
 def draw_cells(plotter: Plotter, mesh: Mesh, title: str) -> None:
     """Draw the surface of a mesh with the edges of its cells, without fields."""
     surface = mesh.linear_copy().extract_surface(algorithm="dataset_surface")
     plotter.add_mesh(surface, color=BODY, ambient=0.15, show_edges=True, edge_color=EDGE, line_width=1)
-    frame(plotter, mesh, title, FRONT)
+    frame_picture(plotter, mesh, title, FRONT)
 
 
 def sharp_edges(surface: Mesh) -> Mesh:
@@ -153,7 +153,9 @@ def sharp_edges(surface: Mesh) -> Mesh:
     )
 
 
-def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tuple[float, ...] | None = None) -> None:
+def frame_picture(
+    plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tuple[float, ...] | None = None
+) -> None:
     """Add a title and a ruler to a picture, and point the camera at the body, or at the bounds `focus` [mm] if given.
 
     `mesh` is the body [mm], and `direction` points from the body to the viewer. `focus` holds minimum and maximum x,

@@ -14,7 +14,7 @@ from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 from cad.parts.assembly import assembly_of, colour_of, outwards, placed_shape, sensor_of
 from pipeline.making.field_files import FLEXURE, FRUIT
 from pipeline.report.report import Report
-from pipeline.view.field_picture import DISPLACEMENT, EDGE, Field, FieldPicture, Vector, frame, sharp_edges
+from pipeline.view.field_picture import DISPLACEMENT, EDGE, Field, FieldPicture, Vector, frame_picture, sharp_edges
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
@@ -176,7 +176,7 @@ def assembly_parts(report: Report) -> list[cq.Assembly]:
 def draw_assembly(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
     """Draw the parts of an assembly in their positions and colours."""
     surfaces = [_draw_part(plotter, part) for part in parts]
-    frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
+    frame_picture(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
 
 def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
@@ -201,7 +201,9 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
         # If several labels were added in one call, VTK would omit labels that are close to others.
         plotter.add_point_labels([end], [part_name], always_visible=True, show_points=False, **style)
     heights = [bottom, top, *(float(end[2]) for end in ends.values())]
-    frame(plotter, all_parts, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights)))
+    frame_picture(
+        plotter, all_parts, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights))
+    )
 
 
 def _draw_parts_apart(

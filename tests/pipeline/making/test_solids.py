@@ -20,7 +20,7 @@ NO_FILES = SimpleNamespace(paths=(), forms=None)
 
 def write_solids(design, springs, folder):
     """Return the verdicts of solids that are made and waited for in this process."""
-    return SolidMaker(design, None).files(springs.housing, springs.deflections).result().write_to(folder)
+    return SolidMaker(design, None).begin_files(springs.housing, springs.deflections).result().write_to(folder)
 
 
 def digests(folder):
@@ -83,12 +83,12 @@ def test_files_are_begun_once_and_those_of_a_housing_that_is_not_the_last_one_ar
     maker = SolidMaker(Design(), worker)
     trial, last = (springs_of(Design(), lengths=lengths) for lengths in ((29.9, 14.8), (29.9, 14.9)))
     for springs in (trial, last):
-        maker.size(springs.housing, springs.deflections)
+        maker.begin_size(springs.housing, springs.deflections)
     (_, measured), (dropped, _), (_, measured_last), (kept, _) = worker.waiting
     assert (measured[1], measured_last[1]) == (trial.housing, last.housing)
-    assert maker.files(last.housing, last.deflections) is kept
+    assert maker.begin_files(last.housing, last.deflections) is kept
     assert (dropped.cancelled(), kept.cancelled(), len(worker.waiting)) == (True, False, 4)
-    assert maker.files(None, last.deflections).result() == KeptFiles()
+    assert maker.begin_files(None, last.deflections).result() == KeptFiles()
     assert kept.cancelled()
 
 

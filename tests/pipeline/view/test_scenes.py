@@ -10,7 +10,7 @@ from view_stand_ins import DEPTH, LENGTH
 
 from pipeline.options import load_design
 from pipeline.report.report import read_report
-from pipeline.view.field_picture import deformed_surface, draw_scene, frame
+from pipeline.view.field_picture import deformed_surface, draw_scene, frame_picture
 from pipeline.view.scenes import (
     _EXPLODED_DIRECTION,
     STRAIN_OVER_LIMIT,
@@ -94,7 +94,7 @@ def test_ruler_is_level_and_as_long_as_it_says():
     body = pv.Box((0.0, 30.0, -5.0, 5.0, 0.0, 20.0))
     plotter = pv.Plotter(off_screen=True)
     try:
-        frame(plotter, body, "a body", (1.0, -1.0, 1.0))
+        frame_picture(plotter, body, "a body", (1.0, -1.0, 1.0))
         (ruler,) = (actor for actor in plotter.actors.values() if isinstance(actor, pv.Actor))
         left, right, front, back, bottom, top = ruler.bounds
         assert (left, right, front, back) == pytest.approx((0.0, 5.0, -5.0, -5.0))
