@@ -92,7 +92,7 @@ def _channels_data(calibration: "Calibration") -> Plain:
 @with_attributes
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """The calibration of a printed unit: the unit, verdicts on its targets, and trims of its leaves.
+    """The result of calibrating a printed unit: the unit, which targets it meets, and corrections to its leaves.
 
     `pipeline calibrate` prints the same numbers. Values that its JSON output omits are None or empty here.
 
@@ -190,7 +190,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        The unit, its verdicts, and the trims of its leaves.
+        The calibrated unit, which targets it meets, and the corrections to the lengths of its leaves.
 
     Raises
     ------
@@ -219,40 +219,43 @@ def read_print_table(
 
     The table of a unit has a column `tip`, and the counts of all channels or of none; counts are returned with their
     sign. The table of a coupon has a column `coupon`. `flags` specifies columns and units that the header lacks.
-    `counts_as` is the notation of the counts, as in `signed_counts`.
+    `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts.
 
-    Raises InputError for a table with neither or both of these columns or with the counts of only some channels, and
-    for an unknown tip.
+    Raises InputError for a table with neither or both of these columns, for the counts of only some channels, and for
+    an unknown tip. It is also raised if `counts_as` is given for a table without counts, and for a count beyond the
+    range of the converter.
     """
-    counts = count_keys(len(report.tips))
-    quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
+    count_names = count_keys(len(report.tips))
+    quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(count_names, COUNTS)})
     table = numbers_of(source, quantities, [("tip", *_WEIGHED), ("coupon", *_WEIGHED)], _EXAMPLE)
     place = place_of(table.source, table.header)
     if len(table.texts) != 1:
         bound = "a header with one column that is named tip or coupon"
         raise validation_error(place, ", ".join(table.texts), "", bound, f"for instance {_EXAMPLE}")
-    if "tip" not in table.texts:
+    if "tip" not in table.texts:  # the table of a coupon, which has no counts
         refuse_without_counts(counts_as, table.source)
         return table
-    count_columns = [key for key in counts if key in table.numbers]
+    count_columns = [name for name in count_names if name in table.numbers]
+    # A column whose label begins with "counts" is probably a channel with a misspelt or unknown name.
     unknown_columns = [label for label in table.passed_over if label.lower().startswith("counts")]
-    if unknown_columns or 0 < len(count_columns) < len(counts):
-        bound = f"the counts of all channels, {', '.join(counts)}, or of none"
-        text = ", ".join([*count_columns, *unknown_columns])
-        raise validation_error(place, text, "", bound, f"for instance {','.join([_EXAMPLE, *counts])}")
+    if unknown_columns or 0 < len(count_columns) < len(count_names):
+        bound = f"the counts of all channels, {', '.join(count_names)}, or of none"
+        found_columns = ", ".join([*count_columns, *unknown_columns])
+        raise validation_error(place, found_columns, "", bound, f"for instance {','.join([_EXAMPLE, *count_names])}")
     table = _complete_names(table, [tip.name for tip in report.tips])
     if not count_columns:
         refuse_without_counts(counts_as, table.source)
         return table
-    return with_signed_counts(table, counts, counts_as, saturation_of(report))
+    return with_signed_counts(table, count_names, counts_as, saturation_of(report))
 
 
 def _complete_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
-    """Return the table with the name of each tip or leaf written as in `names`, the names in the design.
+    """Return the table of weights with each tip or leaf named exactly as in the design.
 
-    Case is ignored, and an initial is accepted if it is unique. Raises InputError for any other name.
+    `names` are the names in the design. The case of a written name is ignored, and an initial is accepted if it is
+    unique. Raises InputError for any other name.
     """
-    ((column, texts),) = table.texts.items()
+    ((column, texts),) = table.texts.items()  # `tip` or `coupon`, the only column of texts
     initials = [name[0].casefold() for name in names]
     full_names = {name.casefold(): name for name in names}
     full_names |= {initial: name for initial, name in zip(initials, names, strict=True) if initials.count(initial) == 1}
@@ -273,10 +276,13 @@ def calibrate_unit(
 ) -> Calibration:
     """Calibrate a unit from `table`, its table of weights, which `read_print_table` returns.
 
-    `fruit` is a table of presses on fruit from `read_fruit_table`; it determines the scale of another instrument.
-    `plate` is the table of a press on a hard plate from `read_plate_table`. `after_s` [s] is the time from hanging a
-    weight to its reading, if the table has no times. `ball` holds presses on a reference ball, which determine a factor
-    that corrects all readings.
+    `report` is the report of the design, and the other tables are optional:
+
+    - `plate`, from `read_plate_table`, holds a press on a hard plate, which determines the springs more accurately; -
+    `ball` holds presses on a reference ball, which determine a factor that corrects all readings; - `fruit`, from
+    `read_fruit_table`, holds presses on fruit, which determine the scale of another instrument.
+
+    `after_s` [s] is the time from hanging a weight to its reading, if `table` has no times.
 
     Raises InputError if a table does not determine the springs or contradicts the design, and if a unit with these
     springs cannot read a modulus.
@@ -284,30 +290,26 @@ def calibrate_unit(
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighing = correct_weights(table, report, after_s)
     deflections, channels = _fit_weights(table, weighing, designed)
-    assumptions = [weighing.note] if weighing.note else []
+    notes = _notes_without(report, plate, ball)
+    if weighing.note:
+        notes.append(weighing.note)
     # A press on a plate determines the springs more accurately, so its stiffnesses replace those from the weights.
     plate_springs = None
-    requirements = report.design.reading or ReadingRequirements()
     if plate is not None:
         stiffnesses = [stiffness_of_line(line) for line in deflections]
         plate_springs = _springs_on_plate(plate, table, channels, stiffnesses, report)
-        assumptions += _note_on_plate(plate_springs, stiffnesses, [tip.name for tip in report.tips], plate)
-    elif requirements.on_plate:
-        assumptions = [WITHOUT_PLATE, *assumptions]
-    assumptions += _notes_on_bends(table, report, deflections, channels)
+        notes += _note_on_plate(plate_springs, stiffnesses, [tip.name for tip in report.tips], plate)
+    notes += _notes_on_bends(table, report, deflections, channels)
     unit = _printed_unit(report, weighing, deflections, channels, plate_springs)
     sensor = MeasuringUnit(report=report, unit=unit)
-    if ball is None and requirements.calibrated_by == "ball":
-        assumptions = [WITHOUT_BALL, *assumptions]
     # The presses on the ball are read with the calibrated springs. From here on, their correction is part of the unit.
     ball_presses = None
     if ball is not None:
         correction, ball_presses = measure_ball_correction(ball, sensor)
         unit = replace(unit, ball=correction)
         sensor = MeasuringUnit(report=report, unit=unit)
-    # The verdicts judge the readings of the unit over the modulus range of its design.
     nominal = designed.unit.stiffnesses
-    try:
+    try:  # springs far from the design may not allow a reading
         scale = None if fruit is None else scale_of_presses(fruit, sensor)
         table_rows = unit_table(sensor, designed)
         verdicts = unit_verdicts(sensor, table_rows)
@@ -321,7 +323,7 @@ def calibrate_unit(
         table=table_rows,
         verdicts=verdicts,
         trims=leaf_trims(sensor, nominal),
-        assumed=assumptions,
+        assumed=notes,
         error_by=error_by,
         weighing=weighing,
         stiffened=sensor.press_over_weighed(),
@@ -332,13 +334,27 @@ def calibrate_unit(
     )
 
 
+def _notes_without(report: Report, plate: MeasuredTable | None, ball: PressedBall | None) -> list[str]:
+    """Return a note for each of the two presses, on a ball and on a plate, that the design expects but that is None."""
+    requirements = report.design.reading or ReadingRequirements()
+    notes = []
+    if ball is None and requirements.calibrated_by == "ball":
+        notes.append(WITHOUT_BALL)
+    if plate is None and requirements.on_plate:
+        notes.append(WITHOUT_PLATE)
+    return notes
+
+
 def _fit_weights(
     table: MeasuredTable, weighing: Weighing, designed: MeasuringUnit
 ) -> tuple[list[Line], ChannelCalibration | None]:
-    """Fit the lines of deflection [mm] against weight [N] of all tips, and calibrate the channels.
+    """Fit the springs and channels of a unit to its table of weights.
 
-    `designed` is a unit with the designed stiffnesses. The calibration of the channels is None if the table has no
-    counts. Raises InputError if the table does not determine the springs, or contradicts the design.
+    `weighing` holds the weights corrected for creep. `designed` is a unit with the designed stiffnesses, with which the
+    springs must roughly agree. Returns the line of deflection [mm] against weight [N] of each tip, and the calibration
+    of the channels, which is None if the table has no counts.
+
+    Raises InputError if the table does not determine the springs, or contradicts the design.
     """
     report = designed.report
     names = [tip.name for tip in report.tips]
@@ -358,13 +374,14 @@ def _printed_unit(
 ) -> PrintedUnit:
     """Build the unit from its deflections under weights, its channels, and the springs measured on a plate.
 
-    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. With a plate,
-    `plate_springs` replace the springs from the weights, and `gain_percent` is the error of each channel's deflection.
+    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None
+    without counts, and `plate_springs` is None without a plate. The springs from the plate replace the springs from the
+    weights. With them, the field `gain_percent` of the unit is the error of the deflection that each channel measures.
     """
     if plate_springs is not None:
         method = "counts of weights, and a hard plate"
         springs = [spring.K for spring in plate_springs]
-        gain_errors: Sequence[float] = [spring.left_percent for spring in plate_springs]
+        gain_errors: Sequence[float] = [spring.deflection_percent for spring in plate_springs]
         spring_bends = [spring.lack_of_fit for spring in plate_springs]
     else:
         method = "weights and deflections" + (", counts of the same weights" if channels else "")
@@ -382,7 +399,7 @@ def _printed_unit(
         method=method,
         K_N_per_m=tuple(1e3 * spring.value for spring in springs),
         K_percent=tuple(spring.percent for spring in springs),
-        gain=(1.0,) * len(springs),
+        gain=(1.0,) * len(springs),  # the calibrated channels need no further correction
         # The gain drift is equally likely anywhere within its bound, so BOUNDED turns it into a standard deviation.
         gain_percent=tuple(math.hypot(*errors) for errors in zip(gain_errors, BOUNDED * np.array(drifts), strict=True)),
         newtons_per_count=channels.newtons_per_count if channels else (),
@@ -402,7 +419,7 @@ def _printed_unit(
 def _split_bends(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
     """Return each tip's relative slope error at zero force [1], and the change of this error per newton [1/N].
 
-    Both are None if all calibration lines are straight.
+    `lacks_of_fit` holds both numbers for each tip. Both results are None if all calibration lines are straight.
     """
     if not any(map(any, lacks_of_fit)):
         return None, None
@@ -429,8 +446,9 @@ def _springs_on_plate(
     weight_stiffnesses: Sequence[Estimate],
     report: Report,
 ) -> list[PressedSpring]:
-    """Return the springs measured by a press on a plate.
+    """Return the springs measured by a press on a plate, one for each tip.
 
+    `plate` is the table of the press, and `table` is the table of weights, which calibrates the `channels`.
     `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine. Raises InputError if the table of
     weights has no counts, or if the press contradicts the weights.
     """
@@ -449,17 +467,19 @@ def _note_on_plate(
 ) -> list[str]:
     """Return a note if the plate determines a stiffness much less accurately than the weights do; empty otherwise.
 
-    `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine.
+    `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine, `names` are the names of the tips, and
+    `plate` is the table of the press on the plate.
     """
+    # The note names the tip with the largest ratio of the error from the plate to the error from the weights.
     error_pairs = [(spring.K.percent, K.percent) for spring, K in zip(plate_springs, weight_stiffnesses, strict=True)]
     worst = max(range(len(error_pairs)), key=lambda tip: error_pairs[tip][0] / error_pairs[tip][1])
-    from_plate, from_weights = (COVERAGE * percent for percent in error_pairs[worst])
-    if from_plate <= max(2.0 * from_weights, KNOWN_WELL_PERCENT):
+    plate_percent, weights_percent = (COVERAGE * percent for percent in error_pairs[worst])  # half widths at 95 %
+    if plate_percent <= max(2.0 * weights_percent, KNOWN_WELL_PERCENT):
         return []
     resolution = float(plate.last_digits["travel"].min())
     return [
-        f"the stiffness of the {names[worst]} spring is known to ± {from_plate:.2g} % from the plate, but to "
-        f"± {from_weights:.2g} % from the weights. The resolution of the travel is taken as {resolution:g} mm, the "
+        f"the stiffness of the {names[worst]} spring is known to ± {plate_percent:.2g} % from the plate, but to "
+        f"± {weights_percent:.2g} % from the weights. The resolution of the travel is taken as {resolution:g} mm, the "
         "last digit written. Write all digits of the dial, press farther and more often, or leave out --plate."
     ]
 
@@ -470,6 +490,7 @@ def _notes_on_bends(
     """Return a note for each calibration line whose slope changes by more than twice `KNOWN_WELL_PERCENT`.
 
     The lines are the deflection of each tip and the counts of each channel, both as functions of the weight.
+    `deflections` are the lines of the tips, and `channels` is None if the `table` of weights has no counts.
     """
     lines = zip(report.tips, deflections, strict=True)
     changes = {f"deflection of {tip.name}": 100.0 * line.bend.significant_change for tip, line in lines}
@@ -487,8 +508,9 @@ def _notes_on_bends(
 def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     """Return the modulus of the printed material [MPa] and its standard deviation, from weights on leaves of a coupon.
 
-    It is the mean over the leaves, weighted by the inverse variance of each. Raises InputError for a design without a
-    housing, for a leaf that the design does not have, and for weights that do not determine a stiffness.
+    `table` holds the weights and deflections of the leaves. The result is the mean over the leaves, weighted by the
+    inverse variance of each. Raises InputError for a design without a housing, for a leaf that the design does not
+    have, and for weights that do not determine a stiffness.
     """
     if report.housing is None:
         hint = "run pipeline design with springs that can be printed"
@@ -497,7 +519,7 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     weighed_arms = [arm for arm in report.housing.arms if arm.name in table.texts["coupon"]]
     lines = fit_weight_lines(table, [arm.name for arm in weighed_arms], [], table.numbers["force"])
     stiffnesses = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in weighed_arms]
-    factors = np.array([modulus_factor(arm.flexure) for arm in weighed_arms])
+    factors = np.array([modulus_factor(arm.flexure) for arm in weighed_arms])  # modulus per stiffness [1/mm]
     moduli = factors * [stiffness.value for stiffness in stiffnesses]
     weights = np.array([stiffness.relative for stiffness in stiffnesses]) ** -2.0
     E = float(np.average(moduli, weights=weights))

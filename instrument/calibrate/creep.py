@@ -70,7 +70,7 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
 
     A weight F that was read at the time t is corrected to F (t / t0)^n. The common time t0 is the geometric mean of all
     reading times under load. The time from hanging a weight to its reading is the column `t` of the table. Without this
-    column it is `after_s` [s] for all rows, and no correction is needed.
+    column it is `after_s` [s] for all rows, by default `WEIGHED_AFTER_S`, and no correction is needed.
 
     Raises InputError for invalid times, for times given both in the table and by `after_s`, and for a compliance that
     decreases with time.
@@ -85,22 +85,20 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
         raise validation_error("--after", after_s, "s", bound, "give either the column or --after")
     _check_times(table)
     is_loaded = forces != 0.0
-    if not is_loaded.any():
+    if not is_loaded.any():  # there is nothing to correct, and zero deflections do not show creep
         return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=process_creep, is_measured=False)
     common_time = float(np.exp(np.log(table.numbers["t"][is_loaded]).mean()))  # geometric mean
     # Metal springs do not creep.
     measured = None if report.design.process.is_metal else _measured_creep(table, report, common_time)
     creep = process_creep
-    is_measured = False
     note = ""
-    if measured is not None:
-        if _is_more_accurate(measured, process_creep):
-            is_measured = True
-            error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
-            creep = replace(measured, error=error)
-        else:
-            advice = "no more accurate than the creep of the process"
-            note = f"the times of {table.source} give a creep of {measured}, {advice}"
+    is_measured = measured is not None and _is_more_accurate(measured, process_creep)
+    if measured is not None and is_measured:
+        error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
+        creep = replace(measured, error=error)
+    elif measured is not None:
+        reason = "no more accurate than the creep of the process"
+        note = f"the times of {table.source} give a creep of {measured}, {reason}"
     corrected = forces * (table.numbers["t"] / common_time) ** creep.exponent
     return Weighing(forces=corrected, after_s=common_time, creep=creep, is_measured=is_measured, note=note)
 
@@ -131,9 +129,9 @@ def _check_times(table: MeasuredTable) -> None:
 def _measured_creep(table: MeasuredTable, report: Report, common_time: float) -> CreepLaw | None:
     """Return the creep law from readings of one weight at several times; None if no weight has such readings.
 
-    Its exponent is the mean over all columns, weighted by the inverse variance of each. `common_time` [s] is the time
-    to which the weights are corrected. Raises InputError for a compliance that decreases with time, or that at least
-    doubles in a decade.
+    Its exponent is the mean over the dial and count columns of all tips, weighted by the inverse variance of each.
+    `common_time` [s] is the time to which the weights are corrected. Raises InputError for a compliance that decreases
+    with time, or that at least doubles in a decade.
     """
     exponents = list(_fit_exponents(table, report, common_time))
     if not exponents:
@@ -144,6 +142,7 @@ def _measured_creep(table: MeasuredTable, report: Report, common_time: float) ->
     # If the columns scatter by more than their errors explain, the error of the mean is scaled by the Birge ratio.
     scatter = float(weights @ (values - mean) ** 2) / max(len(exponents) - 1, 1)
     error = math.sqrt(max(scatter, 1.0) / float(weights.sum()))
+    # A compliance cannot decrease. The mean may be negative by chance, so it is allowed two standard errors.
     if not (mean + 2.0 * error >= 0.0 and mean < _LARGEST_EXPONENT):
         field = f"{table.source}: growth of the deflection per decade of time"
         hint = "check t_s, and hang each weight alone, on a spring that has rested"
@@ -154,21 +153,23 @@ def _measured_creep(table: MeasuredTable, report: Report, common_time: float) ->
 
 
 def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> Iterator[Estimate]:
-    """Yield the creep exponent [1] and its standard deviation from the dial indicator and the channel of each tip.
+    """Yield one estimate of the creep exponent [1] from the dial indicator and one from the channel of each tip.
 
-    A tip without readings of one weight at several times is skipped. `common_time` [s] is the time to which the weights
-    are corrected.
+    A tip is skipped if it has too few rows, or if no weight was read at several times. `common_time` [s] is the time to
+    which the weights are corrected.
     """
     tips = np.array(table.texts["tip"])
     keys = count_keys(len(report.tips))
     for tip, key in zip(report.tips, keys, strict=True):
         rows = np.flatnonzero(tips == tip.name)
-        forces, times = table.numbers["force"][rows], table.numbers["t"][rows]
+        forces = table.numbers["force"][rows]
+        times = table.numbers["t"][rows]
         if len(rows) < _FEWEST_ROWS or not _has_several_times(forces, times):
             continue
         for column in ("deflection", key):
             if column in table.numbers:
-                readings, resolution = table.numbers[column][rows], table.last_digits[column][rows]
+                readings = table.numbers[column][rows]
+                resolution = table.last_digits[column][rows]
                 if np.ptp(readings) > 0.0:  # a constant channel does not work; `calibrate_channels` rejects it
                     yield _fit_exponent(forces, times / common_time, readings, ROUNDED * resolution)
 
@@ -176,15 +177,15 @@ def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> 
 def _has_several_times(forces: Floats, times: Floats) -> bool:
     """Return whether any weight was read at two times whose ratio exceeds `LEAST_RATIO`, so that it shows creep."""
     times_of_weights = [times[forces == force] for force in set(forces[forces != 0.0].tolist())]
-    return any(float(each.max()) > LEAST_RATIO * float(each.min()) for each in times_of_weights)
+    return any(float(read_at.max()) > LEAST_RATIO * float(read_at.min()) for read_at in times_of_weights)
 
 
 def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Floats) -> Estimate:
-    """Fit d = d0 + C F t^n to one column by Gauss-Newton iteration, and return the creep exponent n [1] with its error.
+    """Fit the creep exponent n of d = d0 + C F t^n [1] to one column, by Gauss-Newton iteration.
 
     `readings` are the deflections d [mm or counts] under the weights `forces` F [N]. `times` t [1] are relative to the
-    common time. The variance of a reading is the scatter about the fit plus the square of its `rounding` error, a
-    standard deviation. All arrays have the shape (rows,).
+    common time. The variance of a reading is the scatter about the fit plus the square of `rounding`, the standard
+    deviation of its rounding error. All arrays have the shape (rows,). Returns n with its standard deviation.
     """
     log_times = np.log(np.where(forces != 0.0, times, 1.0))  # a row without weight has no time
     exponent = 0.0
@@ -198,5 +199,6 @@ def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Flo
         residuals = readings - columns @ [zero, compliance, step_times_compliance]
         scatter = residuals @ residuals / max(len(forces) - columns.shape[1], 1)
         deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2)) / abs(compliance))
+        # A plausible exponent is far below 1. The limits keep a bad step from making the powers of t overflow.
         exponent = float(np.clip(exponent + step_times_compliance / compliance, -1.0, 1.0))
     return Estimate(exponent, deviation)

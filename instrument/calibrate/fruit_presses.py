@@ -72,7 +72,7 @@ def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAG
     """Read a table of presses on fruit by a sensor with `tips` tips, and of the fruit's firmness by another instrument.
 
     `flags` specifies columns and units that the header lacks. Raises InputError unless the table has exactly one column
-    of firmness, and all its numbers are positive.
+    of firmness, and all values in it are positive.
     """
     keys = force_keys(tips)
     quantities = {
@@ -94,10 +94,11 @@ def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAG
             bound,
             f"for instance {example}",
         )
-    (name,) = firmness_columns
-    for line, value in zip(table.lines, table.numbers[name].tolist(), strict=True):
-        if not value > 0.0:
-            raise validation_error(place_of(table.source, line, name), value, "", "greater than 0", "correct that line")
+    (column,) = firmness_columns
+    for line, firmness in zip(table.lines, table.numbers[column].tolist(), strict=True):
+        if not firmness > 0.0:  # its logarithm is fitted
+            place = place_of(table.source, line, column)
+            raise validation_error(place, firmness, "", "greater than 0", "correct that line")
     return table
 
 
@@ -113,11 +114,12 @@ def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
 
 
 def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Floats, unit: str) -> ScaleFit:
-    """Fit the scale to the moduli read in presses [MPa] and the firmness of the fruit [`unit`], both (presses,).
+    """Fit the scale of another instrument to the moduli that a unit read in presses, and choose the kind of its curve.
 
-    `names` are the names of the pressed fruit, one for each press, and `source` is the name of the table in messages.
-    Each curve is fitted to the means of the fruit. Its error is that of a single press on a fruit that was not used in
-    the fit, as in later use.
+    `moduli` [MPa] are the readings of the presses, and `firmness` [`unit`] is what the other instrument shows for the
+    pressed fruit, both (presses,). `names` are the names of the fruit, one for each press, and `source` is the name of
+    the table in messages. Each curve is fitted to the means of the fruit. Its error is that of a single press on a
+    fruit that was not used in the fit, as in later use.
 
     Raises InputError for too few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
     """
@@ -133,15 +135,11 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     # The curves of the cross-validation span all presses, not just the means of the other fruit.
     span = np.array([presses.ln_E.min(), presses.ln_E.max()])
     squared_errors = {name: _squared_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
-    error_of_mean = math.sqrt(float(_squared_errors(_constant_curve, groups, means, span).mean()))
     variances = {name: float(errors.mean()) for name, errors in squared_errors.items()}
     chosen_curve = _simplest_good_curve(squared_errors)
     deviation = math.sqrt(variances[chosen_curve])
-    if not deviation < error_of_mean - _ROUND_OFF:
-        percent = f"{100.0 * error_of_mean:.3g} %"
-        bound = f"below {percent}, the error of the mean of all fruit: here the readings do not predict the firmness"
-        name = f"{source}: error of the firmness of fruit left out of the fit"
-        raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from the softest to the firmest")
+    error_of_mean = math.sqrt(float(_squared_errors(_constant_curve, groups, means, span).mean()))
+    _check_prediction(source, deviation, error_of_mean)
     points = _CURVES[chosen_curve](means, ends)
     # A half width d of ln firmness means that the firmness is larger or smaller by the factor exp(d).
     half_width = math.expm1(student(len(groups) - PARAMETERS) * deviation)
@@ -154,6 +152,19 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     )
     left_out = {name: math.sqrt(variance) for name, variance in variances.items()}
     return ScaleFit(scale=scale, fruit=len(groups), left_out=left_out)
+
+
+def _check_prediction(source: str, deviation: float, error_of_mean: float) -> None:
+    """Raise InputError if a curve predicts the firmness no better than the mean of all fruit does.
+
+    `deviation` and `error_of_mean` are the standard deviations of ln firmness [1], predicted for fruit left out of the
+    fit, by the curve and by the mean. `source` is the name of the table.
+    """
+    if not deviation < error_of_mean - _ROUND_OFF:
+        percent = f"{100.0 * error_of_mean:.3g} %"
+        bound = f"below {percent}, the error of the mean of all fruit: here the readings do not predict the firmness"
+        name = f"{source}: error of the firmness of fruit left out of the fit"
+        raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from the softest to the firmest")
 
 
 def _simplest_good_curve(squared_errors: Mapping[str, Floats]) -> str:
@@ -172,7 +183,7 @@ def _squared_errors(curve: _Curve, groups: Sequence[_Points], means: _Points, sp
     """Return the mean square error of ln firmness (fruit,) [1] for each fruit, predicted from all other fruit.
 
     `groups` holds the presses of each fruit, and `means` the mean of each group. `curve` is fitted to the means of the
-    other fruit, and spans the two values of ln E in `span`. The mean is taken over the presses of the fruit.
+    other fruit, and spans the two values of ln E in `span`. The errors are averaged over the presses of the fruit.
     """
     mean_squares = []
     for index, group in enumerate(groups):
@@ -182,7 +193,7 @@ def _squared_errors(curve: _Curve, groups: Sequence[_Points], means: _Points, sp
 
 
 def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
-    """Return the modulus [MPa] read from the press on the fruit of each row.
+    """Return the modulus [MPa] read from the press on the fruit of each row, (rows,).
 
     The rows of one fruit are the samples of its press. Raises InputError for a design with relaxation, and if the
     modulus cannot be determined from a press.
@@ -192,7 +203,7 @@ def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
         bound = "left out if presses of fruit are calibrated, because their table may have no times"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
-    sensor.refuse_without_rise_level()
+    sensor.refuse_without_rise_level()  # raises InputError if the report lacks level readings, which a press needs
     readings = {}
     for name in dict.fromkeys(fruit):
         rows = [row for row, row_fruit in enumerate(fruit) if row_fruit == name]
@@ -211,8 +222,9 @@ def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
 def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, sensor: MeasuringUnit) -> FruitReading:
     """Read the press with the largest total force in the `rows` of the fruit called `name`.
 
-    If the table has times, the creep of the springs is corrected for the duration of the press. Raises InputError for
-    times that do not increase, and for a sample that is inconsistent with the other samples of its press.
+    If the table has times, the creep of the springs is corrected for the duration of the press. If the rows contain no
+    press, the reading has only the flag "few_samples". Raises InputError for times that do not increase, and for a
+    sample that is inconsistent with the other samples of its press.
     """
     keys = force_keys(len(sensor.report.tips))
     t = _times_of_rows(table, rows, name)
@@ -220,6 +232,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
     for row, moment in zip(rows, t, strict=True):
         forces = sensor.forces_of_channels([table.numbers[key][row] for key in keys])
         samples.append(Sample(table.lines[row], moment, tuple(forces.tolist())))
+    # A row holds the forces of all tips at the same time, so a bad conversion affects only one sample.
     presses = list(cut_presses(sensor, samples, table.source, AT_ONCE.lag))
     for press in presses:
         if press.lines_left_out:
@@ -232,7 +245,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
 
 
 def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
-    """Return the times [s] in the `rows` of the fruit called `name`; they are NaN if the table has no times.
+    """Return the times [s] in the `rows` of the fruit called `name`, or NaN for each row if the table has no times.
 
     Raises InputError for times that do not increase.
     """
@@ -260,13 +273,14 @@ def _power_curve(fruit: _Points, ends: Floats) -> _Points:
 
 
 def _isotonic_curve(fruit: _Points, ends: Floats) -> _Points:
-    """Return a nondecreasing curve between two `ends` of ln E, from an isotonic regression.
+    """Return a nondecreasing curve between two `ends` of ln E, from an isotonic regression on the means of the `fruit`.
 
     The regression is a step function. The curve connects the centres of its steps, so that it is continuous.
     """
     order = np.argsort(fruit.ln_E)
     steps = isotonic_regression(fruit.ln_firmness[order])
     starts = steps.blocks[:-1]  # index of the first fruit of each step
+    # The centre of a step is the mean ln E of its fruit; `weights` are their numbers.
     centres = _Points(np.add.reduceat(fruit.ln_E[order], starts) / steps.weights, steps.x[starts])
     inside = (centres.ln_E > ends[0]) & (centres.ln_E < ends[1])
     at_ends = centres.at(ends)

@@ -40,10 +40,11 @@ _LARGEST_TRAVEL_MM = 100.0  # a larger travel is in the wrong unit
 def read_plate_table(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
-    """Read the table of a press on a hard plate: the travels and the signed counts of all channels.
+    """Read the table of a press on a hard plate: the travels [mm] and the signed counts of all channels.
 
     `source` is the file, and `flags` specifies columns and units that its header lacks. `counts_as` is the notation of
-    the counts, as in `signed_counts`. Raises InputError unless the table has a travel and the counts of all channels.
+    the counts: "unsigned", "offset", or None for signed counts. Raises InputError unless the table has a travel and the
+    counts of all channels, and for a count beyond the range of the converter.
     """
     keys = count_keys(len(report.tips))
     travel = Quantity(units=LENGTH, most=_LARGEST_TRAVEL_MM, words=tuple(WORDS["words"]["travel"]))
@@ -55,12 +56,12 @@ def read_plate_table(
 class PressedSpring(NamedTuple):
     """A spring measured by a press on a plate: its stiffness K [N/mm] and the errors that remain.
 
-    `left_percent` is the standard deviation [%] of a deflection that its channel measures. `lack_of_fit` is the error
-    made by taking the compliance as independent of the force.
+    `deflection_percent` is the standard deviation [%] of a deflection that its channel measures. `lack_of_fit` is the
+    error made by assuming that the compliance is independent of the force.
     """
 
     K: Estimate
-    left_percent: float
+    deflection_percent: float
     lack_of_fit: LackOfFit
 
 
@@ -73,67 +74,89 @@ def fit_springs_on_plate(
 
         F = F0 + K (x - w),
 
-    with the force F [N] from the calibrated `channels`, the travel x [mm], and the flattening w [mm] of the dome on
-    the plate. So x - w is the deflection of the spring. `weight_stiffnesses` are the stiffnesses [N/mm] from the
-    weights and the dial indicator, with which the result must agree.
+    with the force F [N] from the calibrated `channels`, the travel x [mm], and the flattening w [mm] of the dome on the
+    plate. So x - w is the deflection of the spring. `weight_stiffnesses` are the stiffnesses [N/mm] from the weights
+    and the dial indicator, with which the result must agree. Returns one spring for each tip.
 
     Raises InputError for fewer than three different travels, for an outlier, for a tip that touches late, and for
     stiffnesses that contradict the weights.
     """
+    _check_travels(table)
     travel = table.numbers["travel"]
-    travel_count = len(set(travel.tolist()))
-    if travel_count < FEWEST or not np.ptp(travel) > LEAST_SPAN:
-        unit = f"different travels within {np.ptp(travel):.2g} mm"
-        raise validation_error(table.source, travel_count, unit, f"at least {FEWEST}", "press in five equal steps")
     keys = count_keys(len(weight_stiffnesses))
     forces = (counts_of(table, keys) - channels.zero_counts) @ np.array(channels.newtons_per_count).T
     flattened = np.column_stack([flattening(report.design, force) for force in forces.T])
     deflections = travel[:, None] - flattened
 
     # The resolutions of the counts and of the travel, both converted to forces [N], give the resolution of each point.
-    resolutions = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])
+    count_resolutions = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])
     travel_resolutions = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]
-    columns = zip(deflections.T, forces.T, np.hypot(resolutions, travel_resolutions).T, strict=True)
-    lines = [fit_line(*column) for column in columns]
+    columns = zip(deflections.T, forces.T, np.hypot(count_resolutions, travel_resolutions).T, strict=True)
+    lines = [fit_line(*column) for column in columns]  # x, values and resolutions of each tip
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weight_stiffnesses]
     _check_outliers(table, lines, forces)
     _check_agreement(table, ratios, weight_stiffnesses, report)
     _check_bends(table, lines)
 
-    # An error in the travel is the same for all tips, so the mean residual of all channels estimates it. The scatter
-    # that remains after correcting the travel is the error of each channel's deflection.
-    channel_deflections = (forces - [line.zero for line in lines]) / K  # [mm]
-    travel_errors = (channel_deflections - deflections).mean(axis=1)
-    travel_line = fit_line(travel, travel + travel_errors, table.last_digits["travel"])
-    measured_travels = zip((channel_deflections + flattened).T, np.abs(resolutions / K).T, strict=True)
-    channel_lines = [fit_line(travel + travel_errors, *column) for column in measured_travels]
-    deflection_errors = np.array([line.slope.error for line in channel_lines])
-    travel_span = float(np.ptp(travel))
-    deflection_errors = deflections_on_plate(deflection_errors, np.ptp(flattened, axis=0), report.design, travel_span)
+    channel_deflections = (forces - [line.zero for line in lines]) / K
+    resolutions = np.abs(count_resolutions / K)
+    travel_error, slope_errors = _relative_errors(table, channel_deflections, flattened, resolutions)
+    deflection_errors = deflections_on_plate(
+        slope_errors, np.ptp(flattened, axis=0), report.design, float(np.ptp(travel))
+    )
     # The deviations from the weights are treated as errors, split into a common part and differences between the tips.
     mean_ratio = float(ratios.mean())
     errors = K * springs_on_plate(
         gains=0.01 * np.array(channels.gain_percent),
         deflections=deflection_errors,
-        travel=travel_line.slope.error,
+        travel=travel_error,
         alike=abs(mean_ratio - 1.0),
         apart=np.abs(ratios / mean_ratio - 1.0),
     )
     return [
         PressedSpring(
             K=Estimate(float(K[tip]), float(errors[tip]), "N/mm"),
-            left_percent=100.0 * float(deflection_errors[tip]),
+            deflection_percent=100.0 * float(deflection_errors[tip]),
             lack_of_fit=_compliance_lack_of_fit(lines[tip], channels.lacks_of_fit[tip]),
         )
         for tip in range(len(keys))
     ]
 
 
-def _check_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
-    """Raise InputError if a row does not fit a channel's line of force against deflection; the message names the row.
+def _check_travels(table: MeasuredTable) -> None:
+    """Raise InputError for too few different travels, which do not determine a line and its error."""
+    travel = table.numbers["travel"]
+    travel_count = len(set(travel.tolist()))
+    if travel_count < FEWEST or not np.ptp(travel) > LEAST_SPAN:
+        unit = f"different travels within {np.ptp(travel):.2g} mm"
+        raise validation_error(table.source, travel_count, unit, f"at least {FEWEST}", "press in five equal steps")
 
-    `forces` (rows, tips) [N] are the forces measured by the channels.
+
+def _relative_errors(
+    table: MeasuredTable, channel_deflections: Floats, flattened: Floats, resolutions: Floats
+) -> tuple[float, Floats]:
+    """Return the relative standard error of the travel [1], and of the deflection from each channel (tips,) [1].
+
+    `channel_deflections` [mm] are the deflections that the channels measure, and `resolutions` [mm] are the resolutions
+    of these deflections. `flattened` [mm] is the flattening of the domes. All three have the shape (rows, tips).
+
+    An error in the travel is the same for all tips, so the mean residual of all channels estimates it. The scatter that
+    remains after correcting the travel is the error of the deflection from each channel.
+    """
+    travel = table.numbers["travel"]
+    travel_errors = (channel_deflections - (travel[:, None] - flattened)).mean(axis=1)
+    travel_line = fit_line(travel, travel + travel_errors, table.last_digits["travel"])
+    measured_travels = zip((channel_deflections + flattened).T, resolutions.T, strict=True)
+    channel_lines = [fit_line(travel + travel_errors, *column) for column in measured_travels]
+    return travel_line.slope.error, np.array([line.slope.error for line in channel_lines])
+
+
+def _check_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
+    """Raise InputError for a row that does not fit the line of a channel; the message names the row.
+
+    `lines` are the fitted lines of force against deflection, one for each channel. `forces` (rows, tips) [N] are the
+    forces that the channels measured.
     """
     for line, force, key in zip(lines, forces.T, count_keys(len(lines)), strict=True):
         outlier = line.outlier()
@@ -175,8 +198,8 @@ def _check_agreement(
     weights [N/mm]. Their mean must be close to 1. The ratios of two tips must not differ by more than the errors of the
     weights allow.
     """
-    mean = float(ratios.mean())
     hint = "check travel_mm and its unit, the order of the columns, and that all tips touch the plate in every row"
+    mean = float(ratios.mean())
     if not abs(mean - 1.0) < _LARGEST_MEAN_DEVIATION:
         field = f"{table.source}: stiffness from the plate divided by stiffness from weights, mean of all tips"
         raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_LARGEST_MEAN_DEVIATION:g}", hint)
@@ -187,7 +210,8 @@ def _check_agreement(
     )
     if not ratios[high] / ratios[low] - 1.0 < allowed:
         # The tip whose ratio differs more from 1 is probably the faulty one.
-        wrong, other = (high, low) if abs(ratios[high] - 1.0) > abs(ratios[low] - 1.0) else (low, high)
-        field = f"{table.source}: stiffness from the plate divided by stiffness from weights, {report.tips[wrong].name}"
-        bound = f"within {allowed:.2g} of {ratios[other]:.4g}, the ratio of {report.tips[other].name}"
-        raise validation_error(field, float(f"{ratios[wrong]:.4g}"), "", bound, hint)
+        faulty, good = (high, low) if abs(ratios[high] - 1.0) > abs(ratios[low] - 1.0) else (low, high)
+        tip = report.tips[faulty].name
+        field = f"{table.source}: stiffness from the plate divided by stiffness from weights, {tip}"
+        bound = f"within {allowed:.2g} of {ratios[good]:.4g}, the ratio of {report.tips[good].name}"
+        raise validation_error(field, float(f"{ratios[faulty]:.4g}"), "", bound, hint)

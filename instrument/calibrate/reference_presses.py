@@ -64,13 +64,14 @@ class ReferenceBall:
 
 
 def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent: float | None) -> ReferenceBall:
-    """Return the ball that the flags of a command describe.
+    """Return the reference ball that the flags of a command describe.
 
-    `reduced_MPa` is E / (1 - nu^2) [MPa], so Poisson's ratio is not required. `u_percent` is the half width of its
-    error bar at 95 % [%]. Raises InputError for a flag that is missing or out of bounds.
+    `reduced_MPa` is E / (1 - nu^2) [MPa], so Poisson's ratio is not required. `radius_mm` is the radius [mm], and
+    `u_percent` is the half width of the error bar of the modulus at 95 % [%]. Raises InputError for a flag that is
+    missing (None) or out of bounds.
     """
     modulus_hint = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
-    values = []
+    checked = []
     for flag, value, unit, bounds, hint in (
         ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, modulus_hint),
         ("--ball-radius", radius_mm, "mm", RADIUS, "measure the diameter of the ball, and give half of it"),
@@ -78,8 +79,9 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
     ):
         if value is None or not bounds.hold(value):
             raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
-        values.append(value)
-    reduced, radius, u = values
+        checked.append(value)
+    reduced, radius, u = checked
+    # Any Poisson's ratio serves, because only E / (1 - nu^2) affects a press.
     return ReferenceBall(E_MPa=reduced * (1.0 - RUBBER_POISSON**2), radius_mm=radius, percent=u / COVERAGE)
 
 
@@ -115,10 +117,31 @@ class BallPresses:
 def measure_ball_correction(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
     """Return the correction of a unit from presses on a ball of known modulus, and the numbers of presses in the file.
 
-    Raises InputError if the ball is too small, is not as firm as the fruit, or does not represent the fruit and tips of
-    the design. It is also raised for a report without form errors, and if the presses do not determine a factor.
+    `pressed` holds the ball and the file of presses. `sensor` is the unit without this correction. Raises InputError
+    for a ball or a report that is unsuitable, and if the presses do not determine a factor.
     """
-    source, ball = pressed.source, pressed.ball
+    _check_ball(pressed, sensor)
+    source = pressed.source
+    ball = pressed.ball
+
+    def say(note: str) -> None:
+        pressed.say(f"{source}: {note}")
+
+    signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say)
+    for note in (signal.understood, *signal.notes):
+        pressed.say(note)
+    readings = list(readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
+    return fit_ball_correction(readings, ball, sensor, str(source)), count_presses(readings)
+
+
+def _check_ball(pressed: PressedBall, sensor: MeasuringUnit) -> None:
+    """Raise InputError if the ball is too small, or not as firm as the fruit of the design.
+
+    It is also raised if a ball does not represent the fruit and tips of the design, and for a report without form
+    errors.
+    """
+    source = pressed.source
+    ball = pressed.ball
     design = sensor.report.design
     if not design.takes_ball:
         bound = f"left out, because a ball is only for {SHOWN_BY_BALL}"
@@ -134,15 +157,6 @@ def measure_ball_correction(pressed: PressedBall, sensor: MeasuringUnit) -> tupl
     if not smallest <= ball.reduced_MPa <= largest:
         bound = f"from {smallest:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
         raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "use a softer or firmer ball")
-
-    def say(note: str) -> None:
-        pressed.say(f"{source}: {note}")
-
-    signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say)
-    for note in (signal.understood, *signal.notes):
-        pressed.say(note)
-    readings = list(readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
-    return fit_ball_correction(readings, ball, sensor, str(source)), count_presses(readings)
 
 
 def _is_accepted(reading: FruitReading) -> bool:
@@ -167,20 +181,15 @@ def fit_ball_correction(
 
         factor = E read in the simulated press / median of E read in the real presses.
 
-    `source` is the name of the file in messages. Raises InputError for too few accepted presses, for a factor out of
-    bounds, and for presses that scatter too much.
+    `sensor` is the unit without this correction, and `source` is the name of the file in messages. Raises InputError
+    for too few accepted presses, for a factor out of bounds, and for presses that scatter too much.
     """
-    accepted = list(filter(_is_accepted, readings))
-    if len(accepted) < FEWEST_PRESSES:
-        numbers = count_presses(readings)
-        flags = f" ({numbers.flags_text})" if numbers.flags else ""
-        bound = f"at least {FEWEST_PRESSES} of {numbers.presses} presses with a modulus and without flags{flags}"
-        hint = "press the ball again; pipeline read shows the flags of each press"
-        raise validation_error(source, len(accepted), "presses", bound, hint)
+    accepted = _accepted_readings(readings, source)
     on_ball = sensor.on_ball(ball.radius_mm)
     E = _equivalent_modulus(ball, sensor)
     forces, simulated = deep_press(on_ball, E)
-    moduli = np.array([press.E for press in accepted])
+    moduli = np.array([reading.E for reading in accepted])
+    # The simulated reading gets the same corrections as the real readings, for instance for creep.
     factor = on_ball.corrected(simulated.E) / float(np.median(moduli))
     if not FACTOR.hold(factor):
         hint = "check the unit of the modulus, and the springs"
@@ -191,9 +200,10 @@ def fit_ball_correction(
         name = f"{source}: error of the factor (95 %) due to the scatter of {len(moduli)} presses"
         hint = "press more often, level and at an even pace, with the ball on a hard base"
         raise validation_error(name, float(f"{100.0 * COVERAGE * scatter:.3g}"), "%", str(SCATTER), hint)
-    durations = [press.press_s for press in accepted if press.press_s is not None]
+    durations = [reading.press_s for reading in accepted if reading.press_s is not None]
     press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
-    common_error = _common_error(on_ball, simulated, press_s, max(press.time_s for press in accepted))
+    # The presses may be sampled with different accuracy; the least accurate sampling times are assumed for all.
+    common_error = _common_error(on_ball, simulated, press_s, max(reading.time_s for reading in accepted))
     return BallCorrection(
         factor=factor,
         percent=math.hypot(ball.percent, 100.0 * scatter, 100.0 * common_error),
@@ -204,6 +214,21 @@ def fit_ball_correction(
         gain_slopes=simulated.slopes.gains,
         form_percent=_form_percent(on_ball, forces),
     )
+
+
+def _accepted_readings(readings: Sequence[FruitReading], source: str) -> list[FruitReading]:
+    """Return the readings of accepted presses; raises InputError if there are too few of them.
+
+    `source` is the name of the file in the message.
+    """
+    accepted = list(filter(_is_accepted, readings))
+    if len(accepted) < FEWEST_PRESSES:
+        numbers = count_presses(readings)
+        flags = f" ({numbers.flags_text})" if numbers.flags else ""
+        bound = f"at least {FEWEST_PRESSES} of {numbers.presses} presses with a modulus and without flags{flags}"
+        hint = "press the ball again; pipeline read shows the flags of each press"
+        raise validation_error(source, len(accepted), "presses", bound, hint)
+    return accepted
 
 
 def _median_error(moduli: Floats) -> float:
@@ -217,22 +242,28 @@ def _median_error(moduli: Floats) -> float:
 
 
 def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
-    """Simulate a level press on a ball, without noise.
+    """Simulate a level press of a unit on a ball, without noise.
 
-    Returns the forces (samples, tips) [N] of the press and its uncorrected reading. The ball is modelled as an elastic
-    half-space of modulus E [MPa], with the curvature of the ball only in the gaps between tips and surface. Raises
-    InputError if the press has no solution or no reading, because the springs differ too much from the design.
+    `on_ball` is the unit for this ball, and `E` [MPa] is the modulus that it should read. Returns the forces (samples,
+    tips) [N] of the press and its uncorrected reading. The ball is modelled as an elastic half-space, with the
+    curvature of the ball only in the gaps between tips and surface.
+
+    Raises InputError if the press has no solution or no reading, because the springs differ too much from the design.
     """
     domes, law = on_ball.domes, on_ball.rise_law
     assert domes is not None  # noqa: S101 - only a design with domes takes a ball
-    deep = replace(law.contrast, S=rows_of(domes.S()))
-    x = min(deep.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)
+    half_space_law = replace(law.contrast, S=rows_of(domes.S()))  # S is the compliance of a half-space under the tips
+    x = min(half_space_law.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)  # from first touch
     try:
-        forces = elastic_forces(deep, np.full(len(x), on_ball.read_as(E)), x)
+        forces = elastic_forces(half_space_law, np.full(len(x), on_ball.read_as(E)), x)
         tips = forces.shape[1]
-        return forces, read_rise(law, rise_of(forces, tips, on_ball.least_forces), np.zeros(tips))
+        no_noise = np.zeros(tips)
+        return forces, read_rise(law, rise_of(forces, tips, on_ball.least_forces), no_noise)
     except (SolveError, ReadingError) as error:
-        msg = f"--ball: a level press at {E:.3g} MPa must have a modulus. The springs differ too much from the design."
+        msg = (
+            f"--ball: a level press at {E:.3g} MPa must determine a modulus. "
+            "The springs differ too much from the design."
+        )
         raise InputError(msg) from error
 
 

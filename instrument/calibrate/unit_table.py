@@ -45,7 +45,7 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return the error sources that apply to a calibrated unit, as text for the heading of its table."""
+    """Return the error sources that apply to a calibrated unit, as a phrase for the heading of its table."""
     unit = sensor.unit
     sources = {
         "the springs": True,
@@ -55,7 +55,7 @@ def error_sources(sensor: MeasuringUnit) -> str:
         "presses on a ball": unit.ball is not None,
         "bent lines": unit.force_bend is not None or unit.deflection_bend is not None,
     }
-    *first_sources, last = (words for words, applies in sources.items() if applies)
+    *first_sources, last = (source for source, applies in sources.items() if applies)
     return f"by {', '.join(first_sources)} and {last}" if first_sources else f"by {last} alone"
 
 
@@ -66,26 +66,29 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
 
         u = k sqrt(c^2 sum s_i^2 + sum f_j^2) + c b,
 
-    where k is the coverage factor for 95 %. b is the error caused by bent calibration lines. The factor c
-    (`sensor.steepness`) converts a relative change of the uncorrected reading into one of E. `nominal` is a unit with
-    the designed stiffnesses. Raises ReadingError if a press on one of these fruits gives no modulus.
+    where k is the coverage factor for 95 %. b is the error caused by bent calibration lines, a bound, so it is added
+    linearly. The factor c (`sensor.steepness`) converts a relative change of the uncorrected reading into one of E.
+
+    `sensor` is the calibrated unit, and `nominal` is a unit with the designed stiffnesses. Raises ReadingError if a
+    press on one of these fruits gives no modulus.
     """
     softest, firmest = sensor.range_MPa
     rows = []
     for E in np.geomspace(softest, firmest, MODULI).tolist():
         press = level_press(sensor, E)
-        low, high = (float(press[-1, list(group)].mean()) for group in sensor.report.design.tips.spring_groups)
+        groups = sensor.report.design.tips.spring_groups
+        low_force, high_force = (float(press[-1, list(group)].mean()) for group in groups)  # at full travel
         with_design = None
-        with suppress(
-            ReadingError
-        ):  # the forces of a unit far from its design may have no reading with its stiffnesses
+        # If the unit is far from its design, its forces may have no reading with the designed stiffnesses.
+        with suppress(ReadingError):
             with_design = nominal.corrected(read_without_noise(nominal, press).E) / E - 1.0
         slopes = read_without_noise(sensor, press).slopes
         bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)
         steepness = sensor.steepness(E)
         unit_error = steepness * math.hypot(*_unit_deviations(sensor, slopes))
         u = COVERAGE * math.hypot(unit_error, *sensor.form_deviations(E)) + steepness * bend
-        rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=high / low, u=u, with_design=with_design))
+        P = high_force / low_force
+        rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=P, u=u, with_design=with_design))
     return tuple(rows)
 
 
@@ -148,11 +151,11 @@ def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
 
 
 def leaf_trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
-    """Return the change in leaf length [mm] that would give each spring its target stiffness.
+    """Return for each tip the change in leaf length [mm] that would give its spring the target stiffness.
 
-    A negative change means that the leaves must be clamped shorter. `targets` [N/mm] are the desired stiffnesses. The
-    trim is None if the target lies within the error bar (95 %) of the stiffness, because then a trim may not improve
-    the spring. The list is empty if the design has no housing.
+    A negative change means that the leaves must be clamped shorter. `targets` (tips,) [N/mm] are the desired
+    stiffnesses. The trim is None if the target lies within the error bar (95 %) of the stiffness, because then a trim
+    may not improve the spring. The list is empty if the design has no housing.
     """
     housing = sensor.report.housing
     if housing is None:

@@ -22,18 +22,21 @@ _BALL_HINT = (
 
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
-    """Return the verdicts on a unit.
+    """Return the verdicts on a unit: whether its springs and domes meet the targets of its design.
 
     If the design has targets but no requirements for a reading, P_max and NL are judged. Otherwise the uncertainty of
-    the readings is judged. `rows` are the readings of the unit at moduli that span the range of its design.
+    the readings is judged, where it is largest relative to its limit. `rows` are the readings of the unit at moduli
+    that span the range of its design.
     """
     design = sensor.report.design
-    if design.reading is None and design.targets is not None:
+    requirements = design.reading
+    if requirements is None and design.targets is not None:
         return _target_verdicts(sensor)
-    reading = design.reading
 
     def limit_at(E: float) -> float:
-        return _DEFAULT_UNCERTAINTY_LIMIT if reading is None else reading.uncertainty_limit_at(E, design.fruit.E_MPa)
+        if requirements is None:
+            return _DEFAULT_UNCERTAINTY_LIMIT
+        return requirements.uncertainty_limit_at(E, design.fruit.E_MPa)
 
     worst = max(rows, key=lambda row: row.u / limit_at(row.E))
     limit = limit_at(worst.E)

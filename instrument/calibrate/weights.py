@@ -72,9 +72,9 @@ def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
 def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
     """Fit a line to the deflection and to each of `columns`, against the weights on each tip or leaf in `names`.
 
-    `forces` (rows,) [N] are the weights corrected for creep to one common time, as in `Weighing`. Raises InputError for
-    a tip or leaf with fewer than three rows or only one weight. It is also raised for a deflection that does not fit a
-    line, or does not increase with the weight.
+    `columns` are the names of columns of counts. `forces` (rows,) [N] are the weights corrected for creep to one common
+    time. Raises InputError for a tip or leaf with fewer than three rows or only one weight. It is also raised for a
+    deflection that does not fit a line, or does not increase with the weight.
     """
     lines = {}
     for name in names:
@@ -100,7 +100,7 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
 
     `lines` are the lines from `fit_weight_lines`, and `forces` (rows,) [N] are the weights corrected for creep. Raises
     InputError for a tip whose first row has a weight, because this row is the tare. It is also raised for an outlier,
-    and for channels that do not separate the forces of the tips.
+    and for channels that do not respond to their own tips, or do not separate the forces of the tips.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))
@@ -109,17 +109,12 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     _check_channels(table, names, keys, lines)
     own_lines = [lines[own] for own in zip(names, keys, strict=True)]
     counts_per_N = np.array([[lines[name, key].slope.value for name in names] for key in keys])
-    hysteresis, drift = [], []
+    hysteresis = []
+    drift = []
     for name, key, line in zip(names, keys, own_lines, strict=True):
-        rows = _rows_of(table, name)
-        loads = table.numbers["force"][rows]
-        # The part of each count that creep adds is subtracted.
-        counts = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)
-        percent_per_count = 100.0 / (abs(line.slope.value) * float(np.ptp(loads)))
-        zeros = counts[loads == 0.0]
-        widths = [float(np.ptp(counts[loads == load])) for load in set(loads.tolist())]
-        hysteresis.append(percent_per_count * max(widths))
-        drift.append(percent_per_count * float(zeros[-1] - zeros[0]))
+        loop_width, zero_drift = _hysteresis_and_drift(table, name, key, line.slope.value, forces)
+        hysteresis.append(loop_width)
+        drift.append(zero_drift)
     gains = zip(own_lines, hysteresis, strict=True)
     return ChannelCalibration(
         counts_per_N=counts_per_N,
@@ -135,6 +130,25 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     )
 
 
+def _hysteresis_and_drift(
+    table: MeasuredTable, name: str, key: str, counts_per_N: float, forces: Floats
+) -> tuple[float, float]:
+    """Return the hysteresis and the drift of a channel [%], relative to the counts of the largest weight on its tip.
+
+    The hysteresis is the largest difference between readings of the same weight. The drift is the last reading without
+    weight minus the first one. `name` is the tip, `key` is the count column of its channel, `counts_per_N` is the slope
+    of the channel, and `forces` (rows,) [N] are the weights corrected for creep.
+    """
+    rows = _rows_of(table, name)
+    loads = table.numbers["force"][rows]
+    # The part of each count that creep adds is subtracted.
+    counts = table.numbers[key][rows] - counts_per_N * (forces[rows] - loads)
+    percent_per_count = 100.0 / (abs(counts_per_N) * float(np.ptp(loads)))
+    zeros = counts[loads == 0.0]
+    widths = [float(np.ptp(counts[loads == load])) for load in set(loads.tolist())]
+    return percent_per_count * max(widths), percent_per_count * float(zeros[-1] - zeros[0])
+
+
 def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
     """Return the row indices of the tip or leaf called `name`."""
     (names,) = table.texts.values()
@@ -142,13 +156,14 @@ def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
 
 
 def _check_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
-    """Raise InputError for too few rows, or for a single weight, which does not determine both zero and slope.
+    """Raise InputError if the weights on a tip or leaf do not determine a line.
 
-    `loads` (rows,) [N] are the weights on the tip or leaf called `name`.
+    `loads` (rows,) [N] are the weights on the tip or leaf called `name`. Three rows are needed for the error of the
+    line, and two different weights to separate its zero from its slope.
     """
     weight_count = len(set(loads.tolist()))
     if len(loads) < FEWEST or weight_count == 1 or not np.ptp(loads) > LEAST_SPAN:
-        within = np.ptp(loads) if weight_count else 0.0
+        within = np.ptp(loads) if weight_count else 0.0  # a tip without rows has no range
         unit = f"rows with {weight_count} different weights within {within:.2g} N"
         bound = (
             f"at least {FEWEST} rows with 2 weights, because one weight does not separate a zero error from the slope"
@@ -184,7 +199,8 @@ def _check_outlier(table: MeasuredTable, name: str, column: str, outlier: Outlie
 def _check_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
     """Raise InputError for a missing tare, an outlier, or a channel that does not respond to its own tip.
 
-    The tare is the first row of each tip, so this row must be without weight.
+    `names` are the names of the tips, `keys` are the count columns of their channels, and `lines` are the lines from
+    `fit_weight_lines`. The tare is the first row of each tip, so this row must be without weight.
     """
     own_lines = [lines[own] for own in zip(names, keys, strict=True)]
     for name, key, line in zip(names, keys, own_lines, strict=True):
@@ -194,6 +210,7 @@ def _check_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[s
             place = place_of(table.source, table.lines[first], "tip")
             raise validation_error(place, load, "N", "0 in the first row of a tip", "begin with a row without weight")
         _check_outlier(table, name, key, line.outlier())
+        # The sign of a slope is only certain if its error bar does not contain 0.
         slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
             field = f"{table.source}: {key} against the weight on {name}"
@@ -210,10 +227,10 @@ def _crosstalk_percent(
 ) -> tuple[float, ...]:
     """Return each channel's largest slope against the weight on another tip, relative to the slope for its own tip [%].
 
-    `counts_per_N` (channels, tips) are the slopes. Raises InputError for channels that do not separate the forces of
-    the tips.
+    `counts_per_N` (channels, tips) are the slopes. `names` are the names of the tips, and `keys` are the count columns
+    of the channels. Raises InputError for channels that do not separate the forces of the tips.
     """
-    relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]
+    relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]  # the diagonal, the slopes for the own tips, is 1
     crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())
