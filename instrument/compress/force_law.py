@@ -97,7 +97,7 @@ class TestGeometry:
 
 
 def geometry_data(test: TestGeometry) -> Plain:
-    """Return the body and the tools of a test as the data of an answer; the sizes of the body are at the top level."""
+    """Return the body and the tools of a test as JSON data; the sizes of the body are at the top level."""
     return {
         **vars(test.body),
         "poisson": test.poisson,
@@ -116,15 +116,15 @@ class ForceLaw:
     """The force on a body as a function of the travel, the distance by which its tools have approached since contact.
 
     `forces` [N] at `travels` [mm], both (points,), are for E = 1 MPa; the force is proportional to E. For small travels
-    it is proportional to travel^`exponent`. `error` [1] is the relative error of the numerical solution. `others` holds
-    the laws that result from other assumptions about the test, keyed by the name of the assumption.
+    it is proportional to travel^`exponent`. `error` [1] is the relative error of the numerical solution. `variants`
+    holds the laws that result from other assumptions about the test, keyed by the name of the assumption.
     """
 
     exponent: float
     travels: Floats
     forces: Floats
     error: float
-    others: Mapping[str, Sequence["ForceLaw"]]
+    variants: Mapping[str, Sequence["ForceLaw"]]
 
     @property
     def deepest(self) -> float:
@@ -152,16 +152,18 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
 
         D = (F / (4/3 E*))^(2/3) sum R^(-1/3),    E* = E / (1 - nu^2),
 
-    with the relative radius R of each contact. Returns None if no tool touches the body at a point.
+    with the force F and the relative radius R of each contact. Returns None if no tool touches the body at a point.
     """
     radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
     if not radii.size:
         return None
-    travels = np.array([0.0, _HERTZ_LIMIT * radii.sum()])
+    travels = np.array(
+        [0.0, _HERTZ_LIMIT * radii.sum()]
+    )  # two points suffice, because the law is a power of the travel
     series_radius = float((radii ** (-1.0 / 3.0)).sum()) ** -3  # radius of a single contact with the same force law
     stiffness = force_factor(1.0 / (1.0 - test.poisson**2), series_radius)
     return ForceLaw(
-        exponent=POINT_CONTACT, travels=travels, forces=stiffness * travels**POINT_CONTACT, error=0.0, others={}
+        exponent=POINT_CONTACT, travels=travels, forces=stiffness * travels**POINT_CONTACT, error=0.0, variants={}
     )
 
 
@@ -169,22 +171,22 @@ def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
     """Solve the force law of a body that is compressed at finite strain, and the laws that determine its error.
 
     All sides of the body carry the same force, so their travels add up. The nominal law assumes friction midway between
-    frictionless tools and tools without slip. `others` of the result holds the laws with other assumptions.
+    frictionless tools and tools without slip. `variants` of the result holds the laws with other assumptions.
 
     `count` is called with the number of finished parts of the work and with the number of all parts. Raises SolveError
     if no equilibrium is found.
     """
     sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
-    variants = _law_variants(test, sides)
-    parts = _NOMINAL_PARTS + sum(map(len, variants.values()))
+    solvers = _law_variants(test, sides)
+    parts = _NOMINAL_PARTS + sum(map(len, solvers.values()))
     count(0, parts)
     nominal = _law_with_friction(sides, _HALF_FRICTION)
-    others: dict[str, list[ForceLaw]] = {name: [] for name in variants}
-    for name, solves in variants.items():
+    variants: dict[str, list[ForceLaw]] = {assumption: [] for assumption in solvers}
+    for assumption, solves in solvers.items():
         for solve in solves:
-            count(_NOMINAL_PARTS + sum(map(len, others.values())), parts)
-            others[name].append(solve())
-    return replace(nominal, error=max(force_curve(side).error for side in sides), others=others)
+            count(_NOMINAL_PARTS + sum(map(len, variants.values())), parts)
+            variants[assumption].append(solve())
+    return replace(nominal, error=max(force_curve(side).error for side in sides), variants=variants)
 
 
 def _law_variants(
@@ -193,7 +195,8 @@ def _law_variants(
     """Return functions that solve the force law with another assumption, keyed by the name of the assumption.
 
     The assumptions are other constitutive laws of the flesh, another Poisson's ratio, no friction and no slip, and
-    bodies that bound a simplified body. `sides` are the presses of the nominal law.
+    bodies that bound a simplified body. `sides` are the presses of the nominal law. Nothing is solved before a function
+    is called, so the caller can show its progress.
     """
 
     def with_flesh(flesh: FleshLaw) -> ForceLaw:
@@ -224,7 +227,7 @@ def _law_with_friction(sides: Sequence[CompressionPress], friction: float) -> Fo
 def _scaled_forces(side: CompressionPress, variant: CompressionPress, friction: float = _HALF_FRICTION) -> Floats:
     """Return the forces [N] on one side at its travels, scaled by their relative change in a `variant` of the press.
 
-    `friction` of the variant is between 0 (frictionless tools) and 1 (tools without slip); the forces of these two
+    `friction` [1] of the variant is between 0 (frictionless tools) and 1 (tools without slip); the forces of these two
     limits are interpolated linearly. Only the side itself is solved on a fine mesh. The relative change comes from
     coarse meshes, because their errors nearly cancel in the ratio.
     """
@@ -239,7 +242,8 @@ def _scaled_forces(side: CompressionPress, variant: CompressionPress, friction: 
 def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
     """Return the force law of a body whose sides carry the same force, so that their travels add up.
 
-    `forces` [N] are the forces of each side at its travels. The law ends at the largest force that all sides reach.
+    `forces` [N] are the forces of each side at its travels, each (points,). The law ends at the largest force that all
+    sides reach.
     """
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)
@@ -249,7 +253,7 @@ def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) 
     travels = np.zeros(_STEPS)
     for force, side in zip(forces, sides, strict=True):
         travels += np.interp(roots, force ** (1.0 / exponent), _travels(side))
-    return ForceLaw(exponent=exponent, travels=travels, forces=roots**exponent, error=0.0, others={})
+    return ForceLaw(exponent=exponent, travels=travels, forces=roots**exponent, error=0.0, variants={})
 
 
 def _travels(side: CompressionPress) -> Floats:

@@ -14,6 +14,7 @@ from sensor.quantity import COVERAGE, Estimate, report_field, validation_error
 
 MOST_ARMS = 3
 """Maximum number of arms of a Prony series."""
+_MOST_EVALUATIONS = 4000  # maximum number of evaluations of the force in a fit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +52,7 @@ class HeldRelaxation:
 
 
 def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: float) -> HeldRelaxation:
-    """Fit the relaxation of a specimen to the force in its hold.
+    """Fit the relaxation of a specimen to the force in its hold, as a Prony series.
 
     In the hold, with t = 0 at its start, the force is
 
@@ -65,13 +66,14 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
     where F_0 is the instantaneous force, the force of an infinitely fast loading to the same depth. r_i is the fraction
     of the arm that remains at the end of the loading. By Hertz's law, n is proportional to depth^(3/2).
 
-    `hold` selects the rows of the hold, `touch_mm` is the travel at first contact, and `zero_N` is the zero of the load
-    cell. Raises InputError for a hold that is shorter than the loading.
+    `specimen` has times, and the deflection of the machine is already subtracted from its travel. `hold` selects the
+    rows of the hold, `touch_mm` is the travel at first contact, and `zero_N` is the zero of the load cell. Raises
+    InputError for a hold that is shorter than the loading.
     """
     time = np.asarray(specimen.time, dtype=np.float64)
     depth = np.maximum(specimen.travel[: hold.start + 1] - touch_mm, 0.0)
     touch_row = max(int((depth > 0.0).argmax()) - 1, 0)  # last row before first contact
-    before_hold = time[hold.start] - time[touch_row : hold.start + 1]  # T - s
+    before_hold = time[hold.start] - time[touch_row : hold.start + 1]  # T - s, from first contact on
     since_start = time[hold] - time[hold.start]
     hold_s = float(since_start[-1])
     if hold_s < before_hold[0]:
@@ -96,37 +98,25 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
 
 
 def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
-    """Fit a sum of exponentials to a force [N] that relaxes with the time `t` [s] since the start of the hold.
+    """Fit a sum of exponentials to the forces [N] of a hold, with the number of arms that the data determine.
 
-    Returns the final force F_inf [N] and the arms, the fastest first. The shares of these arms are the amplitudes A_i
-    [N]. The number of arms is chosen by Schwarz's criterion, among fits in which every amplitude exceeds its error.
+    `t` [s] is the time since the start of the hold; both arrays have the shape (rows,). Returns the final force F_inf
+    [N] and the arms, the fastest first. The shares of these arms are the amplitudes A_i [N], not yet fractions. The
+    number of arms is chosen by Schwarz's criterion, among fits in which every amplitude exceeds its error.
     """
     final_force = float(force.mean())
     arms: list[RelaxationArm] = []
     best_criterion = _schwarz_criterion(force - final_force, 1)  # fit without arms, whose only parameter is the mean
     step = float(np.median(np.diff(t)))
     for count in range(1, MOST_ARMS + 1):
-        # Initial guess: equal amplitudes, and time constants at equal ratios between one time step and the whole hold.
-        guessed_times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
-        initial_guess = [
-            force[-1],
-            *[max(force[0] - force[-1], 0.0) / count + 1e-9] * count,
-            *np.log(guessed_times[1:-1]),
-        ]
-        lower = [-np.inf] + [0.0] * count + [np.log(guessed_times[0])] * count
-        upper = [np.inf] * (1 + count) + [np.log(guessed_times[-1])] * count
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", OptimizeWarning)
-                parameters, covariance = curve_fit(
-                    _relaxing_force, t, force, initial_guess, bounds=(lower, upper), max_nfev=4000
-                )
-        except (RuntimeError, OptimizeWarning):  # the data do not determine this many arms
+        fitted = _fit_exponentials(t, force, count, step)
+        if fitted is None:
             continue
+        parameters, covariance = fitted
         criterion = _schwarz_criterion(force - _relaxing_force(t, *parameters), len(parameters))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
         amplitudes = parameters[1 : 1 + count]
-        taus = np.exp(parameters[1 + count :])
+        taus = np.exp(parameters[1 + count :])  # the fit has the logarithms, so tau times their error is the error
         if criterion < best_criterion and (amplitudes > errors[1 : 1 + count]).all():
             best_criterion = criterion
             final_force = float(parameters[0])
@@ -136,6 +126,33 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
                 time = Estimate(float(taus[i]), float(taus[i] * errors[1 + count + i]), "s")
                 arms.append(RelaxationArm(share=share, time=time))
     return final_force, arms
+
+
+def _fit_exponentials(t: Floats, force: Floats, count: int, step: float) -> tuple[Floats, Floats] | None:
+    """Fit a constant force and `count` decaying exponentials to the forces (rows,) [N] at the times `t` (rows,) [s].
+
+    `step` [s] is the typical time between two rows; the time constants lie between it and the duration of the hold.
+    Returns the parameters of `_relaxing_force` and their covariance, or None if the data do not determine them.
+    """
+    # Initial guess: equal amplitudes, and time constants at equal ratios between one time step and the whole hold. The
+    # two small numbers keep the shortest time constant and the amplitudes above zero.
+    guessed_times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
+    initial_guess = [
+        force[-1],
+        *[max(force[0] - force[-1], 0.0) / count + 1e-9] * count,
+        *np.log(guessed_times[1:-1]),
+    ]
+    lower = [-np.inf] + [0.0] * count + [np.log(guessed_times[0])] * count
+    upper = [np.inf] * (1 + count) + [np.log(guessed_times[-1])] * count
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", OptimizeWarning)  # SciPy only warns if the covariance is undetermined
+            parameters, covariance = curve_fit(
+                _relaxing_force, t, force, initial_guess, bounds=(lower, upper), max_nfev=_MOST_EVALUATIONS
+            )
+    except (RuntimeError, OptimizeWarning):
+        return None
+    return parameters, covariance
 
 
 def _relaxing_force(t: Floats, final_force: float, *parameters: float) -> Floats:
@@ -152,7 +169,8 @@ def _relaxing_force(t: Floats, final_force: float, *parameters: float) -> Floats
 def _schwarz_criterion(residuals: Floats, parameters: int) -> float:
     """Return Schwarz's criterion (BIC) of a fit with a number of `parameters`; the best fit has the smallest value.
 
-    G. Schwarz, Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136.
+    `residuals` (rows,) [N] are the measured minus the fitted forces. G. Schwarz, Ann. Statist. 6 (1978) 461,
+    doi:10.1214/aos/1176344136.
     """
     count = len(residuals)
     mean_square = max(float(np.mean(residuals**2)), np.finfo(np.float64).tiny)

@@ -4,9 +4,9 @@ The travel at a force F is
 
     x = x0 + D(F) - s exp(-F / F_s),
 
-where D is the depth of the force law from first contact x0 on. The last term describes the skin, which settles under
-small forces. s is the travel that is lost in settling, and F_s is the decay constant of the force. The load cell adds
-its zero line f0 + f1 x to the force.
+where D is the depth of the force law, measured from first contact at x0. The last term describes the skin, which
+settles under small forces. s is the travel that is lost in settling, and F_s is the decay constant of the force. The
+load cell adds its zero line f0 + f1 x to the force.
 """
 
 import math
@@ -91,8 +91,9 @@ class LawFit:
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
     """Fit a force law to `travel` [mm] and `force` [N], both (points,), by least squares.
 
-    `zero` [N] is the approximate zero of the load cell. With `with_drift`, the drift f1 of the zero line is fitted too.
-    Returns None if the force does not rise, or if the fit does not converge.
+    The modulus, first contact, the settling of the skin and the zero line are fitted. `zero` [N] is the approximate
+    zero of the load cell, the initial guess. With `with_drift`, the drift f1 of the zero line is fitted too. Returns
+    None if the force does not rise, or if the fit does not converge.
     """
     start = _initial_guess(law, travel, force, zero)
     if start is None:
@@ -101,8 +102,9 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     span = float(travel[-1] - travel[0])
     lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
     upper = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * span, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
+    # The solver divides each parameter by its typical change, because their units and magnitudes differ.
     scale = CurveParameters(1.0, span, span, _LOG_FORCE_SCALE, largest, largest / span)
-    count = 6 if with_drift else 5  # the drift is the last parameter
+    count = 6 if with_drift else 5  # number of fitted parameters; the drift is the last one
 
     def residuals(parameters: Floats) -> Floats:
         return _load_cell_force(law, CurveParameters(*parameters), travel, largest) - force
@@ -119,7 +121,7 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     parameters = CurveParameters(*solution.x.tolist())
     if parameters.settling <= _NO_SETTLING:  # if s is zero, F_s has no effect, so neither has an error
         determined = [index for index in determined if index not in _SETTLING_INDICES]
-    errors = np.zeros(6)
+    errors = np.zeros(len(CurveParameters._fields))
     errors[determined] = standard_errors(np.asarray(solution.jac)[:, determined], solution.fun)
     return LawFit(law=law, parameters=parameters, errors=CurveParameters(*errors.tolist()), residual=solution.fun)
 
@@ -127,8 +129,9 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
 def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> CurveParameters | None:
     """Return the initial guess of the fit, or None if the upper part of the curve does not rise.
 
-    The law is close to F = E k (x - x0)^n. So F^(1/n) is a linear function of the travel x with slope (E k)^(1/n) and
-    zero at x0. A straight line through the upper part of the curve gives E and x0. The guesses for the settling are
+    `travel` [mm] and `force` [N], both (points,), are the curve, and `zero` [N] is the approximate zero of the load
+    cell. The law is close to F = E k (x - x0)^n. So F^(1/n) is a linear function of the travel x with slope (E k)^(1/n)
+    and zero at x0. A straight line through the upper part of the curve gives E and x0. The guesses for the settling are
     typical values.
     """
     largest = last_force(force) - zero
@@ -148,19 +151,20 @@ def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) ->
 
 
 def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
-    """Return the standard errors (parameters,) of fitted parameters.
+    """Return the standard errors (parameters,) of fitted parameters, in the units of the parameters.
 
-    `jacobian` (points, parameters) is the derivative of the residuals `residual` (points,). The errors are White's
-    heteroscedasticity-consistent errors (Econometrica 48 (1980) 817, doi:10.2307/1912934). They are increased if
-    neighbouring residuals are correlated.
+    `residual` (points,) are the residuals of the fit, and `jacobian` (points, parameters) holds their derivatives with
+    respect to the parameters. The errors are White's heteroscedasticity-consistent errors (Econometrica 48 (1980) 817,
+    doi:10.2307/1912934). They are increased if neighbouring residuals are correlated.
     """
     points, parameters = jacobian.shape
     changes = np.linalg.pinv(jacobian) * residual  # change of each parameter caused by the residual of each point
     variance = (changes**2).sum(axis=1)
-    variance *= points / max(1, points - parameters)
+    variance *= points / max(1, points - parameters)  # the fit reduces the residuals
     total = float(residual @ residual)
     correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
-    # In a first-order autoregressive process, the number of independent values is smaller by this factor.
+    # A correlation reduces the number of independent residuals. The factor is that of a first-order autoregressive
+    # process.
     if correlation > _SIGNIFICANT / math.sqrt(points):
         correlation = min(correlation, _MOST_ALIKE)
         variance *= (1.0 + correlation) / (1.0 - correlation)

@@ -147,32 +147,25 @@ def measured_modulus(
 ) -> CompressionResult:
     """Return the moduli of one specimen, from the fit of a solved force law and from plate stress divided by strain.
 
-    With `compression_negative`, travel and force may be negative in compression. `count` is called with the number of
-    finished parts of the work and with the number of all parts.
+    `geometry` describes the body and the tools. With `compression_negative`, travel and force may be negative in
+    compression. `count` is called with the number of finished parts of the work and with the number of all parts.
 
     Raises InputError for a curve that does not show the compression of such a body. It is also raised for an
     implausible modulus, and for an error bar that contains 0. Raises SolveError if the force law has no solution.
     """
     test = split_phases(specimen, compression_negative=compression_negative)
-    specimen = test.specimen
+    specimen = test.specimen  # without the rows after the first return
     curve = without_frame(specimen, test.loading, geometry.compliance_um_per_N)
     _check_travel(specimen, curve, geometry)
     law = solved_law(geometry, count)
-    chosen = choose_range(curve, law)
-    if chosen is None:
-        hint = "check that the table contains the whole loading, from before the first contact on"
-        raise validation_error(str(specimen), "curve", "", "a loading that follows the force law of a fruit", hint)
+    chosen = _plausible_fit(specimen, curve, law)
     E = chosen.modulus.value
-    if not PLAUSIBLE.hold(E):
-        hint = "check the units of force and travel, and the radius"
-        name = f"{specimen}: modulus"
-        raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
     random_errors, bounds = _error_shares(test, curve, law, chosen, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
     _check_error_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
-    apparent_law = hertz_law(geometry)
-    hertz = apparent_law and choose_range(curve, apparent_law)
+    apparent_law = hertz_law(geometry)  # None if no tool touches the body at a point
+    hertz = None if apparent_law is None else choose_range(curve, apparent_law)
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
     E_plate = secants[0].E_secant_MPa
     return CompressionResult(
@@ -189,13 +182,13 @@ def measured_modulus(
         reads_low=E / E_plate,
         first_touch_mm=chosen.touch.value,
         force_rises_from_mm=chosen.fit.onset,
-        range_end_mm=chosen.last,
+        range_end_mm=chosen.range_end,
         failure_mm=curve.failure,
         zero_N=chosen.fit.parameters.offset,
         drift_N_per_mm=chosen.fit.parameters.drift,
         noise_N=curve.noise,
-        follows_law=chosen.follows,
-        follows_hertz=bool(hertz and hertz.follows),
+        follows_law=chosen.follows_law,
+        follows_hertz=hertz is not None and hertz.follows_law,
         secants=tuple(secants),
         geometry=geometry,
         notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
@@ -205,24 +198,42 @@ def measured_modulus(
     )
 
 
+def _plausible_fit(specimen: Specimen, curve: Loading, law: ForceLaw) -> RangeFit:
+    """Fit the force law to the longest range of a loading that follows it.
+
+    `specimen` is named in messages. Raises InputError if no range can be fitted, and for an implausible modulus.
+    """
+    chosen = choose_range(curve, law)
+    if chosen is None:
+        hint = "check that the table contains the whole loading, from before the first contact on"
+        raise validation_error(str(specimen), "curve", "", "a loading that follows the force law of a fruit", hint)
+    E = chosen.modulus.value
+    if not PLAUSIBLE.hold(E):
+        hint = "check the units of force and travel, and the radius"
+        name = f"{specimen}: modulus"
+        raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
+    return chosen
+
+
 def _error_shares(
     test: Phases, curve: Loading, law: ForceLaw, chosen: RangeFit, geometry: TestGeometry
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the relative errors of the modulus [1] by their cause: the random errors, and the bounds.
+    """Return the relative errors of the modulus [1] at 95 % by their cause: the random errors, and the bounds.
 
     Random errors add in quadrature. The errors due to the constitutive law, the friction and the shape are bounds that
-    may all have the same sign, so they add linearly.
+    may all have the same sign, so they add linearly. `curve` is the loading of the `test` after correction for the
+    compliance of the machine. `law` is its force law, and `chosen` is the fit of this law.
     """
     bounds = {}
-    for name, others in law.others.items():
-        bounds[name] = max(_modulus_change(other, curve, chosen) for other in others)
+    for assumption, variants in law.variants.items():
+        bounds[assumption] = max(_modulus_change(variant, curve, chosen) for variant in variants)
     random_errors = {
         "scatter of the points": COVERAGE * chosen.modulus.relative,
         "force curve": law.error,
-        POISSON: bounds.pop(POISSON),
+        POISSON: bounds.pop(POISSON),  # a random error, unlike the other assumptions
     }
     if geometry.compliance_error_um_per_N:
-        points = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+        points = int(np.searchsorted(curve.travel, chosen.range_end, side="right"))
         random_errors["machine compliance"] = _frame_error(test.specimen, test.loading, chosen, points, geometry)
     return random_errors, bounds
 
@@ -240,16 +251,16 @@ def _relaxation_of_hold(
     return fit_relaxation(corrected, test.hold, chosen.touch.value, zero)
 
 
-def _modulus_change(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
-    """Return the relative error of the modulus [1] if `other` is the true force law.
+def _modulus_change(variant: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
+    """Return the relative error of the modulus [1] if `variant` is the true force law.
 
     This law is fitted to the chosen range. If the fit fails, the stiffnesses of the two laws are compared.
     """
-    count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+    count = int(np.searchsorted(curve.travel, chosen.range_end, side="right"))
     has_drift = chosen.fit.parameters.drift != 0.0
-    fit = fit_law(other, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
+    fit = fit_law(variant, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
     if fit is None:
-        return abs(other.stiffness / chosen.fit.law.stiffness - 1.0)
+        return abs(variant.stiffness / chosen.fit.law.stiffness - 1.0)
     return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
 
 
@@ -257,6 +268,7 @@ def _frame_error(specimen: Specimen, measured: Loading, chosen: RangeFit, count:
     """Return the largest relative change of the modulus [1] that the error of the machine's compliance may cause.
 
     `measured` is the loading without the correction for this compliance. Its first `count` points are the chosen range.
+    The change is 1 if the law cannot be fitted with the changed compliance.
     """
     changes = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
@@ -278,13 +290,14 @@ def _check_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) ->
 
 
 def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
-    """Raise InputError if the error bar contains 0.
+    """Raise InputError if the error bar of the modulus contains 0.
 
-    The hint names the largest share of the error, and the row with the largest jump in the force.
+    `u_percent` is the half width of the error bar at 95 % [%]. The hint names `largest_share`, the cause with the
+    largest share of the error, and the row with the sharpest bend in the force, which may be an outlier.
     """
     if not ALLOWED_PERCENT.hold(u_percent):
-        jumps = np.abs(np.diff(specimen.force, n=2))
-        outlier = specimen.cell(int(np.argmax(jumps)) + 1, "force")
+        bends = np.abs(np.diff(specimen.force, n=2))  # second differences, centred at the second row and later
+        outlier = specimen.cell(int(np.argmax(bends)) + 1, "force")
         name = f"{specimen}: error of the modulus"
         hint = (
             f"its largest part is {largest_share}; correct {outlier} if its force is an outlier, or measure more points"
@@ -295,17 +308,18 @@ def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -
 def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: float) -> list[str]:
     """Return notes on unusual properties of a test: its strain, its modulus E [MPa], its fit and its zero line.
 
-    `requested_strain` is the first strain in the geometry, and `first_strain` is the strain of the first secant [%].
+    `chosen` is the fit of the force law. `requested_strain` [%] is the first strain in the geometry, and `first_strain`
+    [%] is the strain of the first secant, which is smaller if the curve ends too early.
     """
     notes = []
     if first_strain != requested_strain:
         notes.append(f"the curve ends before {requested_strain:g} % strain: its secant is at {first_strain:g} %")
     if not USUAL_MODULI.hold(E):
         notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
-    if not chosen.follows:
+    if not chosen.follows_law:
         cause = "the shape of the fruit or the behaviour of its flesh differs"
         notes.append(f"the curve does not follow the force law of such a fruit within its noise: {cause}")
-    if chosen.idle == 0:
+    if chosen.idle_points == 0:
         notes.append("no rows before the first touch: the zero of the force is fitted together with the modulus")
     drift = chosen.fit.parameters.drift
     if drift:
@@ -314,7 +328,7 @@ def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: fl
 
 
 def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
-    """Return the strains of the geometry [%] that the curve reaches.
+    """Return the strains [%] at which secants are computed: those requested in the geometry that the curve reaches.
 
     If the curve does not reach the first strain, it is replaced by the largest possible strain. Raises InputError for a
     strain that is smaller than the error of the first touch.
@@ -328,18 +342,19 @@ def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[f
         bound = f"at least {touch_error:.2g} %, the error of the first touch"
         raise validation_error("--strain", smallest, "%", bound, "choose a larger strain, or measure more points")
     if first > last:
-        first = min(float(f"{last:.2g}"), last)
+        first = min(float(f"{last:.2g}"), last)  # two significant digits, but not rounded up beyond the curve
     return [first, *(strain for strain in others if strain <= last)]
 
 
 def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
-    """Return the secant and tangent moduli of plate stress against strain at a strain [%], with their errors at 95 %.
+    """Return the secant and tangent moduli of plate stress against strain at `strain` [%], with their errors at 95 %.
 
     With the force F(d) at the depth d from first contact, the height h and the plate area A, they are
 
         E_secant = (F / A) / (d / h),    E_tangent = (dF/dd / A) h.
 
     F and dF/dd come from a parabola that is fitted to the points near d, at least to the nearest `_LEAST_POINTS`.
+    `chosen` is the fit of the force law, which determines first contact and the zero line.
     """
     depth = 0.01 * strain * geometry.height_mm
     offsets = curve.travel - chosen.touch.value - depth  # travel relative to the travel at the strain [mm]

@@ -25,8 +25,8 @@ def _plot_data(result: CompressionResult, *, only_specimen: bool) -> Plain:
     """Return the data of one test for the plots of the page.
 
     The data are travel [mm], force [N], the fitted force law, strain [%] and plate stress [MPa]. The measured curves
-    are decimated to `_MOST_POINTS`. The name of the test is the name of its file. The name of its specimen is appended
-    unless it is the `only_specimen` of the file.
+    are decimated to `_MOST_POINTS`. The test is named after its file. The name of its specimen is appended unless it is
+    the `only_specimen` of the file.
     """
     curve = result.curve
     geometry = result.geometry
@@ -35,7 +35,7 @@ def _plot_data(result: CompressionResult, *, only_specimen: bool) -> Plain:
     force = curve.force[indices]
     law_travel = np.linspace(float(curve.travel[0]), result.range_end_mm, _STEPS)
     law_force = result.fit.force(law_travel, float(curve.force.max()))
-    secant = result.secants[0]
+    secant = result.secants[0]  # the paper's modulus
     stem = Path(result.file).stem
     return {
         "name": stem if only_specimen else f"{stem} {result.specimen}",

@@ -23,6 +23,7 @@ _LARGEST_DROP = 0.1  # fraction of the force range
 _LARGEST_DROP_IN_NOISE = 6.0  # standard deviations of the noise
 _LEAST_SLOPE_RATIO = 0.75  # smallest ratio of a later to an earlier slope of the force; for convex fruit it exceeds 1
 _LOAD_LEVELS = (0.1, 0.3, 0.6)  # fractions of the largest force between which these slopes are computed
+_SMOOTH_PARTS = 30  # for these slopes, the force is smoothed over this fraction of its points: 1 / 30
 _MOST_POINTS = 1200  # more points are averaged in groups, which speeds up the fit without loss of accuracy
 _MOVING_MEAN = 0.02  # width of the moving mean as a fraction of the points
 _FAILURE_IN_ERRORS = 5.0  # smallest fall of the force at failure [standard errors]
@@ -66,22 +67,22 @@ class Phases:
 def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
     """Split a test into its loading up to failure and its hold, with travel and force positive in compression.
 
-    With `compression_negative`, a column may contain values that decrease in compression. Raises InputError for too few
-    rows, and for travel that runs backwards. It is also raised for a force that lies far below its first values, that
-    never rises, or whose slope decreases with the travel.
+    With `compression_negative`, a column may contain values that decrease in compression; their sign is then reversed.
+    Raises InputError for too few rows, and for travel that runs backwards. It is also raised for a force that lies far
+    below its first values, that never rises, or whose slope decreases with the travel.
     """
     _check_row_count(specimen, len(specimen.lines))
     test = _cut_at_first_return(specimen)
     signs = {quantity: _compression_sign(getattr(test, quantity)) for quantity in _UNITS}
     test = replace(test, **{quantity: sign * getattr(test, quantity) for quantity, sign in signs.items()})
     hold = _find_hold(test)
-    rows = len(test.lines) if hold is None else hold.start + 1
+    rows = len(test.lines) if hold is None else hold.start + 1  # number of rows of the loading
     _check_row_count(specimen, rows)
     for quantity, sign in signs.items():
         values = getattr(specimen, quantity)[:rows]
         if (sign < 0.0 and not compression_negative) or np.ptp(values) == 0.0:
             raise _falling_error(specimen, quantity, values)
-    return Phases(specimen=test, loading=_loading(test.up_to(rows)), hold=hold)
+    return Phases(specimen=test, loading=_checked_loading(test.up_to(rows)), hold=hold)
 
 
 def _compression_sign(values: Floats) -> float:
@@ -102,7 +103,8 @@ def _cut_at_first_return(specimen: Specimen) -> Specimen:
     """Return a curve up to the first return of its plate or probe.
 
     Later rows do not show the compression of intact flesh. The probe may stick or return beyond its start, or it may
-    compress the flesh a second time. A note is added if a later row lies deeper. A curve without a return is unchanged.
+    compress the flesh a second time. If a later row lies deeper, a note is added to the curve. A curve without a return
+    is unchanged.
     """
     # A return may go farther than the loading, so the row with the largest change in force determines the signs.
     travel = specimen.travel - np.median(specimen.travel[:3])
@@ -128,7 +130,7 @@ def _find_first_return(depth: Floats, load: Floats) -> tuple[int, int] | None:
     """Return the deepest row before the first return, and the first row that certainly belongs to this return.
 
     Returns None if there is no return. `depth` [mm] and `load` [N], both (rows,), increase in compression. A return is
-    a backward step in which the force falls enough, as `_LEAST_UNLOADING` defines. A return from a small load is
+    a backward step in which the force falls by more than an error of the travel explains. A return from a small load is
     ignored, because it follows a tap before the test.
     """
     largest_depth = np.maximum.accumulate(depth)  # largest depth up to each row
@@ -145,7 +147,10 @@ def _find_first_return(depth: Floats, load: Floats) -> tuple[int, int] | None:
 
 
 def _find_hold(test: Specimen) -> slice | None:
-    """Return the rows in which the plate is at rest at its largest travel; None without a hold or without times."""
+    """Return the rows in which the plate is at rest at its largest travel; None without a hold or without times.
+
+    The travel of `test` is positive in compression.
+    """
     travel = test.travel
     time = test.time
     if time is None:
@@ -160,15 +165,16 @@ def _find_hold(test: Specimen) -> slice | None:
     return slice(start, end) if is_hold else None
 
 
-def _loading(specimen: Specimen) -> Loading:
-    """Return the loading of a specimen whose rows end before a hold or a return.
+def _checked_loading(specimen: Specimen) -> Loading:
+    """Return the loading of a test, after checking that its travel and force are plausible.
 
-    Raises InputError for too few rows, and for travel that runs backwards. It is also raised for a force that lies far
-    below its first values, or whose slope decreases with the travel.
+    The rows of `specimen` end before a hold or a return. Raises InputError for too few rows, and for travel that runs
+    backwards. It is also raised for a force that lies far below its first values, or whose slope decreases with the
+    travel.
     """
     travel = specimen.travel
     force = specimen.force
-    end = int(np.argmax(travel)) + 1
+    end = int(np.argmax(travel)) + 1  # the loading ends at the largest travel
     _check_travel_order(specimen, end)
     _check_low_force(specimen, force)
     _check_row_count(specimen, end)
@@ -196,7 +202,7 @@ def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Load
         bound = f"less than the compliance of the whole test, {test_compliance:.3g} um/N"
         name = f"{specimen}: compliance"
         raise validation_error(name, compliance, "um/N", bound, "measure it by pressing steel on steel")
-    failure = None if curve.failure is None else float(travel[-1])
+    failure = None if curve.failure is None else float(travel[-1])  # a curve with a failure ends there
     return replace(curve, travel=np.maximum.accumulate(travel), failure=failure)
 
 
@@ -234,9 +240,10 @@ def _check_low_force(specimen: Specimen, force: Floats) -> None:
 def _is_concave(curve: Loading) -> bool:
     """Return whether the slope of the force decreases with the travel, as it does in a table with swapped columns.
 
-    The slopes between three levels of the smoothed force are compared.
+    The three levels `_LOAD_LEVELS` of the smoothed force divide the curve. The mean slope between the upper two levels
+    is compared with the mean slope between the lower two.
     """
-    width = max(1, len(curve.force) // 30)
+    width = max(1, len(curve.force) // _SMOOTH_PARTS)
     smooth = _moving_mean(curve.force, width)
     load = (smooth - smooth.min()) / np.ptp(smooth)  # from 0 to 1
     first, middle, last = (float(curve.travel[width // 2 + int(np.argmax(load >= level))]) for level in _LOAD_LEVELS)
@@ -270,14 +277,15 @@ def noise_of(force: Floats) -> float:
     deviation = _NORMAL * float(np.median(np.abs(differences - np.median(differences)))) / math.sqrt(6.0)
     steps = np.abs(np.diff(force))
     resolution = float(min(steps[steps > 0.0], default=0.0))
+    # A quantity that is rounded to a resolution has a standard deviation of resolution / sqrt(12).
     return deviation if deviation >= resolution else max(deviation, resolution / math.sqrt(12.0))
 
 
 def _cut_at_failure(travel: Floats, force: Floats) -> Loading:
     """Return the curve up to the largest force before failure, or the whole curve if there is no failure.
 
-    The failure is the first large fall of the moving mean of the force. A large fall exceeds both the noise and a
-    fraction of the range of the moving mean.
+    `travel` [mm] and `force` [N], both (points,), are the curve. The failure is the first large fall of the moving mean
+    of the force. A large fall exceeds both the noise and a fraction of the range of the moving mean.
     """
     noise = noise_of(force)
     width = max(1, round(_MOVING_MEAN * len(force)))
@@ -291,7 +299,7 @@ def _cut_at_failure(travel: Floats, force: Floats) -> Loading:
     failures = np.flatnonzero(has_risen & has_fallen)
     failure = None
     if failures.size:
-        peak = int(np.argmax(means[: failures[0] + 1])) + width // 2
+        peak = int(np.argmax(means[: failures[0] + 1])) + width // 2  # a mean lies at the middle of its window
         failure = float(travel[peak])
         travel = travel[: peak + 1]
         force = force[: peak + 1]

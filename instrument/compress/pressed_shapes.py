@@ -100,8 +100,8 @@ class CompressedBody:
     def sides(self, plunger: Plunger | None, plates: int) -> tuple[CompressionPress, ...]:
         """Return one press for each side of the body that deforms, the upper side first.
 
-        `plates` is 1 for a body in a rigid seat, whose lower side does not deform, and 2 otherwise. Raises InputError
-        for an unsupported combination of body and tools.
+        With `plunger` None, a plate presses from above. `plates` is 1 for a body in a rigid seat, whose lower side does
+        not deform, and 2 otherwise. Raises InputError for an unsupported combination of body and tools.
         """
         section = self.section
         if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
@@ -175,8 +175,9 @@ class Ellipsoid(CompressedBody):
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
         """Return bounds for two different radii: bodies of revolution with one or the other radius, under the plates.
 
-        At small depths the force is proportional to the square root of the radius (Hertz). The factors are chosen so
-        that there the bounds agree with the ellipsoid. A side under a plunger is not changed.
+        `sides` are the presses on the body, the lower plate last. At small depths the force is proportional to the
+        square root of the radius (Hertz). The factors are chosen so that there the bounds agree with the ellipsoid. A
+        side under a plunger is not changed. There are no bounds if the radii are equal.
         """
         if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
             return {}
@@ -334,7 +335,10 @@ KINDS: Mapping[str, type[CompressedBody]] = {
 
 
 def _round_presses(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
-    """Return the presses on a round body: by a plate or a plunger from above, and by a plate from below."""
+    """Return the presses on a round body: by a plate or a plunger from above, and by a plate from below.
+
+    `section` is the cross-section of the body; `plunger` is None between two plates.
+    """
     deepest = _DEEPEST * min(section.half_height, section.radius)
     contact = math.sqrt(section.radius * deepest)  # contact radius [mm] by Hertz's law
     exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT
@@ -349,7 +353,9 @@ def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Compressi
 def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
     """Return the presses on a cylinder that stands on its end, by two plates or by a plunger from above.
 
-    Under a plunger, the cylinder stands on a table. Raises InputError for a plunger that is too wide.
+    `section` is the section through the axis of the cylinder. Each plate presses one half of the height. Under a
+    plunger, there is only one press, because the cylinder stands on a table. Raises InputError for a plunger that is
+    too wide.
     """
     radius = section.radius
     if plunger is None:

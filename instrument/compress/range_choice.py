@@ -27,20 +27,20 @@ _INTERPOLATION_ERROR = 1e-4  # relative error of the modulus due to linear inter
 
 @dataclass(frozen=True, kw_only=True)
 class RangeFit:
-    """A force law fitted over a range of travel that ends at `last` [mm].
+    """A force law fitted over a range of travel that ends at `range_end` [mm].
 
     `fit` is the more probable of two fits, with and without a drift of the zero line. `modulus` [MPa] and `touch` [mm],
     the travel at first contact, are the means of both fits, weighted by their probabilities, with standard errors.
-    `follows` is True if the curve follows the law within its noise or within the error of the law. `idle` is the number
-    of points before first contact.
+    `follows_law` is True if the curve follows the law within its noise or within the error of the law. `idle_points` is
+    the number of points before first contact.
     """
 
     fit: LawFit
-    last: float
+    range_end: float
     modulus: Estimate
     touch: Estimate
-    follows: bool
-    idle: int
+    follows_law: bool
+    idle_points: int
 
 
 def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
@@ -56,18 +56,19 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
             candidates.append(fit)
     if not candidates:
         return None
-    following = [fit for fit in candidates if fit.follows]
+    following = [fit for fit in candidates if fit.follows_law]  # the longest range first
     best = following[0] if following else min(candidates, key=lambda fit: float(fit.fit.residual.std()))
-    others = [fit.modulus for fit in following or candidates if fit is not best]
-    return replace(best, modulus=add_choice_error(best.modulus, others))
+    other_moduli = [fit.modulus for fit in following or candidates if fit is not best]
+    return replace(best, modulus=add_choice_error(best.modulus, other_moduli))
 
 
 def add_choice_error(best: Estimate, others: Sequence[Estimate]) -> Estimate:
     """Return the modulus of the chosen range [MPa], with an error that includes its difference from other ranges.
 
-    The part of the squared difference that noise explains is subtracted. This part is the difference of the variances
-    of both fits, because the wider range contains the points of the narrower one (J. A. Hausman, Econometrica 46 (1978)
-    1251, doi:10.2307/1913827).
+    `best` is the modulus of the chosen range, and `others` are the moduli of the other ranges. The part of the squared
+    difference that noise explains is subtracted. This part is the difference of the variances of both fits, because the
+    wider range contains the points of the narrower one (J. A. Hausman, Econometrica 46 (1978) 1251,
+    doi:10.2307/1913827).
     """
     excesses = []
     for other in others:
@@ -80,13 +81,13 @@ def add_choice_error(best: Estimate, others: Sequence[Estimate]) -> Estimate:
 
 
 def _fit_range(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
-    """Fit the law to the points up to the fraction `end` of the last force.
+    """Fit the law to the points up to the fraction `end` [1] of the force at the end of the loading.
 
     The range does not extend beyond the largest depth of the law. Returns None if it has too few points, or if the fit
     fails.
     """
     force = curve.force - curve.zero
-    width = max(1, len(force) // 60)
+    width = max(1, len(force) // 60)  # smoothing, so that noise does not end the range too early
     smooth = np.convolve(force, np.ones(width) / width, mode="same")
     beyond_end = np.flatnonzero(smooth > end * last_force(force))
     count = int(beyond_end[0]) if beyond_end.size and end < 1.0 else len(force)
@@ -94,15 +95,15 @@ def _fit_range(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
     if fit is None:
         return None
     # The depth is measured from first contact, which only the fit determines. So a range that is too deep is refitted.
-    within = int(np.searchsorted(curve.travel[:count], fit.touch.value + law.deepest))
-    return fit if within == count else _fit_points(curve, within, law)
+    allowed_count = int(np.searchsorted(curve.travel[:count], fit.touch.value + law.deepest))
+    return fit if allowed_count == count else _fit_points(curve, allowed_count, law)
 
 
 def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
     """Fit the law to the first `count` points, with and without a drift of the zero line.
 
-    Modulus and first contact are the means of both fits, weighted by their probabilities. Returns None for too few
-    points, and if the fit fails.
+    Modulus and first contact of the result are the means of the two fits, weighted by their probabilities. Returns None
+    for too few points, and if the fit without a drift fails.
     """
     travel = curve.travel[:count]
     force = curve.force[:count]
@@ -111,38 +112,41 @@ def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
     without_drift = fit_law(law, travel, force, curve.zero, with_drift=False)
     if without_drift is None:
         return None
-    idle = int(np.searchsorted(travel, without_drift.onset))
-    drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle >= _LEAST_IDLE else None
-    with_drift = without_drift if drifting is None else drifting  # its weight is then 0
-    probability = 0.0 if drifting is None else _drift_probability(drifting, travel[:idle], force[:idle], count)
+    idle_points = int(np.searchsorted(travel, without_drift.onset))
+    # With few points before first contact, a drift cannot be distinguished from the force of the body.
+    drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle_points >= _LEAST_IDLE else None
+    probability = 0.0
+    with_drift = without_drift  # without a fitted drift, the weight of this fit is 0
+    if drifting is not None:
+        probability = _drift_probability(drifting, travel[:idle_points], force[:idle_points], count)
+        with_drift = drifting
     fit = with_drift if probability > 0.5 else without_drift  # noqa: PLR2004 - the more probable of two
     return RangeFit(
         fit=fit,
-        last=float(travel[-1]),
+        range_end=float(travel[-1]),
         modulus=_weighted_mean(probability, with_drift.modulus, without_drift.modulus),
         touch=_weighted_mean(probability, with_drift.touch, without_drift.touch),
-        follows=_is_noise(fit.residual) or bool((np.abs(fit.residual) <= law.error * np.abs(force)).all()),
-        idle=idle,
+        follows_law=_is_noise(fit.residual) or bool((np.abs(fit.residual) <= law.error * np.abs(force)).all()),
+        idle_points=idle_points,
     )
 
 
 def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: int) -> float:
-    """Return the probability that the zero line drifts [1].
+    """Return the probability [1] that the zero line of the load cell drifts.
 
     The odds against a drift are the prior odds times the Bayes factor by Schwarz's criterion (Ann. Statist. 6 (1978)
     461, doi:10.1214/aos/1176344136), sqrt(count) exp(-z^2 / 2). Here z is the drift in standard errors. Because both
-    the fit and the points before first contact must show the drift, the smaller z of both is used.
+    the fit and the points before first contact must show the drift, the smaller of the two z is used.
 
-    `drifting` is the fit with a drift. `travel` [mm] and `force` [N], both (idle,), are the points before first
+    `drifting` is the fit with a drift. `travel` [mm] and `force` [N], both (idle points,), are the points before first
     contact, and `count` is the number of all points.
     """
     (slope, _), covariance = np.polyfit(travel, force, 1, cov=True)
     idle_significance = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
     fit_significance = abs(drifting.parameters.drift) / max(drifting.errors.drift, _TINY)
     significance = min(idle_significance, fit_significance)  # standard errors
-    odds_against = (
-        _ODDS_AGAINST_DRIFT * math.sqrt(count) * math.exp(-0.5 * min(significance**2, 1e3))
-    )  # 1e3 prevents an underflow
+    exponent = -0.5 * min(significance**2, 1e3)  # the limit prevents an underflow
+    odds_against = _ODDS_AGAINST_DRIFT * math.sqrt(count) * math.exp(exponent)
     return 1.0 / (1.0 + odds_against)
 
 
@@ -158,9 +162,10 @@ def _weighted_mean(probability: float, first: Estimate, second: Estimate) -> Est
 
 
 def _is_noise(residual: Floats) -> bool:
-    """Return whether the residuals (points,) [N] are noise, by a chi-square test on the means of consecutive groups.
+    """Return whether the residuals (points,) [N] of a fit are only noise.
 
-    If a curve does not follow the law, many neighbouring residuals have the same sign, so their means are too large.
+    It is a chi-square test on the mean residuals of consecutive groups. If a curve does not follow the law, many
+    neighbouring residuals have the same sign, so their means are too large.
     """
     groups = np.array_split(residual, min(_GROUPS, max(3, len(residual) // 4)))
     differences = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]

@@ -43,7 +43,11 @@ class SpecimenSizes:
         return [folder / file for file in dict.fromkeys(file for file, _ in self.rows)]
 
     def sizes_of(self, specimen: Specimen) -> Mapping[str, float]:
-        """Return the sizes of a specimen [mm], named like their flags; raises InputError if the table lacks them."""
+        """Return the sizes of a specimen [mm], named like their flags.
+
+        Among the rows that give its file in the same way, a row for the specimen has priority over a row for all
+        specimens. Raises InputError if there is no row for it.
+        """
         # The table may give a file by its path or by its name, with or without the extension.
         path = Path(specimen.path)
         for file in (specimen.path, path.name, path.stem):
@@ -57,7 +61,7 @@ class SpecimenSizes:
 
 
 def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
-    """Read a table with the sizes of specimens.
+    """Read a table with the sizes of specimens, so that each test is evaluated with its own body.
 
     `flags` are the names of the sizes that are given on the command line, which the table must not contain. Raises
     InputError if it does, for a row without a file, and for a second row for the same specimen.
@@ -74,9 +78,9 @@ def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     for row in table.rows:
         file, specimen = (columns[name].cell(row) if name in columns else "" for name in _TEXTS)
         key = (file, specimen)
-        if not file or key in rows:
+        if not file or key in rows:  # a specimen "" is allowed: the row is for all specimens of the file
             bound = "a file name, with only one row for each specimen of a file"
             raise validation_error(place_of(table.source, row.line), ", ".join(key), "", bound, "correct that line")
-        given = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
-        rows[key] = {column.name: table.number(row, column) for column in given}
+        filled = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
+        rows[key] = {column.name: table.number(row, column) for column in filled}
     return SpecimenSizes(source=table.source, understood=table.understood, rows=rows)

@@ -81,11 +81,11 @@ class Specimen:
 
 
 def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES) -> list[Specimen]:
-    """Read all curves in a file.
+    """Read all curves in the file of a compression test.
 
     `quantities` describes the columns. Segments of the same test are joined. A table with statistics, or a short table
-    in a file with longer ones, contains results: it is skipped, and `understood` says so. Raises InputError for a file
-    without force and travel, and for cells that cannot be read.
+    in a file with longer ones, contains results: it is skipped, and `understood` of each specimen says so. Raises
+    InputError for a file without force and travel, and for cells that cannot be read.
     """
     reader = TableReader(quantities, [sorted(_REQUIRED)], "force_N,travel_mm")
     tables = [replace(table, rows=list(table.rows)) for sheet in sheets_of(source) for table in reader.tables(sheet)]
@@ -94,7 +94,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     # A table with a row of statistics contains results, unless all tables have such a row.
     curves = [table for table in tables if not any(map(is_statistic, table.left_out))] or tables
     specimens: list[Specimen] = []
-    header: tuple[str, ...] = ()
+    header: tuple[str, ...] = ()  # of the previous table; only a repeated header begins a further segment
     for table in curves:
         for specimen in _specimens_of_table(table, len(specimens)):
             if specimens and table.header.cells == header and _is_continuation(specimens[-1], specimen):
@@ -103,6 +103,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
                 specimens.append(specimen)
         header = table.header.cells
     longest = max(len(specimen.lines) for specimen in specimens)
+    # If all tables are short, they are kept, so that the error names the missing rows instead of a missing table.
     least_rows = LEAST_ROWS if longest >= LEAST_ROWS else 0
     long_enough = [specimen for specimen in specimens if len(specimen.lines) >= least_rows]
     skipped = [specimen.lines for specimen in specimens if specimen not in long_enough]
@@ -112,13 +113,13 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
 
 
 def _is_continuation(first: Specimen, second: Specimen) -> bool:
-    """Return whether the second curve continues the first one.
+    """Return whether the second curve continues the first one, as the next segment of the same test.
 
     Both must be in the same file, and the first curve must end at its largest compression. The second curve must begin
-    within a few steps of this end, both in travel and in force. It must not go back by more than one step.
+    within a few steps of this end, both in travel and in force. It must not begin more than one step before this end.
     """
     travel = first.travel
-    if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004
+    if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004 - a step needs two rows
         return False
     compression = travel[-1] - travel[0]  # of either sign
     is_at_end = abs(compression) >= (1.0 - _AT_END) * np.ptp(travel) > 0.0
@@ -127,7 +128,8 @@ def _is_continuation(first: Specimen, second: Specimen) -> bool:
         for before, after in ((travel, second.travel), (first.force, second.force))
     )
     step = float(np.abs(np.diff(travel)).max())
-    return bool(is_at_end and is_near and (second.travel[0] - travel[-1]) * np.sign(compression) > -step)
+    goes_back = not (second.travel[0] - travel[-1]) * np.sign(compression) > -step
+    return bool(is_at_end and is_near and not goes_back)
 
 
 def _join_segments(first: Specimen, second: Specimen) -> Specimen:
@@ -153,8 +155,8 @@ def _join_segments(first: Specimen, second: Specimen) -> Specimen:
 def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
     """Yield the specimens in a table, which may hold several side by side.
 
-    `count` is the number of specimens that were read before this table. Raises InputError for a specimen without a
-    force or a travel.
+    `count` is the number of specimens that were read before this table; a specimen without a name gets the next number.
+    Raises InputError for a specimen without a force or a travel.
     """
     # The next specimen begins at a repeated force or travel column.
     groups: list[dict[str, Column]] = [{}]
@@ -165,15 +167,15 @@ def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
     if groups[1:] and not groups[-1].keys() & _REQUIRED:  # columns with only times are not a specimen
         groups.pop()
 
-    for number, columns in enumerate(groups, start=count + 1):
+    for number, columns in enumerate(groups, start=count + 1):  # numbers begin at 1
         if not columns.keys() >= _REQUIRED:
             labels = [column.label for column in columns.values()]
             bound = "one force and one travel for each specimen"
             hint = "choose them with --columns force=HEADER,travel=HEADER, where HEADER is a header or a column number"
             raise validation_error(place_of(table.source, table.header.line), ", ".join(labels), "", bound, hint)
         # The row above the header may contain the name of the specimen, above its first column.
-        above, *others = (table.above.cell(column.index) for column in columns.values())
-        name = "" if any(others) or is_number(above) else above
+        above, *beside = (table.above.cell(column.index) for column in columns.values())
+        name = "" if any(beside) or is_number(above) else above
         yield _read_specimen(table, columns, name or f"{number}")
 
 

@@ -77,7 +77,8 @@ def _summarise(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> 
 def design_range(results: Sequence[CompressionResult]) -> DesignRange:
     """Return the range of moduli for a design file, which covers the error bars of all results.
 
-    The ends are rounded outwards to two significant digits. For a single specimen, the list contains only its modulus.
+    The ends are rounded outwards to two significant digits. For a single specimen, the list contains only its modulus,
+    and only `E_max_MPa` covers its error bar.
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
@@ -91,10 +92,13 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
 def result_parts(
     results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange
 ) -> list[RenderableType]:
-    """Return the answer for the terminal: tables of specimens and fruit, notes, and the modulus range for a design."""
-    shares: dict[str, float] = {}  # largest share of each cause in the error
+    """Return the answer for the terminal: tables of specimens and fruit, notes, and the modulus range for a design.
+
+    `fruit` are the summaries of the fruit, and `design` is the range of moduli from `design_range`.
+    """
+    shares: dict[str, float] = {}  # largest share of each cause in the error [%]
     for result in results:
-        shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
+        shares |= {cause: max(share, shares.get(cause, 0.0)) for cause, share in result.shares_percent.items()}
     return template_parts(
         "compress/modulus.txt.j2",
         results=results,

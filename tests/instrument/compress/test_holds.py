@@ -92,7 +92,7 @@ def law_of_the_curve(monkeypatch):
 
     def law(geometry, _count):
         apparent = hertz_law(geometry)
-        return replace(apparent, others={POISSON: (apparent,)})
+        return replace(apparent, variants={POISSON: (apparent,)})
 
     monkeypatch.setattr(modulus, "solved_law", law)
 

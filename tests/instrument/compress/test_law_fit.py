@@ -15,7 +15,7 @@ from sensor.quantity import Estimate
 def power_law(deepest):
     """Return F = 2 E D^1.5 up to a travel."""
     travels = np.array([0.0, deepest])
-    return ForceLaw(exponent=1.5, travels=travels, forces=2.0 * travels**1.5, error=0.0, others={})
+    return ForceLaw(exponent=1.5, travels=travels, forces=2.0 * travels**1.5, error=0.0, variants={})
 
 
 LAW = power_law(7.0)
@@ -68,8 +68,8 @@ def test_law_is_hertz_s_up_to_a_tenth_of_the_radius(plates):
 def test_range_ends_where_the_law_does():
     travel, force = curve(settling=0.0, drift=0.0)
     chosen = choose_range(split_phases(specimen(travel, force)).loading, power_law(2.0))
-    assert chosen.last == pytest.approx(3.0, abs=0.02)
-    assert chosen.idle == pytest.approx(np.searchsorted(travel, 1.0), abs=3)
+    assert chosen.range_end == pytest.approx(3.0, abs=0.02)
+    assert chosen.idle_points == pytest.approx(np.searchsorted(travel, 1.0), abs=3)
 
 
 @pytest.mark.parametrize(("bend", "end"), [(1.0, 1.0), (0.95, 0.8), (0.75, 0.6)])
@@ -79,8 +79,8 @@ def test_longest_range_that_follows_the_law_is_taken(bend, end):
     noise = np.random.default_rng(1).normal(0.0, 0.05, len(force))
     bent = force + 0.5 * np.maximum(force - bend * force[-1], 0.0)
     chosen = choose_range(split_phases(specimen(travel, bent + noise)).loading, LAW)
-    assert chosen.follows
-    assert np.interp(chosen.last, travel, bent) / bent[-1] == pytest.approx(end, abs=0.03)
+    assert chosen.follows_law
+    assert np.interp(chosen.range_end, travel, bent) / bent[-1] == pytest.approx(end, abs=0.03)
     assert chosen.modulus.value == pytest.approx(4.0, rel=0.03)
 
 

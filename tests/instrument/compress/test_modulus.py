@@ -260,10 +260,10 @@ def test_law_and_friction_that_are_not_known_are_in_the_error_bar():
     law = solved_law(BALL, lambda *count: counts.append(count))
     assert counts == sorted(counts)
     assert counts[0] == (0, counts[-1][0] + 1)  # each part but the last, while it is solved, is told
-    for others in law.others.values():
-        for other in others[-1:]:
-            travel = np.concatenate([np.linspace(0.0, 0.9, 60), 1.0 + other.travels])
-            force = np.concatenate([np.zeros(60), 2.0 * other.forces])
+    for variants in law.variants.values():
+        for variant in variants[-1:]:
+            travel = np.concatenate([np.linspace(0.0, 0.9, 60), 1.0 + variant.travels])
+            force = np.concatenate([np.zeros(60), 2.0 * variant.forces])
             result = measured_modulus(specimen(travel, force), BALL)
             assert abs(result.E_MPa - 2.0) < 0.01 * result.u_percent * result.E_MPa
             assert abs(result.E_MPa - 2.0) > 0.005

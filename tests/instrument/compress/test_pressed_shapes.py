@@ -126,7 +126,7 @@ def test_force_between_slippery_plates_is_that_of_other_elements(name):
 def test_force_under_a_plunger_that_grips_is_that_of_other_elements(name):
     """Travels of two unlike tools add up at equal force: the other elements solve the whole body at once."""
     row = next(row for row in PRESSED if row["body"] == name and row["law"] == "neo-hooke" and row["friction"] is None)
-    gripped = solved_law(replace(FORMS[name][0], poisson=row["poisson"])).others["friction"][1]
+    gripped = solved_law(replace(FORMS[name][0], poisson=row["poisson"])).variants["friction"][1]
     force, reach = true_force(row)
     travels = np.linspace(0.2, 0.95, 6) * min(reach, gripped.deepest)
     assert np.interp(travels, gripped.travels, gripped.forces) == pytest.approx(force(travels), rel=0.01)
