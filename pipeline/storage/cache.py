@@ -35,8 +35,8 @@ def cache_folder() -> Path | None:
 def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
     """Return the stored result of a stage for these inputs, or call `compute` and store its result.
 
-    The inputs are records or plain data, and the result is of type `kind`. A new result is also converted to JSON and
-    back, so that it equals a stored result to the last bit.
+    `stage` is the name of the stage. The inputs are records or plain data, and the result is of type `kind`. A new
+    result is also converted to JSON and back, so that it equals a stored result to the last bit.
     """
     stored_result = stored(stage, inputs, kind)
     if stored_result is not None:
@@ -47,7 +47,10 @@ def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: 
 
 
 def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
-    """Return the stored result of a stage for these inputs; None if there is no valid entry."""
+    """Return the stored result of a stage for these inputs, or None if there is no valid entry.
+
+    The result is of type `kind`. An entry is invalid if it is too large, incomplete, changed, or of another type.
+    """
     path = _entry_path(stage, inputs)
     if path is None or not is_regular(path):
         return None
@@ -63,8 +66,9 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 
 
 def store(stage: str, inputs: object, result: object) -> None:
-    """Store the result of a stage for these inputs, in a temporary file that is then renamed.
+    """Store the result of a stage for these inputs, so that a later run need not solve it again.
 
+    The entry is written to a temporary file that is then renamed, so that no other process reads an incomplete entry.
     Nothing is stored if the cache cannot be written, or if the path of the entry is taken by anything but a regular
     file. No error is raised in these cases.
     """

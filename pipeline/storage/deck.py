@@ -89,7 +89,7 @@ def elements_of(basis: Basis, kind: str) -> Elements:
     # reference cell yields the node order of a mirrored cell.
     reference_nodes = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
     regular, mirrored = (cells[reference_nodes.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
-    # The triple product of the edges at one corner has the sign of the volume.
+    # The triple product of the three edges at one corner has the sign of the volume.
     corner, *edge_ends = (nodes[:, regular[node]] for node in _EDGE_ENDS[len(cells)])
     is_inverted = np.linalg.det(np.stack([(end - corner).T for end in edge_ends], axis=1)) < 0.0
     return Elements(nodes=nodes, cells=np.where(is_inverted, mirrored, regular).T, kind=kind)
@@ -152,6 +152,7 @@ class Deck:
         """Return the text of the deck; the lines of `heading` come first, as comments."""
         file = io.StringIO()
         file.writelines(f"** {line}\n" for line in heading)
+        # One more node set for each step: its total reaction is the force that the supports carry.
         supports = {f"support{number}": support_nodes(step, self.sets) for number, step in enumerate(self.steps)}
         _write_nodes(file, self)
         _write_body(file, self, {**self.sets, **supports})
@@ -181,7 +182,10 @@ def _write_nodes(file: TextIO, deck: Deck) -> None:
 
 
 def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
-    """Write the elements, node sets and material of a deck."""
+    """Write the elements, node sets and material of a deck.
+
+    `sets` are the node numbers of all sets, keyed by name, including the supports of the steps.
+    """
     elements = deck.elements
     cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
     # A cell is split into lines of 8 numbers, because CalculiX reads at most 16 numbers per line.
@@ -196,11 +200,11 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
 
 
 def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None:
-    """Write a stiffness matrix [N/mm] as springs along each axis.
+    """Write the stiffness matrix of a deck [N/mm] as springs along each axis.
 
-    The spring between two nodes has the negative of their matrix entry as its stiffness. The spring from a node to the
-    ground has the sum of the node's row as its stiffness. Springs with stiffnesses that agree to six digits share a
-    card.
+    `elements` are the elements of the deck, after which nodes and springs are numbered. The spring between two nodes
+    has the negative of their matrix entry as its stiffness. The spring from a node to the ground has the sum of the
+    node's row as its stiffness. Springs with stiffnesses that agree to six digits share a card.
     """
     number = len(elements.cells)  # element number of the previous spring; springs are numbered after the cells
     for axis in range(3):
@@ -223,7 +227,7 @@ def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None
 
 def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
     """Write the equation that makes u_z of `node` the mean of the other nodes' u_z, with `weights` (nodes,) [1]."""
-    terms = [(node, -1.0), *((int(other), float(weights[other])) for other in np.flatnonzero(weights))]
+    terms = [(node, -1.0), *((int(body_node), float(weights[body_node])) for body_node in np.flatnonzero(weights))]
     texts = [f"{number + 1}, {VERTICAL}, {weight:.12e}" for number, weight in terms]
     lines = [", ".join(texts[first : first + _TERMS_PER_LINE]) for first in range(0, len(texts), _TERMS_PER_LINE)]
     file.write(f"*EQUATION\n{len(terms)}\n" + "\n".join(lines) + "\n")
@@ -232,18 +236,18 @@ def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
 def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[str]) -> None:
     """Write a step: its supports, its prescribed displacements and loads, and its printed output.
 
-    The output contains the total reactions of the node set `support` and of the sets with a prescribed displacement. It
-    also contains the displacements of the sets in `printed`.
+    The output contains the total reactions of the node set `support`, which holds the nodes with u_z held at zero, and
+    of the sets with a prescribed displacement. It also contains the displacements of the sets in `printed`.
     """
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():
         file.writelines(f"{name.upper()}, {component}, {component}\n" for component in components)
-    for name, shift in step.pressed.items():
-        file.write(f"{name.upper()}, {VERTICAL}, {VERTICAL}, {shift:.12e}\n")
+    for name, displacement in step.pressed.items():
+        file.write(f"{name.upper()}, {VERTICAL}, {VERTICAL}, {displacement:.12e}\n")
     if step.loads.any():
-        loaded = np.flatnonzero(step.loads)
+        loaded_nodes = np.flatnonzero(step.loads)
         file.write("*CLOAD, OP=NEW\n")
-        np.savetxt(file, np.column_stack([loaded + 1, step.loads[loaded]]), f"%d, {VERTICAL}, %.12e")
+        np.savetxt(file, np.column_stack([loaded_nodes + 1, step.loads[loaded_nodes]]), f"%d, {VERTICAL}, %.12e")
     for name in (support, *step.pressed):
         file.write(f"*NODE PRINT, NSET={name.upper()}, TOTALS=ONLY\nRF\n")
     for name in printed:

@@ -70,9 +70,10 @@ def with_digest(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def keep_aside(path: Path, folder: Path) -> None:
-    """Move a file or folder into `folder`, under the first unused name of NAME.bak, NAME.2.bak, NAME.3.bak and so on.
+    """Move a file or folder of the user into `folder` as a backup, without replacing anything.
 
-    A path that already has the name of a backup keeps this name if it is unused.
+    It gets the first unused name of NAME.bak, NAME.2.bak, NAME.3.bak and so on. A path that already has the name of a
+    backup keeps this name if it is unused.
     """
     stem = os.fsdecode(os.fsencode(_BACKUP.sub("", path.name))[:_MAX_NAME_BYTES])
     name = path.name if _BACKUP.search(path.name) else f"{stem}.bak"

@@ -23,11 +23,11 @@ _WRITTEN = "written"  # name of the stage under which the cache stores the diges
 
 
 def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> None:
-    """Raise InputError if a file cannot be written to one of these paths; the message names `flag`.
+    """Raise InputError if a file cannot be written to one of these paths.
 
-    An existing file must be one that `write_files` wrote and that was not changed since; with `force`, any file is
-    accepted. A folder, a link, a pipe or a device is never replaced. No file can be added to the output folder of a
-    run, because the next run would reject the folder.
+    `flag` is the command-line flag that the message names. An existing file must be one that `write_files` wrote and
+    that was not changed since; with `force`, any file is accepted. A folder, a link, a pipe or a device is never
+    replaced. No file can be added to the output folder of a run, because the next run would reject the folder.
     """
     for path in paths:
         nearest_folder = next(folder for folder in path.absolute().parents if folder.exists())
@@ -51,9 +51,12 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> No
 def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False) -> list[Path]:
     """Write each file beside its path, move it to this path when it is complete, and return all paths.
 
-    A file that already has the given bytes is left unchanged. With `force`, an existing file that is not from this
-    program is kept as NAME.bak. Raises InputError like `refuse_taken`. All paths are checked before the first file is
-    written, and each path again just before its file is moved there. It is also raised if a file cannot be written.
+    `files` holds the content of each file, keyed by path, and `flag` is the command-line flag that messages name. A
+    file that already has the given bytes is left unchanged. With `force`, an existing file that is not from this
+    program is kept as NAME.bak.
+
+    Raises InputError if a path is taken, as `refuse_taken` checks, or if a file cannot be written. All paths are
+    checked before the first file is written, and each path again just before its file is moved there.
     """
     new = {path: content for path, content in files.items() if not _has_content(path, content)}
     refuse_taken(new, flag, force=force)
@@ -73,7 +76,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                 part.replace(path)
         except OSError as error:
             raise _write_error(path, flag, error) from error
-        store(_WRITTEN, digest, result=True)
+        store(_WRITTEN, digest, result=True)  # `is_ours` recognises the file by this entry
     return list(files)
 
 

@@ -31,18 +31,19 @@ class OutputError(InputError):
 
 @contextmanager
 def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
-    """Yield an empty folder, which replaces `path` if the block succeeds and is removed if the block fails.
+    """Yield an empty folder for the outputs of a run, which replaces `path` if the block succeeds.
 
-    Without a path, the folder is removed in either case. Of the previous folder, only the files that its report.json
-    lists are deleted. With `force`, other files are kept as NAME.bak. Raises OutputError if `path` cannot be written,
-    is in use by another run, or contains other files. This is checked before the block runs, and again at the end.
+    If the block fails, or without a path, the folder is removed. Of the previous folder at `path`, only the files that
+    its report.json lists are deleted. With `force`, other files are kept as NAME.bak. Raises OutputError if `path`
+    cannot be written, is in use by another run, or contains other files. This is checked before the block runs, and
+    again at the end.
     """
     if path is None:
         with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():
             yield Path(name)
         return
     target = _check_usable(path)
-    missing = [folder for folder in target.parents if not folder.exists()]
+    missing_parents = [folder for folder in target.parents if not folder.exists()]  # created for the lock, see below
     with uninterrupted():
         try:
             with write_beside(target, "--out") as new:
@@ -53,7 +54,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
                 _publish(new, target, new.with_name(_OLD), force=force)
         finally:
             with suppress(OSError):  # after a success, the innermost folder contains the outputs and remains
-                for folder in missing:
+                for folder in missing_parents:
                     folder.rmdir()
 
 
@@ -123,7 +124,7 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
 
 
 def _listed_digests(folder: Path) -> dict[str, str] | None:
-    """Return the SHA-256 digest of each file that report.json lists, keyed by name.
+    """Return the SHA-256 digest of each file that the report.json of a folder lists, keyed by name.
 
     Returns None if the report is missing, unreadable or changed, or if it lists a file outside its folder.
     """
@@ -163,7 +164,7 @@ def _check_usable(path: Path) -> Path:
     """
     try:
         target = path.resolve()
-        here = Path.cwd()
+        current_folder = Path.cwd()
         existing = next(folder for folder in (target, *target.parents) if folder.exists())
     except (OSError, RuntimeError) as error:
         raise _output_error(
@@ -171,7 +172,7 @@ def _check_usable(path: Path) -> Path:
         ) from error
     if not existing.is_dir():
         raise _output_error(path, f"a folder, but {str(existing)!r} is a file", "choose another folder with --out")
-    if target == here or target in here.parents or target.is_mount():
+    if target == current_folder or target in current_folder.parents or target.is_mount():
         bound = "a folder that can be replaced: not the current folder, a folder above it, or a mount point"
         raise _output_error(path, bound, "choose a folder inside it")
     parent = existing if existing != target else target.parent  # the folder whose entries are created and renamed
@@ -194,9 +195,8 @@ def write_beside(target: Path, flag: str) -> Iterator[Path]:
         lock = _acquire_lock(working_folder, target, flag)
         try:
             _clear(working_folder, target)
-            new = (
-                working_folder / f"{_NEW}{os.getpid()}"
-            )  # a unique name, because workers of a killed run may still be writing
+            # The name is unique, because workers of a killed run may still be writing into its folder.
+            new = working_folder / f"{_NEW}{os.getpid()}"
             new.mkdir()
             yield new
         finally:
@@ -210,8 +210,8 @@ def write_beside(target: Path, flag: str) -> Iterator[Path]:
 def _acquire_lock(working_folder: Path, target: Path, flag: str) -> BaseFileLock:
     """Create the working folder of a target, acquire its lock, and return the lock.
 
-    Raises OutputError if another process holds the lock, if the folder contains other files, or if it cannot be
-    created.
+    `flag` is the command-line flag of the target, which messages name. Raises OutputError if another process holds the
+    lock, if the folder contains other files, or if it cannot be created.
     """
     hint = f"choose another path with {flag}"
     try:
@@ -244,7 +244,7 @@ def _is_working_file(path: Path) -> bool:
 
 
 def _clear(working_folder: Path, target: Path) -> None:
-    """Remove unfinished outputs from the working folder, and restore or delete the old outputs in it.
+    """Remove unfinished outputs from the working folder of `target`, and restore or delete the old outputs in it.
 
     Files of the user among the old outputs are moved into the target as NAME.bak.
     """
@@ -267,10 +267,11 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
     """Move the existing folder `target` to `old`, and rename the folder `new` to `target`.
 
     The existing folder is checked again after it was moved, because a file may have been added during the run. If this
-    check fails, the folder is moved back. Raises OutputError like `refuse_unmanaged`.
+    check fails, the folder is moved back, and OutputError is raised. With `force`, files that no run has written do not
+    fail the check.
     """
     if target.exists():
-        new.chmod(stat.S_IMODE(target.stat().st_mode))
+        new.chmod(stat.S_IMODE(target.stat().st_mode))  # the outputs keep the permissions of their folder
         target.rename(old)
         try:
             refuse_unmanaged(old, force=force)

@@ -55,12 +55,12 @@ def ignore_signals() -> None:
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Delay the exception of a signal that arrives during the block until the end of the block."""
-    before = _SignalState.depth
+    outer_depth = _SignalState.depth
     try:
-        _SignalState.depth = before + 1
+        _SignalState.depth = outer_depth + 1
         yield
     finally:
-        _SignalState.depth = before
+        _SignalState.depth = outer_depth
         _raise_if_pending()
 
 
@@ -70,18 +70,18 @@ def interruptible() -> Iterator[None]:
 
     The enclosing blocks can then clean up without interruption.
     """
-    before = _SignalState.depth
+    outer_depth = _SignalState.depth
     try:
         _SignalState.depth = 0
-        _raise_if_pending()
+        _raise_if_pending()  # a signal that was delayed until now ends the block at once
         yield
     finally:
-        _SignalState.depth = before
+        _SignalState.depth = outer_depth
 
 
 @contextmanager
 def signals_for_this_thread() -> Iterator[None]:
-    """Block signals while threads and processes are started in the block, so that only this thread receives signals.
+    """Block signals while the block starts threads or processes, so that only this thread receives signals.
 
     Threads and processes inherit the blocked state. A terminal also sends Ctrl-C to worker processes, which would print
     tracebacks. A thread would receive signals for which gmsh has its own handler, because `mesh.session` only blocks

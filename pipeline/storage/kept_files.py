@@ -46,8 +46,8 @@ def begin_files(
     """Start making the files of a stage in a worker process, and return their future.
 
     `write` writes the files into a folder, and returns their paths and the verdicts on them. The key in the cache
-    consists of `inputs` and the file date. If the files are cached, the future is already finished and no worker is
-    used.
+    consists of `stage`, `inputs` and the file date. If the files are cached, the future is already finished and no
+    worker is used. If `executor` is None, the files are made at once in this process.
     """
     cached_files = stored(stage, _with_date(inputs), KeptFiles)
     if cached_files is not None:

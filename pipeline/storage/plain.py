@@ -32,7 +32,8 @@ def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Co
         _check_container(kind, data)
         return (converter or _CONVERTER).structure(data, kind)
     except (cattrs.BaseValidationError, ValueError, TypeError) as error:
-        reason = cattrs.transform_error(error, path=name or kind.__name__, format_exception=_reason)[0]
+        reasons = cattrs.transform_error(error, path=name or kind.__name__, format_exception=_reason)
+        reason = reasons[0]  # one error is enough to correct the data
         msg = f"{reason}; it must be as it was written"
         raise ValueError(msg) from error
 

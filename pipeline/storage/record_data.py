@@ -48,13 +48,14 @@ def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any rec
 def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], Any]:  # noqa: ANN401 - any record
     """Return the cattrs unstructure hook that converts a record of type `kind` to JSON data.
 
-    The keys are in the order of the fields. The docstring of this module explains the metadata that control the hook.
+    The hook uses `converter` for the values of the fields. The keys are in the order of the fields. The docstring of
+    this module explains the metadata that control the hook.
     """
     items = fields(kind)
     unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
     by_key = {key_of(item): item for item in items}
     if not any(item.metadata.keys() & {"left_out", "inline", "flat"} for item in items):
-        return unstructure
+        return unstructure  # the overrides handle all other metadata
 
     def data_of(record: Any) -> Plain:  # noqa: ANN401 - the record
         data: Plain = {}
@@ -63,9 +64,9 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
             if "flat" in item.metadata:
                 data |= _flat_data(item, value)
                 continue
-            left_out = item.metadata.get("left_out")
-            condition = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
-            if left_out and _is_default(record, condition):
+            left_out = item.metadata.get("left_out")  # True, the name of another field, or None
+            deciding_field = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
+            if left_out and _is_default(record, deciding_field):
                 continue
             if "inline" in item.metadata:
                 data |= item.metadata["inline"](record)
@@ -113,15 +114,16 @@ def fields_by_key(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN4
 
     Fields without a key are left out. The keys of flat nested records are included.
     """
-    result: dict[str, tuple[Field[Any], Any]] = {}
+    by_key: dict[str, tuple[Field[Any], Any]] = {}
     hints = get_type_hints(kind)
     for item in fields(kind):
         is_flat = "flat" in item.metadata
         if item.metadata.get("told", True):
-            result[key_of(item)] = (item, bool if is_flat else hints[item.name])
+            # The key of a flat field only states whether there is a nested record.
+            by_key[key_of(item)] = (item, bool if is_flat else hints[item.name])
         if is_flat:
-            result |= fields_by_key(item.metadata["flat"])
-    return result
+            by_key |= fields_by_key(item.metadata["flat"])
+    return by_key
 
 
 def value_at_key(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, and the value of any field
@@ -148,18 +150,18 @@ def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
 
 
 def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
-    """Return the data after replacing the keys of a flat nested record by a single key, whose value is this record.
+    """Return the data of a record in which the keys of a flat nested record are replaced by a single key.
 
-    The nested record is None if the key of its field is false. If the field has no key, the record is None if all its
-    values are 0 or false.
+    `item` is the field of the nested record, and the value of its key is this record. The nested record is None if the
+    key of its field is false. If the field has no key, the record is None if all its values are 0 or false.
     """
     kind = item.metadata["flat"]
     keys = fields_by_key(kind)
-    part = {key: value for key, value in data.items() if key in keys}
-    rest = {key: value for key, value in data.items() if key not in keys}
+    nested_data = {key: value for key, value in data.items() if key in keys}
+    outer_data = {key: value for key, value in data.items() if key not in keys}
     has_key = item.metadata.get("told", True)
-    has_record = converter.structure(data[item.name], bool) if has_key else any(part.values())
-    return rest | {item.name: converter.structure(part, kind) if has_record else None}
+    has_record = converter.structure(data[item.name], bool) if has_key else any(nested_data.values())
+    return outer_data | {item.name: converter.structure(nested_data, kind) if has_record else None}
 
 
 def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or records if the factor is 1
@@ -174,7 +176,10 @@ def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or reco
 
 
 def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
-    """Return the cattrs override for a field, which defines its name in the data and the conversion of its unit."""
+    """Return the cattrs override for a field, which defines its name in the data and the conversion of its unit.
+
+    If the metadata contain `times`, the value is converted by `converter` and multiplied by this factor.
+    """
     if "flat" in item.metadata:
         return override(struct_hook=lambda record, _: record)  # `_nest_record` has already structured the record
     if not item.metadata.get("told", True):

@@ -60,12 +60,15 @@ class Stopwatch:
 
     @contextmanager
     def stage(self, stage: str) -> Iterator[None]:
-        """Add the time spent in the block to a stage."""
+        """Add the time spent in the block to a stage, and report the description of the stage as progress.
+
+        A stage that is entered twice in a row is reported only once.
+        """
         description = f"{stage}: {WORK[stage]}" if stage in WORK else stage
         if description != self._description:
             self._description = description
             self._progress(description)
-        self._count()
+        self._count()  # the time until now belongs to the enclosing stage
         self._open_stages.append(stage)
         try:
             yield

@@ -46,6 +46,7 @@ def sources_digest(root: Path, *, of_pages: bool = False) -> str:
         for path in sorted((root / package).rglob("*")):
             is_of_pages = path.name.endswith(_PAGE_SUFFIXES)
             if path.is_file() and "__pycache__" not in path.parts and is_of_pages == of_pages:
+                # The size shows where the content of a file ends and the name of the next one begins.
                 digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

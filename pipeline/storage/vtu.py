@@ -65,7 +65,7 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
     kind, cells = _vtk_cells(mesh)
     # In `doflocs`, the nodes that are written come first, followed by the centres of facets and cells.
     points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])
-    arrays = {name: _check_array(path, name, values, len(points)) for name, values in point_data.items()}
+    arrays = {name: _checked_array(path, name, values, len(points)) for name, values in point_data.items()}
     marks = {name: _mark_nodes(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
     clashes = sorted(arrays.keys() & marks.keys())
     if clashes:
@@ -78,7 +78,7 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
 
 
 def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
-    """Return the VTK type of the cells, and their nodes (cells, nodes) in VTK's order.
+    """Return the type of the cells as meshio names it, and their nodes (cells, nodes) in VTK's order.
 
     The positions of the nodes in the reference cell determine this order. Raises ValueError for an unknown cell type.
     """
@@ -88,12 +88,12 @@ def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
         raise ValueError(msg)
     kind, count = _CELLS[len(nodes)]
     # scikit-fem's hexahedron is mirrored relative to VTK's. Swapping two axes of the reference cell corrects this.
-    distance = np.linalg.norm(VTK_NODES[:count, None, [1, 0, 2]] - mesh.elem().doflocs, axis=2)
-    return kind, np.ascontiguousarray(nodes[distance.argmin(axis=1)].T)
+    distances = np.linalg.norm(VTK_NODES[:count, None, [1, 0, 2]] - mesh.elem().doflocs, axis=2)
+    return kind, np.ascontiguousarray(nodes[distances.argmin(axis=1)].T)
 
 
-def _check_array(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
-    """Return an array for `count` points as it is written to the file, with rounded values.
+def _checked_array(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
+    """Return the array called `name` for `count` points as it is written to the file at `path`, with rounded values.
 
     Raises ValueError for a wrong shape, and for values that are not finite.
     """

@@ -65,8 +65,8 @@ def open_workers(count: int) -> Executor:
                 future: Future[object] = super().submit(*call, **named)
             return future
 
-        def shutdown(self, **how: object) -> None:
-            super().shutdown(**how)
+        def shutdown(self, **options: object) -> None:
+            super().shutdown(**options)
             self.folder.cleanup()
 
     executor: Executor = Workers()
@@ -83,7 +83,7 @@ def close_workers(executor: Executor) -> None:
 def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
     """Yield an executor with one worker process, which imports the CAD kernel while this process solves.
 
-    Yields None if no worker is `wanted`, or if only one core is available.
+    Yields None if no worker is `wanted`, or if only one core is available. The process ends with the block.
     """
     if not wanted or available_cores() == 1:
         yield None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, TypeVar
@@ -35,7 +36,7 @@ class Engine:
 
     `open` starts an executor when the first item is submitted, and `close` ends it. `lost` lists the exceptions that
     the executor raises if a worker is lost. `check` raises InputError if all workers are permanently lost, so that no
-    result can arrive any more.
+    further result can arrive.
     """
 
     open: Callable[[], Executor]
@@ -71,9 +72,9 @@ def completed_items(
 ) -> Generator[tuple[Item, Result]]:
     """Yield each item and the result of `work(item)`, in the order of completion.
 
-    An item whose worker was lost is retried at the end. No other item is then solved in parallel, because the item
-    itself may be the cause of the loss. If the worker is lost in every attempt, the result is `if_lost(item)`. Raises
-    InputError if the engine has no workers any more.
+    The workers of the engine do the `work`. An item whose worker was lost is retried at the end. No other item is then
+    solved in parallel, because the item itself may be the cause of the loss. If the worker is lost in every attempt,
+    the result is `if_lost(item)`. Raises InputError if the engine has no workers left.
     """
     lost_items: list[Item] = []
     yield from _run_items(engine, work, items, engine.workers * _IN_FLIGHT, lost_items)
@@ -81,7 +82,7 @@ def completed_items(
         if lost_items:
             engine.check()
             retried_items = lost_items
-            lost_items = []
+            lost_items = []  # the items that are lost again
             yield from _run_items(engine, work, retried_items, 1, lost_items)
     for item in lost_items:
         yield item, if_lost(item)
@@ -90,9 +91,10 @@ def completed_items(
 def _run_items(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], max_in_flight: int, lost_items: list[Item]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item and its result, in the order of completion.
+    """Yield each item and the result of `work(item)`, in the order of completion.
 
-    At most `max_in_flight` items are submitted at a time. An item whose worker was lost is appended to `lost_items`.
+    At most `max_in_flight` items are submitted at a time. An item whose worker was lost is appended to `lost_items`
+    instead. Raises InputError if the engine has no workers left.
     """
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
@@ -108,7 +110,7 @@ def _run_items(
                 return
             try:
                 future = finished.get(timeout=_CHECK_SECONDS)
-            except Empty:
+            except Empty:  # a long solve, or lost workers
                 engine.check()
                 continue
             item = running.pop(future)
@@ -189,21 +191,8 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         raise validation_error(
             "--scheduler", address, "", "used with the package distributed, which is not installed", hint
         ) from error
-    # A lost cluster is reported as a one-line error, so the log messages of `distributed` are suppressed. The package
-    # sets the level of each of these loggers separately, so setting the level of the root logger would have no effect.
-    for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    _suppress_cluster_logs()
     client = _connect(address)
-
-    def check() -> None:
-        try:
-            if client.scheduler is None:  # the client has given up reconnecting
-                raise ConnectionError
-            client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
-        except (OSError, RuntimeError) as error:
-            bound = "the address of a scheduler that still answers and has workers"
-            hint = "start the scheduler again and repeat the command; all finished points are stored"
-            raise validation_error("--scheduler", address, "", bound, hint) from error
 
     def close(executor: Executor) -> None:
         with suppress(OSError, RuntimeError):  # the scheduler may have ended already
@@ -216,11 +205,31 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             close=close,
             workers=sum(client.nthreads().values()),
             lost=(KilledWorker, CancelledError, ClosedClientError),
-            check=check,
+            check=partial(_check_cluster, client, address),
         )
     finally:
-        with suppress(OSError):
+        with suppress(OSError):  # the scheduler may have ended already
             client.close()
+
+
+def _suppress_cluster_logs() -> None:
+    """Suppress the log messages of `distributed`, because a lost cluster is reported as a one-line error."""
+    # The package sets the level of each of these loggers separately, so setting the level of the root logger would have
+    # no effect.
+    for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+
+
+def _check_cluster(client: "Client", address: str) -> None:
+    """Raise InputError if the scheduler at `address` no longer answers, or if no lost worker is restarted in time."""
+    try:
+        if client.scheduler is None:  # the client has given up reconnecting
+            raise ConnectionError
+        client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
+    except (OSError, RuntimeError) as error:
+        bound = "the address of a scheduler that still answers and has workers"
+        hint = "start the scheduler again and repeat the command; all finished points are stored"
+        raise validation_error("--scheduler", address, "", bound, hint) from error
 
 
 def _connect(address: str) -> "Client":

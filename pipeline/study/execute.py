@@ -125,13 +125,14 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None
     start = time.perf_counter()
     points = point_count(study)
     with study_store(folder, study) as store:
-        before = store.counts()
-        solved = store.numbers()
-        missing = (point for point in points_of(study) if point.number not in solved)
-        solve_missing(study, store, missing, points - len(solved), engine, progress)
+        counts_before = store.counts()
+        stored_numbers = store.numbers()
+        missing = (point for point in points_of(study) if point.number not in stored_numbers)
+        solve_missing(study, store, missing, points - len(stored_numbers), engine, progress)
         counts = store.counts()
+    solved = counts["done"] - counts_before["done"]  # by this run
     seconds = time.perf_counter() - start
-    return StudySummary(folder=folder, points=points, solved=counts["done"] - before["done"], seconds=seconds, **counts)
+    return StudySummary(folder=folder, points=points, solved=solved, seconds=seconds, **counts)
 
 
 def solve_missing(
@@ -142,7 +143,7 @@ def solve_missing(
     engine: Engine,
     progress: Count | None = None,
 ) -> None:
-    """Solve the `missing` points of a store on the workers of an engine.
+    """Solve the `missing` points of a study on the workers of an engine, and put the results into its store.
 
     `count` is the number of missing points. Each result is stored as soon as its task is finished. Then `progress` is
     called with the number of stored points and the number of all points.

@@ -25,7 +25,7 @@ class Point:
 
 
 def point_count(study: Study) -> int:
-    """Return the number of points of a study.
+    """Return the number of points of a study, which depends on its method of sampling.
 
     Raises InputError for a search, whose number of points is not known in advance, and for a grid with more than
     MAX_POINTS points.
@@ -40,7 +40,7 @@ def point_count(study: Study) -> int:
         case "search":
             bound = "sobol, grid, points or sensitivity for a study"
             raise validation_error("how", study.how, "", bound, "run a search with: pipeline optimise")
-    count = math.prod(len(varied.grid()) for varied in study.vary.values())
+    count = math.prod(len(varied.grid()) for varied in study.vary.values())  # the only other method is a grid
     if count > MAX_POINTS:
         raise validation_error("vary", count, "points", f"at most {MAX_POINTS}", "choose fewer steps")
     return count

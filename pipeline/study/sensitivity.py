@@ -36,10 +36,11 @@ class Sensitivity:
 
 
 def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
-    """Return the Sobol indices of each output with respect to each varied key.
+    """Return the Sobol indices of each output of a study with respect to each varied key.
 
-    Outputs that are constant, or that have no number at some point, are left out. Raises InputError if any point is
-    missing, refused or failed, because the indices need the values at all points.
+    `store` holds the results of the points. Outputs that are constant, or that have no number at some point, are left
+    out. Raises InputError if any point is missing, refused or failed, because the indices need the values at all
+    points.
     """
     missing = point_count(study) - store.counts()["done"]
     if missing:
@@ -58,7 +59,7 @@ def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivit
 
     `values` (points,) holds the output at all points of the study, in the order of the points.
     """
-    keys = len(study.vary)
+    key_count = len(study.vary)
     # SciPy calls its function three times: for the sample matrices A and B, and for the matrices AB that mix both. The
     # lambda returns the stored values for each call instead of computing them.
     parts = iter(np.split(values, [study.samples, 2 * study.samples]))
@@ -66,8 +67,8 @@ def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivit
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # SciPy warns about a key without influence, which has no variance to resample
         bootstrap = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
-    first = result.first_order.reshape(keys)
-    total = result.total_order.reshape(keys)
+    first = result.first_order.reshape(key_count)
+    total = result.total_order.reshape(key_count)
     first_ends = _interval_ends(first, bootstrap.first_order.confidence_interval)
     total_ends = _interval_ends(total, bootstrap.total_order.confidence_interval)
     return [

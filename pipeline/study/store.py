@@ -190,10 +190,10 @@ class StudyStore:
         Points that failed because of a machine fault are deleted, so that they are solved again. Raises InputError if
         the file belongs to another study; the message names the first difference.
         """
-        self._connection.execute("PRAGMA journal_mode = WAL")
+        self._connection.execute("PRAGMA journal_mode = WAL")  # other programs can read the file while a run writes
         facts = {key: _json(value) for key, value in study_facts(study).items()}
         with self._connection as transaction:
-            transaction.execute("BEGIN IMMEDIATE")
+            transaction.execute("BEGIN IMMEDIATE")  # no other program can write between the check and the insertion
             if _is_empty(transaction):
                 transaction.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
                 for table in _TABLES.values():
@@ -219,7 +219,7 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     except OSError as error:
         bound = f"a folder that can be written ({error.strerror})"
         raise validation_error("--out", str(folder), "", bound, "choose another folder") from error
-    if names - {_LOCK} and STORE not in names:
+    if names - {_LOCK} and STORE not in names:  # a run that was killed early leaves only the lock
         bound = "new, empty or the folder of this study"
         raise validation_error("--out", str(folder), "", bound, "choose another folder")
     try:
@@ -292,10 +292,11 @@ def study_facts(study: Study) -> Plain:
 
 
 def _check_same_study(path: Path, stored_facts: Mapping[str, str], new_facts: Mapping[str, str]) -> None:
-    """Raise InputError if the stored facts differ from those of the study; the message names the first difference.
+    """Raise InputError if the stored facts differ from the facts of the study; the message names the first difference.
 
-    The number of points may increase, because a longer study begins with the points of the shorter one. An exception is
-    `sensitivity`, because SciPy draws different points for each number of samples.
+    `stored_facts` and `new_facts` hold JSON texts, keyed by dotted names, and `path` is the store. The number of points
+    may increase, because a longer study begins with the points of the shorter one. An exception is `sensitivity`,
+    because SciPy draws different points for each number of samples.
     """
     may_increase = ("goal.evaluations",) if new_facts["how"] == '"sensitivity"' else ("goal.evaluations", "samples")
     for key in {**stored_facts, **new_facts}:

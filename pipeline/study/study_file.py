@@ -92,7 +92,7 @@ class Goal:
 
 
 def _check_front(front: Mapping[str, Variation]) -> None:
-    """Raise InputError unless a front consists of exactly one key with a list of at least two different numbers.
+    """Raise InputError unless `front` consists of exactly one key with a list of at least two different numbers.
 
     If the values are themselves lists, their first numbers must differ.
     """
@@ -100,6 +100,7 @@ def _check_front(front: Mapping[str, Variation]) -> None:
         bound = "one key of the design file with a list of values"
         raise validation_error("front", ", ".join(front), "", bound, "make a study file for each front")
     for key, varied in front.items():
+        # A front needs listed values, so a range or a distribution is rejected.
         numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
         all_differ = len(numbers) > 1 and len(numbers) == len(set(numbers))
         if not all(map(is_number, numbers)) or not all_differ:
@@ -189,22 +190,32 @@ class Study(StudyKeys):
     def __post_init__(self) -> None:
         """Raise InputError for an invalid value, or for keys that contradict each other."""
         super().__post_init__()
+        self._check_samples()
+        if not self.wanted:
+            bound = "a list of keys of report.json"
+            raise validation_error("wanted", "[]", "", bound, "for instance springs.K_l_N_per_m")
+        level_of("wanted", self.wanted)  # raises InputError for an unknown key
+        self._check_varied_keys()
+        if self.design is None:
+            self.base.design(self.completing_settings)  # raises InputError if the varied keys do not complete the base
+
+    def _check_samples(self) -> None:
+        """Raise InputError if the number of samples does not suit the method by which points are drawn."""
         if self.how == "sobol" and self.samples == 0:
             raise validation_error("samples", self.samples, "", "at least 1", "give the number of points")
         if self.how == "sensitivity" and (self.samples < 2 or self.samples.bit_count() != 1):  # noqa: PLR2004
             hint = "choose a power of 2; the study has samples * (keys + 2) points"
             raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)
-        if not self.wanted:
-            bound = "a list of keys of report.json"
-            raise validation_error("wanted", "[]", "", bound, "for instance springs.K_l_N_per_m")
-        level_of("wanted", self.wanted)
+
+    def _check_varied_keys(self) -> None:
+        """Raise InputError for too few varied keys, and for a key that is unknown or cannot be varied."""
         if not self.vary.keys() - {self.goal.front_key}:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
         if self.how == "sensitivity" and len(self.vary) == 1:
             hint = "name another key under [vary], because a single key causes all of the variance"
             raise validation_error("vary", next(iter(self.vary)), "", "a table of at least two keys", hint)
-        refuse_gone(*self.vary)
+        refuse_gone(*self.vary)  # a key that an earlier version had gets its own message
         for key in self.vary:
             if key not in every_key():
                 raise unknown_name("key", f"vary.{key}", every_key(), key)
@@ -212,8 +223,6 @@ class Study(StudyKeys):
             hint = "define all processes in one file, name it in the base or under [set], and vary print.process"
             name = f"vary.{_PROCESS_FILE}"
             raise validation_error(name, "", "", "left out", hint)
-        if self.design is None:
-            self.base.design(self.completing_settings)  # raises InputError if the varied keys do not complete the base
 
     @cached_property
     def design(self) -> Design | None:
@@ -284,27 +293,27 @@ def read_study(path: Path) -> Study:
     """
     data = read_toml(path, "FILE.toml")
     folder = path.parent  # paths in the study file are relative to this folder
-    file = record_of(StudyFile, data, _CONVERTER)
-    how = file.how or _default_sampling(data)
-    goal = file.goal
-    keys = {item.name: getattr(file, item.name) for item in fields(StudyKeys)}
+    study_file = record_of(StudyFile, data, _CONVERTER)
+    how = study_file.how or _default_sampling(data)
+    keys = {item.name: getattr(study_file, item.name) for item in fields(StudyKeys)}
     rows: tuple[Row, ...] = ()
     # The level is a grade of solution, such as contact only or a whole run; these keys determine the lowest one.
-    level_keys = file.wanted
+    level_keys = study_file.wanted
     if how == "points":
-        keys["vary"], rows = _read_points(folder / (file.points or ""))
+        keys["vary"], rows = _read_points(folder / (study_file.points or ""))
     if how == "search":
+        goal = study_file.goal
         front = goal.front or {}
-        for key in front.keys() & file.vary.keys():
+        for key in front.keys() & study_file.vary.keys():
             hint = "remove the key from [vary], or choose another key for the front"
             raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
-        keys["vary"] = {**file.vary, **front}
-        keys["wanted"] = _extend_wanted(file.wanted, goal)
-        # A search only needs to know whether a verdict passes; computing the value of a verdict may need a higher
+        keys["vary"] = {**study_file.vary, **front}
+        keys["wanted"] = _extend_wanted(study_file.wanted, goal)
+        # A search only needs to know whether a verdict passes. Computing the value of a verdict may need a higher
         # level.
         level_keys = (*level_keys, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
-    keys["level"] = max(file.level, level_of("wanted", level_keys), key=LEVELS.index)
-    return Study(name=path.stem, base=_base_tables(file, folder), how=how, rows=rows, **keys)
+    keys["level"] = max(study_file.level, level_of("wanted", level_keys), key=LEVELS.index)
+    return Study(name=path.stem, base=_base_tables(study_file, folder), how=how, rows=rows, **keys)
 
 
 def _extend_wanted(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
@@ -328,19 +337,23 @@ def _default_sampling(data: Mapping[str, Any]) -> How:
     return "search" if "optimise" in data and "samples" not in data else "sobol"
 
 
-def _base_tables(file: StudyFile, folder: Path) -> DesignTables:
-    """Return the tables of the base design, after applying the settings under `[set]`."""
-    settings = file.set
-    if settings.get(_PROCESS_FILE):  # the path is relative to the study file
+def _base_tables(study_file: StudyFile, folder: Path) -> DesignTables:
+    """Return the tables of the base design, after applying the settings under `[set]`.
+
+    Paths in the study file are relative to `folder`.
+    """
+    base = study_file.base
+    settings = study_file.set
+    if settings.get(_PROCESS_FILE):
         settings = {**settings, _PROCESS_FILE: str(folder / str(settings[_PROCESS_FILE]))}
-    return design_tables(folder / file.base if file.base.endswith(".toml") else file.base, settings, "base")
+    return design_tables(folder / base if base.endswith(".toml") else base, settings, "base")
 
 
 def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     """Read a CSV file of points, which has a header of keys and one row of values for each point.
 
-    Returns the varied keys and the rows. Raises InputError if there is no row, if a key occurs twice, or if a row is
-    not as long as the header.
+    Returns the varied keys, and the values of each point in their order. Raises InputError if there is no row, if a key
+    occurs twice, if a row is not as long as the header, and for an invalid value.
     """
     sheet = single_sheet(path)
     header, *points = [row for row in sheet.rows if not row.empty]

@@ -66,7 +66,10 @@ def write_page(
     The files are written into the folder of the store. `best` holds the numbers of the best points, the best one first.
     By default these are the ten points with the smallest values of the first key in `wanted`. `proved` maps each point
     whose whole run passed to its design file. The page shows all of these points, and at most `MAX_DOTS` others, which
-    are drawn at random. Raises InputError like `write_files`.
+    are drawn at random.
+
+    Raises InputError if a file cannot be written, or if it would replace a file of the user; with `force`, such a file
+    is kept as NAME.bak.
     """
     proved = proved or {}
     if best is None:
@@ -93,7 +96,9 @@ def _plot_data(
 ) -> Plain:
     """Return the data for the plots of the page: the keys that can be shown, and the points.
 
-    `best` and `proved` are as in `write_page`.
+    `keys` are the keys with their own row on the page. `best` holds the numbers of the best points, and `proved` the
+    design file of each point whose whole run passed. All of these points are in the data, and a random sample of the
+    others.
     """
     sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
     points = []
@@ -122,9 +127,9 @@ def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
     # A search adds the key REFUSED for its own use, so the page does not show it.
     keys_without_row = {REFUSED} if study.how == "search" else set()
     for key in study.wanted:
-        name, _, last = key.rpartition(".")
-        if name.startswith("verdicts.") and last == "value":
-            keys_without_row |= {f"{name}.{field}" for field in VERDICT_FIELDS if field != last}
+        verdict, _, last_part = key.rpartition(".")
+        if verdict.startswith("verdicts.") and last_part == "value":
+            keys_without_row |= {f"{verdict}.{field}" for field in VERDICT_FIELDS if field != "value"}
     keys = []
     for key in study.keys:
         if key not in keys_without_row:
@@ -144,29 +149,31 @@ def is_part_of_limit(key: str) -> bool:
 
 
 def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
-    """Return the label of a key and its meaning.
+    """Return the label of a key on the page, and its meaning as Markdown.
 
-    The label includes the unit if the key itself does not. A varied key is looked up among the keys of a design, and
-    any other key among the keys of the report. The meaning is empty if it is not known.
+    The label includes the unit if the key itself does not. If the key `varies`, it is looked up among the keys of a
+    design, otherwise among the keys of the report. The meaning is empty if it is not known.
     """
-    name, field = verdict_field(key)
-    if name:
-        return _verdict_label_and_meaning(name, field)
-    table, _, last = key.partition(".")
+    verdict, verdict_part = verdict_field(key)
+    if verdict:
+        return _verdict_label_and_meaning(verdict, verdict_part)
+    table, _, field_name = key.partition(".")
     if varies and table in TABLE_TYPES:
         design_fields = {item.name: item for item in fields(TABLE_TYPES[table])}
-        if last in design_fields:
-            return key, design_fields[last].metadata["meaning"]
+        if field_name in design_fields:
+            return key, design_fields[field_name].metadata["meaning"]
     entry = report_key(key)
     return key, "" if entry is None else entry.meaning
 
 
 def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
-    """Return the label and the meaning of a field of the verdict called `name`.
+    """Return the label and the meaning of a field of the verdict called `name`, such as its value or its limit.
 
-    The meaning consists of the question of the verdict and, for the field `value`, the sentence that describes it.
+    The meaning consists of the question of the verdict and, for the field `value`, the sentence that describes it. It
+    is empty for an unknown verdict.
     """
     label = name if field == "value" else f"{name}, {field}"
+    # An entry explains one verdict, or several verdicts whose names are in `each`.
     entry = next((candidate for candidate in entries() if name in (candidate.each or (candidate.name,))), None)
     if entry is None:
         return label, ""
@@ -184,9 +191,10 @@ def _design_files(
 ) -> tuple[dict[Path, bytes], dict[str, str]]:
     """Return the design files of the base and of the best points, keyed by path, and a link to the file of each point.
 
-    A proved point is linked to the design file of its run, so no other file is written for it. An incomplete base
-    design has no file. A base that defines several processes, between which the study varies, is not linked: its file
-    contains only one of them.
+    `best` holds the numbers of the best points, and `proved` the design file of each point whose whole run passed. A
+    proved point is linked to this file, so no other file is written for it. An incomplete base design has no file. A
+    base that defines several processes, between which the study varies, is not linked: its file contains only one of
+    them.
     """
     folder = store.path.parent
     files = {}

@@ -27,7 +27,11 @@ def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
 
 
 def export_table(store: StudyStore, path: Path, *, force: bool = False) -> None:
-    """Write the table of a study to a CSV file; raises InputError like `write_files`."""
+    """Write the table of a study to a CSV file.
+
+    Raises InputError if the file cannot be written, or if it would replace a file of the user; with `force`, such a
+    file is kept as NAME.bak.
+    """
     write_files({path: partial(_write_csv, store)}, FLAG, force=force)
 
 

@@ -58,10 +58,10 @@ def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...
 
 
 def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
-    """Solve a point and return its values, or the reason why it was refused or failed.
+    """Solve a point of a study and return its values, or the reason why it was refused or failed.
 
-    An exception caused by a machine fault is raised if the disk is full. In a search it is always raised, because the
-    next points depend on the result of this one.
+    The files of a whole run are written into `folder`. An exception caused by a machine fault is raised if the disk is
+    full. In a search it is always raised, because the next points depend on the result of this one.
     """
     start = time.process_time()
     values: Mapping[str, object] = {}
@@ -73,10 +73,10 @@ def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
         fault = _fault_of_machine(failure)
         if fault is not None and (study.how == "search" or getattr(fault, "errno", None) in _DISK_FULL):
             raise
-        refused = isinstance(failure, InputError) and fault is None
-        status = "refused" if refused else "failed"
-        message = str(failure) if refused else f"{type(failure).__name__}: {failure}"
-        error = ("" if fault is None else MACHINE) + " ".join(message.split())
+        is_refused = isinstance(failure, InputError) and fault is None
+        status = "refused" if is_refused else "failed"
+        message = str(failure) if is_refused else f"{type(failure).__name__}: {failure}"
+        error = ("" if fault is None else MACHINE) + " ".join(message.split())  # on one line
     return PointResult(**vars(point), status=status, values=values, error=error, seconds=time.process_time() - start)
 
 
@@ -92,11 +92,11 @@ def _fault_of_machine(failure: Exception) -> BaseException | None:
 
 
 def _wanted_values(study: Study, folder: Path, point: Point) -> dict[str, object]:
-    """Solve a point to the level of its study, and return the values of the requested outputs.
+    """Solve a point to the level of its study, and return the values of the requested outputs, keyed by output.
 
-    The level `files` is a whole run that writes all files. At lower levels, only the parts of the report that contain a
-    requested output are solved. Their springs are fitted by finite elements at the level `flexures`, and sized by
-    closed-form expressions at the level `contact`.
+    The level `files` is a whole run that writes all files into `folder`, except in a search. At lower levels, only the
+    parts of the report that contain a requested output are solved. Their springs are fitted by finite elements at the
+    level `flexures`, and sized by closed-form expressions at the level `contact`.
     """
     design = study.base.design(point.settings)
     if study.level == "files":

@@ -95,13 +95,13 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
 
     An unknown key is reported before a missing key, because a misspelled key causes both errors.
     """
-    kind: Any = errors.cl
+    kind: Any = errors.cl  # the type of the record
     error = min(errors.exceptions, key=lambda exception: not isinstance(exception, cattrs.ForbiddenExtraKeysError))
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
         unknown = min(error.extra_fields)
         keys = list(map(key_of, fields(kind)))
         return unknown_name("key", _join_path(path, unknown), keys, unknown)
-    hint = ""
+    hint = ""  # of the field, if the error is in one
     # The notes of cattrs contain the field and the list index at which the error occurred.
     for note in getattr(error, "__notes__", ()):
         if isinstance(note, cattrs.AttributeValidationNote):

@@ -128,7 +128,7 @@ def setting_of(value: object) -> Setting:
 
     Raises MisfitError for a date, a table, an empty list, a list that contains anything but numbers, and NaN.
     """
-    numbers = value if isinstance(value, list) and value else [value]
+    numbers = value if isinstance(value, list) and value else [value]  # an empty list is then not a number
     if isinstance(value, bool | str) or all(
         is_number(number) and math.isfinite(as_float(number)) for number in numbers
     ):

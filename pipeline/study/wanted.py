@@ -31,20 +31,24 @@ def level_of(name: str, keys: Iterable[str]) -> Level:
 
 
 def _level_of(name: str, key: str) -> Level:
-    """Return the level of one key; raises InputError for a key that a study cannot request."""
+    """Return the level of one key; raises InputError for a key that a study cannot request.
+
+    `name` is the name of the list in the study file that contains the key.
+    """
     refuse_gone_key(key)
     level = _verdict_level(key) if key.startswith("verdicts.") else _plain_level(key)
     for known_level in LEVELS:
         if known_level == level:
             return known_level
     # The key is unknown, so suggest the most similar key that can be requested. Placeholders in keys are filled in.
-    values = []
+    plain_keys = []
     for known_key in report_keys():
         if known_key.is_value and known_key.level:
-            values.append(known_key.name.replace("[]", ".0").replace("SPRING", "low"))
-    verdicts = [f"verdicts.{verdict}.value" for row in verdict_rows() if row.level for verdict in row.names]
+            plain_keys.append(known_key.name.replace("[]", ".0").replace("SPRING", "low"))
+    verdict_keys = [f"verdicts.{verdict}.value" for row in verdict_rows() if row.level for verdict in row.names]
     bound = "a key of report.json that docs/studies.md lists and that holds a single number or string"
-    raise validation_error(name, key, "", bound, f"did you mean {nearest(key, [*values, *verdicts, PASSED])}?")
+    suggestion = nearest(key, [*plain_keys, *verdict_keys, PASSED])
+    raise validation_error(name, key, "", bound, f"did you mean {suggestion}?")
 
 
 def _plain_level(key: str) -> str:
