@@ -61,15 +61,15 @@ WITHOUT_BALL = (
     "the design expects presses on a reference ball: without --ball the form errors of the domes bias all readings"
 )
 UNLIKE_DESIGN = 3.0
-"""Largest factor between the measured and the designed stiffness of a spring; prints differ by less."""
+"""Largest factor between the measured and the designed stiffness of a spring; real prints differ by less."""
 KNOWN_WELL_PERCENT = 0.5
-"""Half width at 95 % [%] of a well-known stiffness; a dial indicator reaches about this accuracy without a plate."""
+"""Half width at 95 % [%] of an accurately known stiffness, which a dial indicator can determine without a plate."""
 _EXAMPLE = "tip,weight_g,deflection_mm"
 _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
 
 
 def _unit_data(calibration: "Calibration") -> Plain:
-    """Return the fields of a unit that are part of the answer; unit.toml contains all fields."""
+    """Return the fields of a unit that the JSON output contains; unit.toml contains all fields."""
     unit = as_data(calibration.unit)
     shown = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
     return shown if calibration.unit.ball is None else {**shown, "ball": unit["ball"]}
@@ -290,7 +290,7 @@ def calibrate_unit(
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighing = correct_weights(table, report, after_s)
     deflections, channels = _fit_weights(table, weighing, designed)
-    notes = _notes_without(report, plate, ball)
+    notes = _notes_on_missing_presses(report, plate, ball)
     if weighing.note:
         notes.append(weighing.note)
     # A press on a plate determines the springs more accurately, so its stiffnesses replace those from the weights.
@@ -334,8 +334,8 @@ def calibrate_unit(
     )
 
 
-def _notes_without(report: Report, plate: MeasuredTable | None, ball: PressedBall | None) -> list[str]:
-    """Return a note for each of the two presses, on a ball and on a plate, that the design expects but that is None."""
+def _notes_on_missing_presses(report: Report, plate: MeasuredTable | None, ball: PressedBall | None) -> list[str]:
+    """Return a note if the design expects presses on a ball that are not given, and one for a press on a plate."""
     requirements = report.design.reading or ReadingRequirements()
     notes = []
     if ball is None and requirements.calibrated_by == "ball":

@@ -165,7 +165,7 @@ def _is_accepted(reading: FruitReading) -> bool:
 
 
 def count_presses(readings: Sequence[FruitReading]) -> BallPresses:
-    """Count the presses on a ball from their readings: the accepted, all, and the rejected by flag."""
+    """Count the accepted presses on a ball, all presses, and how often each flag excluded a press."""
     rejected = [reading for reading in readings if not _is_accepted(reading)]
     flags = Counter(flag for reading in rejected for flag in reading.flags if flag not in ACCEPTED_FLAGS)
     return BallPresses(counted=len(readings) - len(rejected), presses=len(readings), flags=dict(flags))

@@ -67,7 +67,8 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         u = k sqrt(c^2 sum s_i^2 + sum f_j^2) + c b,
 
     where k is the coverage factor for 95 %. b is the error caused by bent calibration lines, a bound, so it is added
-    linearly. The factor c (`sensor.steepness`) converts a relative change of the uncorrected reading into one of E.
+    linearly. The factor c (`sensor.steepness`) converts a relative change of the uncorrected reading to the relative
+    change of E.
 
     `sensor` is the calibrated unit, and `nominal` is a unit with the designed stiffnesses. Raises ReadingError if a
     press on one of these fruits gives no modulus.

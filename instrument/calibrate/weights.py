@@ -230,7 +230,7 @@ def _crosstalk_percent(
     `counts_per_N` (channels, tips) are the slopes. `names` are the names of the tips, and `keys` are the count columns
     of the channels. Raises InputError for channels that do not separate the forces of the tips.
     """
-    relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]  # the diagonal, the slopes for the own tips, is 1
+    relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]  # 1 for the channel's own tip
     crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())

@@ -116,7 +116,8 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
         criterion = _schwarz_criterion(force - _relaxing_force(t, *parameters), len(parameters))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
         amplitudes = parameters[1 : 1 + count]
-        taus = np.exp(parameters[1 + count :])  # the fit has the logarithms, so tau times their error is the error
+        # The logarithms of tau were fitted, so the error of tau is tau times the error of its logarithm.
+        taus = np.exp(parameters[1 + count :])
         if criterion < best_criterion and (amplitudes > errors[1 : 1 + count]).all():
             best_criterion = criterion
             final_force = float(parameters[0])

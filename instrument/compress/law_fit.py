@@ -91,9 +91,9 @@ class LawFit:
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
     """Fit a force law to `travel` [mm] and `force` [N], both (points,), by least squares.
 
-    The modulus, first contact, the settling of the skin and the zero line are fitted. `zero` [N] is the approximate
-    zero of the load cell, the initial guess. With `with_drift`, the drift f1 of the zero line is fitted too. Returns
-    None if the force does not rise, or if the fit does not converge.
+    The modulus, first contact, the settling of the skin and the zero line are fitted. `zero` [N] is the initial guess
+    of the zero of the load cell. With `with_drift`, the drift f1 of the zero line is fitted too. Returns None if the
+    force does not rise, or if the fit does not converge.
     """
     start = _initial_guess(law, travel, force, zero)
     if start is None:
@@ -179,7 +179,7 @@ def last_force(force: Floats) -> float:
 def _load_cell_force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:
     """Return the force of the load cell [N] at travels [mm], for forces up to about `largest` [N].
 
-    The module docstring gives the travel as an explicit function of the force. So the travel is tabulated at many
+    The travel is an explicit function of the force F, x = x0 + D(F) - s exp(-F / F_s). So it is tabulated at many
     forces, and the table is inverted by interpolation.
     """
     force = _TABLE_END * largest * _TABLE_FORCES

@@ -130,8 +130,8 @@ def _find_first_return(depth: Floats, load: Floats) -> tuple[int, int] | None:
     """Return the deepest row before the first return, and the first row that certainly belongs to this return.
 
     Returns None if there is no return. `depth` [mm] and `load` [N], both (rows,), increase in compression. A return is
-    a backward step in which the force falls by more than an error of the travel explains. A return from a small load is
-    ignored, because it follows a tap before the test.
+    a backward step in which the force falls by more than an error of the travel can explain. A return from a small load
+    is ignored, because it follows a tap before the test.
     """
     largest_depth = np.maximum.accumulate(depth)  # largest depth up to each row
     span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())

@@ -110,11 +110,11 @@ class CompressedBody:
         presses = _round_presses(section, plunger) if section.is_round else _presses_on_end(section, plunger)
         return presses[:plates]
 
-    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - a ball has both
+    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - used by a subclass
         """Return the relative radius of each point contact [mm]; empty if Hertz's law does not apply."""
         return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
 
-    def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - others
+    def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - used by subclasses
         """Return bounds for each simplification of the body, keyed by its name.
 
         Each bound consists of one press for each side.

@@ -30,7 +30,7 @@ class RangeFit:
     """A force law fitted over a range of travel that ends at `range_end` [mm].
 
     `fit` is the more probable of two fits, with and without a drift of the zero line. `modulus` [MPa] and `touch` [mm],
-    the travel at first contact, are the means of both fits, weighted by their probabilities, with standard errors.
+    the travel at first contact, are the means of the two fits, weighted by their probabilities, with standard errors.
     `follows_law` is True if the curve follows the law within its noise or within the error of the law. `idle_points` is
     the number of points before first contact.
     """
@@ -66,8 +66,8 @@ def add_choice_error(best: Estimate, others: Sequence[Estimate]) -> Estimate:
     """Return the modulus of the chosen range [MPa], with an error that includes its difference from other ranges.
 
     `best` is the modulus of the chosen range, and `others` are the moduli of the other ranges. The part of the squared
-    difference that noise explains is subtracted. This part is the difference of the variances of both fits, because the
-    wider range contains the points of the narrower one (J. A. Hausman, Econometrica 46 (1978) 1251,
+    difference that noise explains is subtracted. This part is the difference of the variances of the two fits, because
+    the wider range contains the points of the narrower one (J. A. Hausman, Econometrica 46 (1978) 1251,
     doi:10.2307/1913827).
     """
     excesses = []
