@@ -274,14 +274,11 @@ def calibrate_unit(
     after_s: float | None = None,
     ball: PressedBall | None = None,
 ) -> Calibration:
-    """Calibrate a unit from `table`, its table of weights, which `read_print_table` returns.
+    """Calibrate a unit of the design in `report` from `table`, its table of weights, which `read_print_table` returns.
 
-    `report` is the report of the design, and the other tables are optional:
-
-    - `plate`, from `read_plate_table`, holds a press on a hard plate, which determines the springs more accurately; -
-    `ball` holds presses on a reference ball, which determine a factor that corrects all readings; - `fruit`, from
-    `read_fruit_table`, holds presses on fruit, which determine the scale of another instrument.
-
+    The other measurements are optional. `plate`, from `read_plate_table`, is a press on a hard plate, which determines
+    the springs more accurately. `ball` holds presses on a reference ball, which determine a factor that corrects all
+    readings. `fruit`, from `read_fruit_table`, holds presses on fruit, which determine the scale of another instrument.
     `after_s` [s] is the time from hanging a weight to its reading, if `table` has no times.
 
     Raises InputError if a table does not determine the springs or contradicts the design, and if a unit with these
@@ -296,9 +293,8 @@ def calibrate_unit(
     # A press on a plate determines the springs more accurately, so its stiffnesses replace those from the weights.
     plate_springs = None
     if plate is not None:
-        stiffnesses = [stiffness_of_line(line) for line in deflections]
-        plate_springs = _springs_on_plate(plate, table, channels, stiffnesses, report)
-        notes += _note_on_plate(plate_springs, stiffnesses, [tip.name for tip in report.tips], plate)
+        plate_springs, plate_notes = _springs_on_plate(plate, table, channels, deflections, report)
+        notes += plate_notes
     notes += _notes_on_bends(table, report, deflections, channels)
     unit = _printed_unit(report, weighing, deflections, channels, plate_springs)
     sensor = MeasuringUnit(report=report, unit=unit)
@@ -308,7 +304,7 @@ def calibrate_unit(
         correction, ball_presses = measure_ball_correction(ball, sensor)
         unit = replace(unit, ball=correction)
         sensor = MeasuringUnit(report=report, unit=unit)
-    nominal = designed.unit.stiffnesses
+    designed_stiffnesses = designed.unit.stiffnesses
     try:  # springs far from the design may not allow a reading
         scale = None if fruit is None else scale_of_presses(fruit, sensor)
         table_rows = unit_table(sensor, designed)
@@ -319,10 +315,10 @@ def calibrate_unit(
         raise InputError(msg) from error
     return Calibration(
         unit=unit if scale is None else replace(unit, scale=scale.scale),
-        nominal=nominal,
+        nominal=designed_stiffnesses,
         table=table_rows,
         verdicts=verdicts,
-        trims=leaf_trims(sensor, nominal),
+        trims=leaf_trims(sensor, designed_stiffnesses),
         assumed=notes,
         error_by=error_by,
         weighing=weighing,
@@ -358,8 +354,8 @@ def _fit_weights(
     """
     report = designed.report
     names = [tip.name for tip in report.tips]
-    counts = [key for key in count_keys(len(names)) if key in table.numbers]
-    lines = fit_weight_lines(table, names, counts, weighing.forces)
+    count_columns = [key for key in count_keys(len(names)) if key in table.numbers]
+    lines = fit_weight_lines(table, names, count_columns, weighing.forces)
     deflections = [lines[name, DEFLECTION] for name in names]
     _check_stiffnesses(table, [stiffness_of_line(line) for line in deflections], designed)
     return deflections, calibrate_channels(table, report, lines, weighing.forces)
@@ -386,8 +382,8 @@ def _printed_unit(
     else:
         method = "weights and deflections" + (", counts of the same weights" if channels else "")
         springs = [stiffness_of_line(line) for line in deflections]
-        gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
-        gain_errors = channels.gain_percent if channels else len(springs) * [gain_percent]
+        uncalibrated_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
+        gain_errors = channels.gain_percent if channels else len(springs) * [uncalibrated_percent]
         spring_bends = [line.bend.lack_of_fit for line in deflections]
     drifts = report.read_out.channels.gain_drift_percent
     force_bend, force_bend_per_N = _split_bends(channels.lacks_of_fit if channels else ())
@@ -397,7 +393,7 @@ def _printed_unit(
         design_sha256=design_digest(report.design),
         tips=tuple(tip.name for tip in report.tips),
         method=method,
-        K_N_per_m=tuple(1e3 * spring.value for spring in springs),
+        K_N_per_m=tuple(1e3 * spring.value for spring in springs),  # from N/mm
         K_percent=tuple(spring.percent for spring in springs),
         gain=(1.0,) * len(springs),  # the calibrated channels need no further correction
         # The gain drift is equally likely anywhere within its bound, so BOUNDED turns it into a standard deviation.
@@ -443,20 +439,23 @@ def _springs_on_plate(
     plate: MeasuredTable,
     table: MeasuredTable,
     channels: ChannelCalibration | None,
-    weight_stiffnesses: Sequence[Estimate],
+    deflections: Sequence[Line],
     report: Report,
-) -> list[PressedSpring]:
-    """Return the springs measured by a press on a plate, one for each tip.
+) -> tuple[list[PressedSpring], list[str]]:
+    """Return the springs measured by a press on a plate, one for each tip, and notes on their accuracy.
 
     `plate` is the table of the press, and `table` is the table of weights, which calibrates the `channels`.
-    `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine. Raises InputError if the table of
-    weights has no counts, or if the press contradicts the weights.
+    `deflections` are the lines of deflection [mm] against weight [N], one for each tip. Raises InputError if the table
+    of weights has no counts, or if the press contradicts the weights.
     """
     if channels is None:
-        columns = ", ".join(count_keys(len(weight_stiffnesses)))
+        columns = ", ".join(count_keys(len(report.tips)))
         bound = "a table with the counts of each channel, which --plate needs"
         raise validation_error(table.source, "weights without counts", "", bound, f"add the columns {columns}")
-    return fit_springs_on_plate(plate, channels, weight_stiffnesses, report)
+    weight_stiffnesses = [stiffness_of_line(line) for line in deflections]
+    plate_springs = fit_springs_on_plate(plate, channels, weight_stiffnesses, report)
+    names = [tip.name for tip in report.tips]
+    return plate_springs, _note_on_plate(plate_springs, weight_stiffnesses, names, plate)
 
 
 def _note_on_plate(

@@ -130,7 +130,7 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
         bound = f"at least {FEWEST_FRUIT}, from the softest to the firmest"
         raise validation_error(source, len(groups), "fruit", bound, "press more fruit")
     means = _Points(*np.transpose([(group.ln_E.mean(), group.ln_firmness.mean()) for group in groups]))
-    ends = np.array([means.ln_E.min(), means.ln_E.max()])
+    ends = np.array([means.ln_E.min(), means.ln_E.max()])  # of the final curve
 
     # The curves of the cross-validation span all presses, not just the means of the other fruit.
     span = np.array([presses.ln_E.min(), presses.ln_E.max()])

@@ -99,7 +99,7 @@ def fit_springs_on_plate(
     _check_agreement(table, ratios, weight_stiffnesses, report)
     _check_bends(table, lines)
 
-    channel_deflections = (forces - [line.zero for line in lines]) / K
+    channel_deflections = (forces - [line.zero for line in lines]) / K  # [mm]
     resolutions = np.abs(count_resolutions / K)
     travel_error, slope_errors = _relative_errors(table, channel_deflections, flattened, resolutions)
     deflection_errors = deflections_on_plate(

@@ -84,9 +84,10 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
 
     final_force, fitted_arms = _fit_arms(since_start, specimen.force[hold] - zero_N)
     elastic = depth[touch_row:] ** POINT_CONTACT / depth[-1] ** POINT_CONTACT  # n
-    midpoints = 0.5 * (before_hold[1:] + before_hold[:-1])
     # r_i, integrated by the midpoint rule
+    midpoints = 0.5 * (before_hold[1:] + before_hold[:-1])
     remaining = [float(np.exp(-midpoints / arm.time.value) @ np.diff(elastic)) for arm in fitted_arms]
+    # F_0; the shares of the fitted arms are still the amplitudes A_i
     instantaneous_force = final_force + sum(arm.share.value / r for arm, r in zip(fitted_arms, remaining, strict=True))
     arms = []
     lost = 0.0

@@ -78,6 +78,7 @@ def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> P
     hold = _find_hold(test)
     rows = len(test.lines) if hold is None else hold.start + 1  # number of rows of the loading
     _check_row_count(specimen, rows)
+    # A column must not be constant, and may only decrease if the flag allows it.
     for quantity, sign in signs.items():
         values = getattr(specimen, quantity)[:rows]
         if (sign < 0.0 and not compression_negative) or np.ptp(values) == 0.0:
@@ -106,7 +107,8 @@ def _cut_at_first_return(specimen: Specimen) -> Specimen:
     compress the flesh a second time. If a later row lies deeper, a note is added to the curve. A curve without a return
     is unchanged.
     """
-    # A return may go farther than the loading, so the row with the largest change in force determines the signs.
+    # A return may go farther than the loading, so the row with the largest change in force determines the signs. The
+    # change is measured from the median of the first rows.
     travel = specimen.travel - np.median(specimen.travel[:3])
     force = specimen.force - np.median(specimen.force[:3])
     peak = int(np.argmax(np.abs(force)))
