@@ -82,9 +82,9 @@ def elements_of(basis: Basis, kind: str) -> Elements:
     The nodes of inverted cells are reordered, because CalculiX requires elements of positive volume.
     """
     # Each node has three degrees of freedom; here it is represented by the third one, u_z.
-    numbers, cells = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
-    cells = cells.reshape(len(_NODES[kind]), -1)
-    nodes = np.asarray(basis.doflocs)[:, numbers]
+    vertical_dofs, node_numbers = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
+    cells = node_numbers.reshape(len(_NODES[kind]), -1)  # (nodes of a cell, cells)
+    nodes = np.asarray(basis.doflocs)[:, vertical_dofs]
     # The positions of the nodes in the reference cell determine CalculiX's node order. Swapping x and y in the
     # reference cell yields the node order of a mirrored cell.
     reference_nodes = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
@@ -189,9 +189,9 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
     elements = deck.elements
     cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
     # A cell is split into lines of 8 numbers, because CalculiX reads at most 16 numbers per line.
-    formats = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
+    line_formats = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
     file.write(f"*ELEMENT, TYPE={elements.kind}, ELSET=SOLID\n")
-    np.savetxt(file, cells, ",\n".join(", ".join(line) for line in formats))
+    np.savetxt(file, cells, ",\n".join(", ".join(line_format) for line_format in line_formats))
     for name, numbers in sets.items():
         file.write(f"*NSET, NSET={name.upper()}\n")
         np.savetxt(file, numbers + 1, "%d,")
@@ -213,6 +213,7 @@ def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None
         node_springs = zip(upper.row.tolist(), upper.col.tolist(), (-upper.data).tolist(), strict=True)
         ground_stiffness = np.asarray(stiffness_matrix.sum(axis=1)).ravel()
         nodes = np.unique(stiffness_matrix.tocoo().row).tolist()
+        # The ground node follows the nodes of the elements, so its number is their count.
         springs = [*node_springs, *((node, elements.count, ground_stiffness[node]) for node in nodes)]
         cards: dict[str, list[str]] = {}
         for first, second, stiffness in springs:

@@ -43,7 +43,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
             yield Path(name)
         return
     target = _check_usable(path)
-    missing_parents = [folder for folder in target.parents if not folder.exists()]  # created for the lock, see below
+    missing_parents = [folder for folder in target.parents if not folder.exists()]  # `write_beside` creates them
     with uninterrupted():
         try:
             with write_beside(target, "--out") as new:

@@ -35,6 +35,28 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
+class _Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
+    """Worker processes with their own temporary folder, so that the files of a killed worker are also removed."""
+
+    def __init__(self, count: int) -> None:
+        self.folder = tempfile.TemporaryDirectory(prefix="twintip-", ignore_cleanup_errors=True)
+        environment = {**_ENVIRONMENT, "TMPDIR": self.folder.name}
+        # Starting the resource tracker unblocks both signals. It is started here, because otherwise the first worker
+        # would start it and inherit the unblocked state.
+        with uninterrupted():
+            resource_tracker.ensure_running()
+        super().__init__(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=environment)
+
+    def submit(self, *call: object, **named: object) -> Future[object]:
+        with signals_for_this_thread():  # `submit` may start a process
+            future: Future[object] = super().submit(*call, **named)
+        return future
+
+    def shutdown(self, **options: object) -> None:
+        super().shutdown(**options)
+        self.folder.cleanup()
+
+
 def open_workers(count: int) -> Executor:
     """Return an executor with `count` processes of one thread each; `close_workers` ends it.
 
@@ -47,29 +69,7 @@ def open_workers(count: int) -> Executor:
     # The memory of a worker grows as it meshes and solves. loky then replaces the worker without losing work, so its
     # warning is not useful.
     warnings.filterwarnings("ignore", "A worker was restarted", UserWarning, _LOKY)
-
-    class Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
-        """Worker processes with their own temporary folder, so that the files of a killed worker are also removed."""
-
-        def __init__(self) -> None:
-            self.folder = tempfile.TemporaryDirectory(prefix="twintip-", ignore_cleanup_errors=True)
-            environment = {**_ENVIRONMENT, "TMPDIR": self.folder.name}
-            # Starting the resource tracker unblocks both signals. It is started here, because otherwise the first
-            # worker would start it and inherit the unblocked state.
-            with uninterrupted():
-                resource_tracker.ensure_running()
-            super().__init__(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=environment)
-
-        def submit(self, *call: object, **named: object) -> Future[object]:
-            with signals_for_this_thread():  # `submit` may start a process
-                future: Future[object] = super().submit(*call, **named)
-            return future
-
-        def shutdown(self, **options: object) -> None:
-            super().shutdown(**options)
-            self.folder.cleanup()
-
-    executor: Executor = Workers()
+    executor: Executor = _Workers(count)
     return executor
 
 

@@ -101,24 +101,25 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
         unknown = min(error.extra_fields)
         keys = list(map(key_of, fields(kind)))
         return unknown_name("key", _join_path(path, unknown), keys, unknown)
-    hint = ""  # of the field, if the error is in one
     # The notes of cattrs contain the field and the list index at which the error occurred.
+    location = path
+    hint = ""
     for note in getattr(error, "__notes__", ()):
         if isinstance(note, cattrs.AttributeValidationNote):
             item = kind.__dataclass_fields__[note.name]
-            path = _join_path(path, key_of(item))
+            location = _join_path(location, key_of(item))
             hint = item.metadata.get("hint", "")
         elif isinstance(note, cattrs.IterableValidationNote):
-            path = _join_path(path, str(note.index))
+            location = _join_path(location, str(note.index))
     match error:
         case cattrs.BaseValidationError():  # an error in a nested table
-            return _first_error(error, path)
+            return _first_error(error, location)
         case MisfitError():
-            return error.named(path)
+            return error.named(location)
         case InputError():  # its message begins with a key of the record
-            name = _join_path(path, error.field)
-            return InputError(_join_path(path, str(error)), field=name, value=error.value, bound=error.bound)
-    return validation_error(path, None, "", "given", hint)  # KeyError: the key is missing from the table
+            name = _join_path(location, error.field)
+            return InputError(_join_path(location, str(error)), field=name, value=error.value, bound=error.bound)
+    return validation_error(location, None, "", "given", hint)  # KeyError: the key is missing from the table
 
 
 def _join_path(path: str, key: str) -> str:
