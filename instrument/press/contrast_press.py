@@ -27,37 +27,43 @@ AT_ONCE = Timing()
 
 
 def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = AT_ONCE) -> FruitReading:
-    """Return the reading of a press. If the modulus cannot be determined, the reading has a flag that states why.
+    """Return the reading of a press by the printed unit `sensor`.
 
-    `timing` is the accuracy of the sampling times. The field `others` of the reading contains a second modulus: the
-    modulus from the force ratio of a pair, or the apparent modulus in the hold of flesh that relaxes. The half width of
-    E is increased if a single sample changes E by more than this half width, or if the pace of the press was uneven.
+    If the modulus cannot be determined, the reading has a flag that states why. `timing` is the accuracy of the
+    sampling times. The field `others` of the reading contains a second modulus: the modulus from the force ratio of a
+    pair, or the apparent modulus in the hold of flesh that relaxes. The half width of E is increased if a single sample
+    changes E by more than this half width, or if the pace of the press was uneven.
     """
     relaxes = press.channels.shape[1] > press.tips  # then the forces of elastic flesh are further channels
     law = sensor.rise_law.over_time if relaxes else sensor.rise_law
-    spikes = ["spike"] if press.lines_left_out else []
+    spike_flags = ["spike"] if press.lines_left_out else []
 
-    def without_modulus(flag: str) -> FruitReading:
-        return FruitReading(flags=(flag, *spikes), lines_left_out=press.lines_left_out)
+    def reading_without_modulus(flag: str) -> FruitReading:
+        return FruitReading(flags=(flag, *spike_flags), lines_left_out=press.lines_left_out)
 
     try:
         seated = seated_reading(sensor, law, press, timing.lag)
     except RiseError as error:
-        return without_modulus(error.flag)
-    second = _held_reading(sensor, press, seated.found) if relaxes else _ratio_reading(sensor, press, seated)
-    if second is None:
-        return without_modulus("released_early")
-    reading = _evaluate_reading(sensor, law, press, timing, seated, second)
-    return replace(reading, flags=(*reading.flags, *spikes))
+        return reading_without_modulus(error.flag)
+    second_reading = _held_reading(sensor, press, seated.found) if relaxes else _ratio_reading(sensor, press, seated)
+    if second_reading is None:  # the hold ended before the reading time of the design
+        return reading_without_modulus("released_early")
+    reading = _evaluate_reading(sensor, law, press, timing, seated, second_reading)
+    return replace(reading, flags=(*reading.flags, *spike_flags))
 
 
 def _evaluate_reading(
-    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, timing: Timing, seated: Seated, second: "_SecondReading"
+    sensor: MeasuringUnit,
+    law: RiseLaw,
+    press: PressSamples,
+    timing: Timing,
+    seated: Seated,
+    second_reading: "_SecondReading",
 ) -> FruitReading:
     """Return the reading of a press whose modulus was found: correct the modulus, and determine its error and flags.
 
-    `seated` is the modulus that `law` reads from the part of the press in which the tips are seated. `second` is the
-    result of another method for the same press.
+    `seated` holds the modulus that `law` reads from the part of the press in which the tips are seated. `timing` is the
+    accuracy of the sampling times. `second_reading` is the result of another method for the same press.
     """
     found = seated.found
     press_s = press.duration_s
@@ -69,8 +75,8 @@ def _evaluate_reading(
     u = parts.total
     tilt, direction = _tilt_and_direction(sensor, law, seated)
     # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
-    forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
-    flags = flags_of_modulus(sensor, E, u, forces, tilt)
+    deepest_forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
+    flags = flags_of_modulus(sensor, E, u, deepest_forces, tilt)
     # If one sample changes the reading by more than the half width, it may be bad, and the half width is increased.
     sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
     widened_u = u + sample_shift if sample_shift > u else u
@@ -79,13 +85,13 @@ def _evaluate_reading(
     if is_uneven:
         widened_u += shift_by_pace
     causes = {
-        "uncertain": u <= UNCERTAIN < widened_u,
+        "uncertain": u <= UNCERTAIN < widened_u,  # if u is larger, `flags` already contains this flag
         "one_sample": sample_shift > u,
         "uneven_pace": is_uneven,
-        "read_outs_disagree": second.disagrees,
+        "read_outs_disagree": second_reading.disagrees,
         "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
     }
-    noise = COVERAGE * sensor.steepness(E) * found.noise
+    noise = COVERAGE * sensor.steepness(E) * found.noise  # part of the half width due to noise
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -102,8 +108,8 @@ def _evaluate_reading(
         offset=None if sensor.report.read_out.is_pair else -found.offset,
         offset_u=None if sensor.report.read_out.is_pair else _offset_half_width(found, u, noise),
         lines_left_out=press.lines_left_out,
-        others=second.others,
-        relaxation=second.relaxation,
+        others=second_reading.others,
+        relaxation=second_reading.relaxation,
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
         press_s=press_s,
         time_s=timing.deviation,
@@ -124,7 +130,8 @@ def _offset_half_width(found: RiseReading, u: float, noise: float) -> float:
 class _SecondReading:
     """Further results of the same press: the moduli from other methods [MPa], and the relaxation ratio [1].
 
-    `others` maps the name of a method to its modulus. `disagrees` is True if it contradicts the modulus of the press.
+    `others` maps the name of a method to its modulus. `disagrees` is True if another method contradicts the modulus
+    that was read from the rise of the contrast.
     """
 
     others: dict[str, float] = field(default_factory=dict)
@@ -133,10 +140,11 @@ class _SecondReading:
 
 
 def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _SecondReading:
-    """Return the modulus from the force ratio in the deepest sample, for a pair of flat tips; else an empty result.
+    """Return the modulus from the force ratio in the deepest sample of a pair of flat tips.
 
-    The two moduli differ if the sensor is tilted. They disagree if they differ by more than noise and the error of the
-    contact model explain.
+    The result is empty for other tips. This modulus and the modulus from the rise of the contrast differ if the sensor
+    is tilted. They disagree if they differ by more than noise and the error of the contact model can explain, or if no
+    modulus yields the force ratio.
     """
     if not sensor.reads_moments:
         return _SecondReading()
@@ -160,7 +168,7 @@ def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading
     """
     press_s = press.duration_s
 
-    def stiffening(held_s: float) -> float:
+    def stiffening(held_s: float) -> float:  # stiffness after a hold of held_s [s], relative to calibration weights
         return sensor.press_over_weighed(press_s) * sensor.softening_in_hold(held_s, press_s)
 
     try:
@@ -183,25 +191,25 @@ def _largest_sample_shift(
     the duration of the press.
     """
     E = sensor.corrected(seated.found.E, press_s)
-    moduli = [sensor.corrected(found, press_s) for found in moduli_without(law, seated.rise, lag)]
-    return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
+    moduli = [sensor.corrected(modulus, press_s) for modulus in moduli_without(law, seated.rise, lag)]
+    return max((1.0 if math.isnan(modulus) else abs(modulus / E - 1.0) for modulus in moduli), default=0.0)
 
 
 def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
     """Return the tilt of the sensor on the skin in the deepest sample, and its direction [deg].
 
-    The tilt is the slope of the plane through the depths of the tips. The direction is None if the layout does not
-    determine it, as for tips in a line.
+    The tilt is the slope of the plane through the depths of the tips. The direction points to the lower side of the
+    sensor, and is measured from +x towards +y. It is None if the layout does not determine it, as for tips in a line.
     """
     tips = sensor.report.design.tips
-    found, deepest = seated.found, seated.deepest
+    found = seated.found
     if sensor.report.read_out.is_pair:  # then the offset is the travel of the low tip minus the travel of the high tip
         return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
     # The law of flesh that relaxes has two channels per tip; the depths follow from the second half of the channels.
-    depths = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
+    depths = lowered_tips(law.with_offset(found.offset), seated.deepest.tolist(), found.E)[-len(tips.places_mm) :]
     _, along, across = plane_through(tips.places_mm, depths)
-    # A dome of radius r rolls on a fruit of radius R: if a tilt lowers a fixed point by 1, it lowers the contact of the
-    # dome by R / (r + R).
+    # A dome of radius r rolls on a fruit of radius R. A tilt that lowers a fixed point of the sensor by 1 mm therefore
+    # lowers the contact of the dome by only R / (r + R) mm.
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     return tilt, None if across is None else math.degrees(math.atan2(across, along))

@@ -17,27 +17,27 @@ from sensor.quantity import validation_error
 def signed_counts(
     written: Sequence[float], counts_as: str | None, saturation: int, place: Callable[[int], str]
 ) -> tuple[float, ...]:
-    """Return the signed counts of one row of a table.
+    """Return the signed counts of one row of a table, one per channel.
 
     `counts_as` is the notation of the counts `written`: "unsigned" for two's complement read as unsigned integers,
     "offset" for offset binary, or None for signed counts. `saturation` is the largest signed count. Raises InputError
-    for a count at or beyond the end of the converter's range. `place` maps a channel to the name of its cell in the
-    message.
+    for a count at or beyond the end of the converter's range. `place` maps the index of a channel to the name of its
+    cell in the message.
     """
-    half = saturation + 1
+    half_range = saturation + 1  # 2^(n-1) for a converter with n bits
     lowest, highest = (-saturation, saturation) if counts_as is None else (0, 2 * saturation + 1)
     signed = []
     for channel, count in enumerate(written):
-        value = count
+        signed_count = count
         if counts_as == "offset":
-            value = count - half
-        elif counts_as == "unsigned" and count >= half:
-            value = count - 2 * half
-        if abs(value) >= saturation or not lowest <= count <= highest:
+            signed_count = count - half_range
+        elif counts_as == "unsigned" and count >= half_range:  # a negative count in two's complement
+            signed_count = count - 2 * half_range
+        if abs(signed_count) >= saturation or not lowest <= count <= highest:
             bound = f"between {lowest} and {highest}, the ends of the converter's range"
             hint = "check the channel, use a smaller load, or give --counts-as if the counts have no signs"
             raise validation_error(place(channel), count, "counts", bound, hint)
-        signed.append(value)
+        signed.append(signed_count)
     return tuple(signed)
 
 

@@ -136,20 +136,21 @@ def chi_square_limit(presses: int) -> float:
 def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
     """Return the standard deviations that presses of a fruit do not share, for the firmware and for `fruit_answer`.
 
-    `own_logs` are logarithms of moduli over the range of the design. `own_deviations` are the standard deviations of
-    ln E between presses at these moduli, without noise. They are due to uneven skin and flesh, the pose, zero errors,
-    and sampling times.
+    The dict has two keys. `own_logs` are the logarithms of moduli [MPa] over the range of the design, and
+    `own_deviations` are the standard deviations of ln E between presses at these moduli, without noise. They are due to
+    uneven skin and flesh, the pose, zero errors, and sampling times.
     """
     softest, firmest = sensor.range_MPa
     # A design may have only one modulus; 1.01 keeps the logarithms distinct.
     moduli = np.geomspace(softest, max(firmest, 1.01 * softest), TABLE_ROWS)
-    rows = sensor.report.moduli
+    rows = sensor.report.moduli  # empty if the design has no error analysis
     deviations = []
     for E in moduli.tolist():
-        sources = list(sensor.unevenness_deviations(E))
+        contributions = list(sensor.unevenness_deviations(E))
         for source in ("pose", "zero_drift", "times") if rows else ():
-            sources.append(sensor.interpolate_percent(E, [row.sources.get(f"{source}_percent", 0.0) for row in rows]))
-        deviations.append(max(math.hypot(*sources), MIN_PRESS_DEVIATION))
+            percent = [row.sources.get(f"{source}_percent", 0.0) for row in rows]
+            contributions.append(sensor.interpolate_percent(E, percent))
+        deviations.append(max(math.hypot(*contributions), MIN_PRESS_DEVIATION))
     return {"own_logs": np.log(moduli).tolist(), "own_deviations": deviations}
 
 
@@ -159,10 +160,10 @@ def fruits_of(
     """Yield one answer per fruit from consecutive readings.
 
     `presses` is the number of presses per fruit, or 0 for any number. With `named`, a new fruit also begins where the
-    fruit's name in the readings changes. The answer has that name, or a running number if `named` is False or all
-    `presses` of the fruit were read.
+    fruit's name in the readings changes. The answer then has that name. It has a running number instead if `named` is
+    False, or if the fruit ended because all its `presses` were read.
     """
-    number = 0
+    number = 0  # number of fruits that ended because all their presses were read
     group: list[FruitReading] = []
     for reading in readings:
         if named and group and reading.fruit != group[0].fruit:
@@ -180,20 +181,20 @@ def fruits_of(
 def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, required: int = 0) -> FruitAnswer:
     """Return the answer for the fruit `name` from its presses.
 
-    The modulus is the Hodges-Lehmann estimate from all presses except those that are much less certain than the best
-    one. The half width follows from the scatter of the presses, the errors that they state, and the errors that they
-    share. If no press has a modulus, the answer has none. The flag `few_presses` is set if fewer than `required`
-    presses are used; 0 means two.
+    The modulus is the Hodges-Lehmann estimate from all presses, except those whose standard deviation is more than
+    twice the smallest one. The half width follows from the scatter of the presses, the errors that they state, and the
+    errors that they share. If no press has a modulus, the answer has none. The flag `few_presses` is set if fewer than
+    `required` presses are used; if `required` is 0, at least two are required.
     """
     with_modulus = [press for press in presses if press.E is not None]
-    own = _own_deviations(sensor, with_modulus)  # standard deviations of ln E between presses
-    indices = press_core.counted_presses(own) if with_modulus else []
+    own_deviations = _own_deviations(sensor, with_modulus)
+    indices = press_core.counted_presses(own_deviations) if with_modulus else []
     counted = [with_modulus[index] for index in indices]
     turn = sensor.report.design.tips.tip_layout.turn_deg
     causes = {"few_presses": len(counted) < (required or 2)}
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
-        answer, modulus_causes = _read_modulus(sensor, answer, counted, [own[index] for index in indices])
+        answer, modulus_causes = _read_modulus(sensor, answer, counted, [own_deviations[index] for index in indices])
         causes |= modulus_causes
     fruit_flags = [flag for flag, applies in causes.items() if applies]
     # Flags that depend on the modulus are evaluated for the fruit, so the same flags of its presses are left out.
@@ -204,26 +205,28 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
 
 
 def _read_modulus(
-    sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], own: Sequence[float]
+    sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], own_deviations: Sequence[float]
 ) -> tuple[FruitAnswer, dict[str, bool]]:
-    """Return the answer with the modulus of the `counted` presses, and whether each flag of this modulus applies.
+    """Return a copy of the answer with the modulus of the `counted` presses, and whether each flag of it applies.
 
-    `own` holds one standard deviation of ln E per counted press [1], without the errors that all presses share.
+    All counted presses have a modulus. `own_deviations` holds one standard deviation of ln E per counted press [1],
+    without the errors that all presses share.
     """
     causes = {}
     logs = [math.log(press.E) for press in counted if press.E is not None]
     E = math.exp(press_core.hodges_lehmann(logs))
+    # The half width of a press may be larger than its parts imply, for instance after an uneven pace.
     parts = [press.parts.with_total(press.u) for press in counted if press.parts and press.u is not None]
-    u = parts[0].total
+    u = parts[0].total  # the half width, if there is only one press
     shared = _root_mean_square([part.largest_shared for part in parts])
     bend = math.fsum(part.bend for part in parts) / len(parts)
     scatter = None
     if len(counted) > 1:
         scatter = press_core.standard_deviation(logs)
-        # The firmware compares presses by `own`, which does not include all errors of a press, for instance if its
-        # sampling times are unknown. So the error that a press states is used if it is larger.
+        # The firmware compares presses by `own_deviations`, which do not include all errors of a press, for instance if
+        # its sampling times are unknown. So the error that a press states is used if it is larger.
         stated = [part.largest_independent / COVERAGE for part in parts]
-        deviations = list(map(max, stated, own))
+        deviations = list(map(max, stated, own_deviations))
         limit = chi_square_limit(len(logs))
         disagree = causes["presses_disagree"] = press_core.are_inconsistent(logs, deviations, limit)
         prior = _root_mean_square([part.independent / COVERAGE for part in parts])
@@ -243,16 +246,16 @@ def _read_modulus(
     return answer, causes
 
 
-def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list[float]:
-    """Return for each press the standard deviation of ln E due to errors that other presses do not share [1].
+def _own_deviations(sensor: MeasuringUnit, presses: Sequence[FruitReading]) -> list[float]:
+    """Return for each press with a modulus the standard deviation of ln E due to errors that presses do not share [1].
 
     As in the firmware, it is computed from the noise of the press and from the design. Unknown noise is taken as 0.
     """
     table = press_deviation_constants(sensor)
-    logs, own = table["own_logs"], table["own_deviations"]
+    logs, deviations = table["own_logs"], table["own_deviations"]
     return [
-        press_core.own_deviation(logs, own, press.E, (press.noise or 0.0) / COVERAGE)
-        for press in read
+        press_core.own_deviation(logs, deviations, press.E, (press.noise or 0.0) / COVERAGE)
+        for press in presses
         if press.E is not None
     ]
 
@@ -265,8 +268,8 @@ def _half_width_by_scatter(scatter: float, prior: float, presses: int, *, disagr
     """Return the half width at 95 % [1] of the mean of `presses` presses, whose standard deviation is `scatter` [1].
 
     `prior` [1] is the standard deviation that the presses themselves state. It has `PRIOR_FREEDOM` degrees of freedom,
-    and is pooled with the scatter. If the presses disagree, the half width is at least the value that follows from the
-    scatter alone.
+    and is pooled with the scatter. If the presses disagree, the stated value is too small. The half width is then at
+    least the value that follows only from the scatter.
     """
     freedom = presses - 1  # degrees of freedom
     pooled_freedom = freedom + PRIOR_FREEDOM

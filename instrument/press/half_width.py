@@ -75,13 +75,14 @@ class HalfWidth:
 def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: float = 0.0) -> HalfWidth:
     """Return the half width at 95 % of a reading E [MPa], as a fraction of E [1].
 
-    `deviations` are errors of the reading due to noise, the unit and the press. `bend` [1] is the error due to
-    nonlinear channels and springs; it is not random, so it is added linearly. Both are multiplied by d ln E / d
-    ln(reading). The errors due to the fruit, its pose and the temperature of the leaves are errors of E itself.
+    `deviations` are errors of the uncorrected reading due to noise, the unit and the press. `bend` [1] is the error due
+    to nonlinear channels and springs; it is not random, so it is added linearly. Both are multiplied by the steepness,
+    d ln E / d ln(reading). The errors due to the fruit, its pose and the temperature of the leaves are errors of E
+    itself.
     """
     steepness = sensor.steepness(E)
     fruit = sensor.fruit_deviations(E)
-    heat = heat_uncertainty(sensor.report.read_out.signal).values()
+    temperature_errors = heat_uncertainty(sensor.report.read_out.signal).values()
 
     def combine(reading_errors: Sequence[float], *modulus_errors: float) -> float:
         return COVERAGE * math.hypot(steepness * math.hypot(*reading_errors), *modulus_errors)
@@ -92,6 +93,8 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     return HalfWidth(
         independent=combine(deviations.independent, *sensor.unevenness_deviations(E)),
         undetermined=combine(deviations.undetermined, pose),
-        shared=combine([*deviations.shared, model_error], *heat, *fruit.values(), *sensor.form_deviations(E)),
+        shared=combine(
+            [*deviations.shared, model_error], *temperature_errors, *fruit.values(), *sensor.form_deviations(E)
+        ),
         bend=steepness * bend,
     )

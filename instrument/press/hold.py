@@ -32,17 +32,17 @@ def held_moduli(
     Each apparent modulus follows from the forces at one moment, by the law `contrast` with the `offset` [mm] of the
     press. Moments are times [s] since the stop, which is the deepest sample. `stiffening` maps a moment to the
     stiffness of the springs divided by their stiffness under calibration weights [1]. Returns None if the press ended
-    before the reading time of the design. Raises ReadingError if the forces at a moment do not determine a
-    modulus.
+    before the reading time of the design. Raises ReadingError if the forces at a moment do not determine a modulus.
     """
-    moments = (0.0, design.read_s - design.stop_s, LATE_FRACTION * (design.release_s - design.stop_s))
+    reading_moment = design.read_s - design.stop_s
+    moments = (0.0, reading_moment, LATE_FRACTION * (design.release_s - design.stop_s))
     stop = press.t[press.deepest]
     recorded = [moment for moment in moments if press.t[-1] >= stop + moment]
-    if moments[1] not in recorded:
+    if reading_moment not in recorded:
         return None
-    apparent = []
+    apparent_moduli = []
     for moment in recorded:
         forces = [float(np.interp(stop + moment, press.t, tip_forces)) for tip_forces in press.forces.T]
-        apparent.append(stiffening(moment) * read_modulus(contrast, forces, offset))
-    at_stop, at_read, *late = apparent
-    return HeldReading(at_read, late[0] / at_stop if late else None)
+        apparent_moduli.append(stiffening(moment) * read_modulus(contrast, forces, offset))
+    at_stop, at_reading, *late = apparent_moduli  # `late` is empty if the press ended before the last moment
+    return HeldReading(apparent=at_reading, relaxation=late[0] / at_stop if late else None)

@@ -57,7 +57,7 @@ class MeasuringUnit:
         Raises InputError for a unit of another design and for invalid classes.
         """
         if isinstance(unit, str | Path):
-            printed = read_unit(Path(unit), report)
+            printed = read_unit(Path(unit), report)  # refuses a unit of another design, too
         elif unit is None:
             printed = nominal_unit(report)
         else:
@@ -109,6 +109,7 @@ class MeasuringUnit:
         is_in_pose = bool(self.report.moduli) and requirements is not None and requirements.radius_mm is not None
         if self.radii_mm is not None or is_in_pose:
             return 0.0
+        # Radii are distributed uniformly within the stated spread.
         stated_spread = 0.0 if requirements is None else BOUNDED * requirements.radius_spread
         mean_curvature = 0.5 * math.fsum(design_curvatures(self.report.design))
         return mean_curvature * max(stated_spread, LEAST_CURVATURE_SPREAD)
@@ -145,7 +146,7 @@ class MeasuringUnit:
             designed,
             gains=gains,
             springs=0.01 * np.array(self.unit.K_percent),
-            time_s=0.0,
+            time_s=0.0,  # `channels_in` sets it, because it depends on the log of a press
             on_plate=self.unit.calibrated_by == "plate",
             creep=self._creep_deviation(self.report.design.press_s),
             on_ball=on_ball,
@@ -203,7 +204,8 @@ class MeasuringUnit:
         """Return the absolute error of ln E [1] that nonlinear channels and springs cause.
 
         `channels` and `springs` are the slopes of ln E against relative errors of the gains and of the spring
-        compliances. Each relative error has a value at zero force and a part that is proportional to the force.
+        compliances. Each relative error has a value at zero force and a part that is proportional to the force. An
+        error that the unit does not state is taken as 0.
         """
         unit = self.unit
         error = 0.0
@@ -251,6 +253,7 @@ class MeasuringUnit:
         if self.report.read_out.is_pair:
             return 0.0
         positions = np.array(self.report.design.tips.places_mm)
+        # Along x and along y; the larger value is used, because tips in a line have no spread across it.
         spread = float(np.sqrt(np.square(positions - positions.mean(axis=0)).sum(axis=0)).max())
         # A dome rolls on a round fruit, so a tilt changes the height of its contact less than the height of its axis.
         rolling = 1.0 if self.domes is None else self.domes.rolling_factor
@@ -351,12 +354,14 @@ class MeasuringUnit:
         They are the same in all presses of the unit. The list is empty for reports of older versions. The correction by
         a reference ball removes a part of these errors and adds its own error.
         """
-        percentages = [row.form_percent for row in self.report.moduli if row.form_percent]
-        errors = [self.interpolate_percent(E, percent) for percent in zip(*percentages, strict=True)]
+        rows = [row.form_percent for row in self.report.moduli if row.form_percent]  # one row per modulus
+        errors = [self.interpolate_percent(E, percent) for percent in zip(*rows, strict=True)]
         ball = self.unit.ball
         if ball is None:
             return errors
-        remaining = [error - 0.01 * shown for error, shown in zip(errors, ball.form_percent, strict=bool(errors))]
+        # The ball correction states a percentage for each form error, even if the report has none.
+        corrections = zip(errors, ball.form_percent, strict=bool(errors))
+        remaining = [error - 0.01 * corrected_percent for error, corrected_percent in corrections]
         return [*remaining, 0.01 * ball.percent]
 
     @property
@@ -379,12 +384,14 @@ class MeasuringUnit:
         if not fruit.bruise_limits_MPa:
             return False
         tips = self.report.design.tips
+        # radius of a sphere with the mean curvature of the fruit [mm]
         radius = 2.0 / math.fsum(self._given_curvatures or design_curvatures(self.report.design))
         area_of = tips.tip_shape.contact_area_mm2
         areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
         if tips.dome_radius_mm is not None:
             strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), fruit.poisson)
-            # By Hertz's law the contact area is proportional to force^(2/3).
+            # `edge` corrects the contact radius, and `factor` corrects the force of Hertz's law. By that law, the
+            # contact area is proportional to force^(2/3).
             areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)
         limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
         return bool(np.any(forces > limit * areas))
