@@ -41,20 +41,22 @@ def simultaneous_samples(
 ) -> tuple[Timing, Iterator[Sample]]:
     """Return samples whose channels are interpolated to one time, and the accuracy of this time.
 
-    The log states the sampling times, or they follow from the delays of the unit's read-out. Lines that arrive faster
-    than the read-out converts come from another logger. They are not interpolated, because each channel may have been
-    converted at any moment between two lines. Raises InputError if the time does not increase although channels are
-    delayed, and if the times of one line are too many lines apart. `source` is the name of the log in messages.
+    The log states one time per channel, or these times follow from the delays of the unit's read-out. Lines that arrive
+    faster than the read-out converts come from another logger. They are not interpolated, because each channel may have
+    been converted at any moment between two lines. Raises InputError if the time does not increase although channels
+    are delayed. The iterator raises it if the times of one line are too many lines apart. `source` is the name of the
+    log in messages.
     """
     first_samples = list(itertools.islice(iterator := iter(samples), FIRST_SAMPLES))
     samples = itertools.chain(first_samples, iterator)
     if first_samples and first_samples[0].times:
+        # An interpolated sample contains two conversions of a channel, so neighbouring samples share noise: lag 2.
         return Timing(lag=2), _interpolate_channels(samples, source)
     signal = sensor.report.read_out.signal
     if signal is None:
         return Timing(), samples
-    deviation = signal.time_deviation / signal.rate_Hz
-    if not any(signal.delay_ms):
+    deviation = signal.time_deviation / signal.rate_Hz  # [s]
+    if not any(signal.delay_ms):  # all channels are converted at the same time
         return Timing(deviation), samples
     intervals = [after.t - before.t for before, after in itertools.pairwise(first_samples)]
     interval = statistics.median(intervals) if intervals else math.inf
@@ -72,6 +74,7 @@ def simultaneous_samples(
 def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
     """Yield samples in which all channels are interpolated to the earliest time of the sample.
 
+    Each sample holds one time per channel. The yielded samples hold only their common time `t`.
     A sample is dropped if a channel has no conversion at or before this time. Raises InputError if the times of one
     line lie more than `MAX_LINES_APART` lines apart.
     """
@@ -83,7 +86,7 @@ def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sa
             window.popleft()
         if max(window[0].times) <= t:
             forces = tuple(
-                float(np.interp(t, [each.times[tip] for each in window], [each.forces[tip] for each in window]))
+                float(np.interp(t, [other.times[tip] for other in window], [other.forces[tip] for other in window]))
                 for tip in range(len(sample.forces))
             )
             yield sample._replace(t=t, forces=forces, times=())

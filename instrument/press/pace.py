@@ -28,7 +28,7 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
     If the design states a relaxation, the reading already corrects it, so that only its spread between fruits remains.
     Otherwise a relaxation is assumed. The result is 0 if the log has no increasing times or the press cannot be solved.
     """
-    count = press.deepest + 1
+    count = press.deepest + 1  # samples after the deepest one are not used in the reading
     indices = np.unique(np.linspace(0, count - 1, min(count, MAX_SAMPLES)).round().astype(int))
     t, forces = press.t[indices], press.forces[indices]
     if not np.isfinite(t).all() or not (np.diff(t) > 0.0).all() or not t[-1] > t[0] or press.duration_s is None:
@@ -36,25 +36,28 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
     stated = sensor.report.design.fruit.relaxation
     flesh = MAY_RELAX if stated is None else Relaxation(stated)
     try:
-        shift = _largest_shift(sensor, flesh, max(t[0] - press.touched_s, 0.0), t, forces)
+        shift = _largest_shift(sensor, flesh, t, forces, touch_interval=max(t[0] - press.touched_s, 0.0))
         steepness = sensor.steepness(sensor.corrected(_modulus(sensor, sensor.rise_law, forces), press.duration_s))
     except (RiseError, SolveError):
         return 0.0
     return (1.0 if stated is None else STATED_SPREAD) * steepness * shift
 
 
-def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: Floats, forces: Floats) -> float:
+def _largest_shift(
+    sensor: MeasuringUnit, flesh: Relaxation, t: Floats, forces: Floats, *, touch_interval: float
+) -> float:
     """Return the larger relative change of E [1] when the displacement of a press is repeated at two constant speeds.
 
     This change bounds the error due to the uneven pace, because the intended speed is unknown. `forces` (samples, tips)
-    [N] were measured at the times `t` [s]; the first sample is `before` [s] after the touch. Raises RiseError if a
-    press does not determine a modulus, and SolveError if it has no solution.
+    [N] were measured at the times `t` (samples,) [s]. `touch_interval` [s] is the time from the touch to the first
+    sample. Raises RiseError if a press does not determine a modulus, and SolveError if it has no solution.
     """
     law = sensor.rise_law
-    elastic = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - before))
-    E = _modulus(sensor, law.over_time, np.concatenate([forces, elastic], axis=1))  # instantaneous modulus
-    displacements = _displacements(law, E, forces, elastic)
-    travel = np.maximum.accumulate(displacements.mean(axis=1))
+    elastic_forces = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - touch_interval))
+    channels = np.concatenate([forces, elastic_forces], axis=1)
+    E = _modulus(sensor, law.over_time, channels)  # instantaneous modulus
+    displacements = _displacements(law, E, forces, elastic_forces)
+    travel = np.maximum.accumulate(displacements.mean(axis=1))  # noise does not make it decrease
     if not travel[-1] > travel[0]:
         return 0.0
     # The travel is divided into equal parts. The quartiles of their durations correspond to a fast and a slow speed, at
@@ -62,7 +65,8 @@ def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: F
     progress = (travel - travel[0]) / (travel[-1] - travel[0])  # fraction of the travel, from 0 to 1
     part_ends = np.interp(np.linspace(0.0, 1.0, PARTS + 1), progress, t)
     durations = PARTS * np.sort(np.diff(part_ends))[[PARTS // 4, -1 - PARTS // 4]]
-    times = np.insert(durations[:, None] * progress, 0, -before, axis=1)
+    # Each press begins at the touch, where all displacements are 0.
+    times = np.insert(durations[:, None] * progress, 0, -touch_interval, axis=1)
     paths = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
     constant_speed_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, paths)
     measured_modulus = _modulus(sensor, law, forces)
@@ -82,26 +86,27 @@ def _modulus(sensor: MeasuringUnit, law: RiseLaw, channels: Floats) -> float:
     return read_rise(law, rise_of(channels, tips, least), sensor.noises).E
 
 
-def _displacements(law: RiseLaw, E: float, forces: Floats, elastic: Floats) -> Floats:
+def _displacements(law: RiseLaw, E: float, forces: Floats, elastic_forces: Floats) -> Floats:
     """Return the displacement of each tip since its touch [mm], shape (samples, tips).
 
     It is the deflection of the spring under the measured `forces` [N], plus the indentation of elastic flesh of modulus
-    E [MPa] under the forces `elastic` [N].
+    E [MPa] under the `elastic_forces` [N].
     """
     _, C, S = law.contrast.arrays
-    return np.asarray(forces @ C.T + elastic @ S.T / E + law.contrast.hertz * np.cbrt(elastic / E) ** 2)
+    return np.asarray(forces @ C.T + elastic_forces @ S.T / E + law.contrast.hertz * np.cbrt(elastic_forces / E) ** 2)
 
 
 def _elastic_forces(flesh: Relaxation, forces: Floats, steps: Floats) -> Floats:
     """Return the forces (samples, tips) [N] that elastic flesh would have at the same indentation.
 
-    `forces` (samples, tips) [N] were measured on flesh that relaxes. `steps` [s] are the times since the sample before.
+    `forces` (samples, tips) [N] were measured on flesh that relaxes. `steps` (samples,) [s] are the times since the
+    previous sample.
     """
     memory = Memory(flesh)
-    elastic = np.empty_like(forces)
-    for row, (measured, step) in enumerate(zip(forces, steps, strict=True)):
-        # The memory of the flesh states the measured force as fresh * elastic - lost.
+    elastic_forces = np.empty_like(forces)
+    for sample, (measured, step) in enumerate(zip(forces, steps, strict=True)):
+        # The measured force is fresh * elastic - lost, where the memory of the flesh determines `fresh` and `lost`.
         fresh, lost = memory.step(np.array([step]))
-        elastic[row] = (measured + lost) / fresh
-        memory.keep(elastic[row])
-    return elastic
+        elastic_forces[sample] = (measured + lost) / fresh
+        memory.keep(elastic_forces[sample])
+    return elastic_forces

@@ -30,11 +30,12 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     unit_errors = sensor.channels.moment_uncertainty(slopes, forces)
     # The force at one moment is measured from zero, along a chord of the calibration curve. The chord of a parabola has
     # its slope at half the force, hence the factor 0.5.
-    channels, springs = (
-        BendSlopes(at_zero=tuple(relative.tolist()), per_N=tuple((0.5 * relative * forces).tolist()))
-        for relative in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
+    channel_bends, spring_bends = (
+        BendSlopes(at_zero=tuple(relative_slopes.tolist()), per_N=tuple((0.5 * relative_slopes * forces).tolist()))
+        # d ln E / d ln(gain) of each channel, and d ln E / d ln(stiffness) of each spring
+        for relative_slopes in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
     )
-    bend = sensor.bend_error(channels, springs)
+    bend = sensor.bend_error(channel_bends, spring_bends)
     parts = half_width(sensor, E, Deviations.with_unit([noise_error, tilt_error], unit_errors), bend)
     u = parts.total
     return FruitReading(

@@ -98,11 +98,12 @@ class Unit:
         self.size = len(self.gains)
 
     def forces_of(self, channels: list[float]) -> tuple[list[float], int]:
-        """Return the forces of the tips [N] from the channel readings [N], and the flags of these forces."""
+        """Return the forces of the tips [N] from the channel readings [N], and their flags BAD_FORCE and LIFT_OFF."""
         forces = []
         flags = 0
         for tip in range(self.size):
             force = self.gains[tip] * channels[tip]
+            # A force that is not a number fails both comparisons, hence the `not`.
             if not self.lowest_forces[tip] <= force <= self.largest_forces[tip]:
                 flags |= BAD_FORCE
             if not force > self.least_forces[tip]:
@@ -124,27 +125,26 @@ class Unit:
         outside = not self.least_E <= E <= self.largest_E
         return E, self.reduced * E, OUT_OF_RANGE if outside else 0
 
-    def correct_modulus(self, read: float) -> float:
-        """Return the modulus [MPa] of a fruit for which a level sensor reads `read` [MPa].
+    def correct_modulus(self, level_modulus: float) -> float:
+        """Return the modulus [MPa] of a fruit for which a level sensor reads `level_modulus` [MPa].
 
-        The correction is interpolated in ln E. It covers the shape and the skin of the fruit, and the creep of the
-        springs.
+        The correction is a factor whose logarithm is interpolated in ln E. It covers the shape and the skin of the
+        fruit, and the creep of the springs. A unit without a table of corrections needs none.
         """
         logs = self.level_logs
         shifts = self.level_shifts
         if not logs:
-            return read
+            return level_modulus
         if len(logs) == 1:
-            return read * math.exp(shifts[0])
-        return read * math.exp(interpolate(logs, shifts, math.log(read)))
+            return level_modulus * math.exp(shifts[0])
+        return level_modulus * math.exp(interpolate(logs, shifts, math.log(level_modulus)))
 
     def fruit_weights(self, offset: float) -> list[float]:
         """Return the weights w S [1/mm] of F / E in the contrast, for tips on a saddle-shaped skin.
 
         Here w are the weights of the tips in the contrast, and S is the compliance matrix of the fruit times E.
         `offset` [mm] is the contrast of the gaps between the saddle and the tips. Domes roll on the skin. So their
-        contacts are closer to each other than their axes, and a force on one contact lowers the skin under the others
-        more.
+        contacts are closer together than their axes, and a force on one contact lowers the skin under the others more.
         """
         if not self.places:
             return self.fruit
@@ -171,14 +171,16 @@ class Unit:
         return weights
 
     def contrast_point(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
-        """Return the total force [N], the contrast [mm], the variance of the contrast [mm^2] and their covariance.
+        """Return the total force [N], the contrast [mm], its variance [mm^2], and its covariance with the total force.
 
-        At a fixed modulus the contrast is nearly a linear function of the total force, so that outliers can be found.
-        The covariance [N mm] is not 0, because errors of the forces enter both the total force and the contrast.
+        `forces` [N] holds one force per tip. At a fixed modulus the contrast is nearly a linear function of the total
+        force, so that outliers can be found. The covariance [N mm] is not 0, because errors of the forces enter both
+        the total force and the contrast. The errors of different tips are independent.
         """
         contrast = variance = covariance = 0.0
         for tip in range(self.size):
             cube_root = forces[tip] ** (1.0 / 3.0)
+            # Derivative of the contrast with respect to the force. The derivative of F^(2/3) is F^(-1/3) / 1.5.
             slope = self.linear[tip] + self.line_domes[tip] / 1.5 / cube_root
             error = self.errors[tip]
             contrast += self.linear[tip] * forces[tip] + self.line_domes[tip] * cube_root * cube_root
@@ -227,6 +229,7 @@ def smallest_root(rigid: float, dome: float, body: float) -> float | None:
         ends = [abs(rigid / dome) ** 0.5] if dome else []
         ends += [abs(rigid / body) ** (1.0 / 3.0)] if body else []
         end = 2.0 * min(ends) if ends else 0.0
+    # At z = 0 the cubic equals `rigid`. There is a root if the cubic has the opposite sign at the end of the interval.
     if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         return None
     start = 0.0
@@ -281,7 +284,7 @@ class Rising:
         self.save_sums()
 
     def begin_sums(self) -> None:
-        """Reset the sums, because samples after a lift belong to another press."""
+        """Reset the sums to those of a press without samples, because samples after a lift belong to another press."""
         size = self.unit.size
         self.forget_previous()
         self.touch = 0.0  # instrument of the first sample that is used [N]
@@ -392,16 +395,27 @@ class Rising:
         # An error of ln E is the error of the cubic divided by the slope of the cubic.
         slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # derivative with respect to -ln E
         force_slopes = self.force_slopes(z, fruit, [mean[2] for mean in means])
+        noise_error, delay_error = self.cubic_errors(force_slopes, spread, rising_steps)
+        if noise_error > unit.largest_noise * abs(slope):
+            return None, 0.0, NO_RISE
+        self.noise = noise_error / abs(slope)
+        too_fast = unit.time_deviation * delay_error > unit.largest_by_time * abs(slope)
+        return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
+
+    def cubic_errors(self, force_slopes: list[float], spread: float, rising_steps: list[float]) -> tuple[float, float]:
+        """Return the standard deviations of the cubic [N mm] due to noise, and due to random delays of the channels.
+
+        The delays have a standard deviation of one sampling period. `force_slopes` [mm/N] are the derivatives of the
+        contrast. `spread` [N^2] is the sum of the squared deviations of the instrument, and `rising_steps` [N^2] are
+        its co-moments with the changes of the forces in one sampling period.
+        """
+        unit = self.unit
         noise_variance = 0.0  # variance of the contrast in one sample [mm^2]
-        time_variance = 0.0  # sum over tips of the squared change of the cubic for a delay of one sampling period
+        time_variance = 0.0  # variance of the cubic [N^2 mm^2]
         for tip in range(unit.size):
             noise_variance += (force_slopes[tip] * unit.noises[tip]) ** 2
             time_variance += (force_slopes[tip] * rising_steps[tip]) ** 2
-        if math.sqrt(noise_variance * spread) > unit.largest_noise * abs(slope):
-            return None, 0.0, NO_RISE
-        self.noise = math.sqrt(noise_variance * spread) / abs(slope)
-        too_fast = unit.time_deviation * math.sqrt(time_variance) > unit.largest_by_time * abs(slope)
-        return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
+        return math.sqrt(noise_variance * spread), math.sqrt(time_variance)
 
     def force_slopes(self, z: float, fruit: list[float], inverse_roots: list[float]) -> list[float]:
         """Return the mean derivative of the contrast with respect to the force of each tip [mm/N].
@@ -428,12 +442,13 @@ class ContrastLine:
         self.mean_contrast = sum(point[1] for point in points) / len(points)
         self.variance = sum(point[2] for point in points) / len(points)
         self.covariance = sum(point[3] for point in points) / len(points)
+        # Deviations from the means: u of the total force [N], and y of the contrast [mm].
         deviations = [(point[0] - self.mean_force, point[1] - self.mean_contrast) for point in points]
-        self.spread = sum(u * u for u, _ in deviations)
-        self.moment = sum(u * y for u, y in deviations)
+        self.spread = sum(u * u for u, _ in deviations)  # [N^2]
+        self.moment = sum(u * y for u, y in deviations)  # [N mm]
         slope = self.moment / self.spread if self.spread > 0.0 else 0.0
         self.slope = min(max(slope, unit.least_slope), unit.most_slope) if self.spread > 0.0 else 0.0
-        self.squares = sum((y - self.slope * u) ** 2 for u, y in deviations)
+        self.squares = sum((y - self.slope * u) ** 2 for u, y in deviations)  # sum of the squared residuals [mm^2]
 
     def distance_variance(self, slope: float) -> float:
         """Return the mean variance [mm^2] of the points' distances from a line with `slope` [mm/N]."""
@@ -528,7 +543,8 @@ class Touch:
         self.window = self.window[1 - self.length :]
         self.window.append(TouchSample(self.unit, forces, self.number))
         if len(self.window) == self.length:
-            # Later windows decide on the last samples of this window, because more samples then follow them.
+            # Only runs that begin early in the window are dropped, and only its first samples are accepted. Later
+            # windows decide on the last samples, because more samples then follow them.
             self.drop_outliers(self.unit.beside + 1)
             self.release(len(self.window) - self.unit.several - (self.unit.beside - 1))
 
@@ -629,7 +645,10 @@ class UnitPress:
     """One press, as sums from each load at which flat tips may be seated, so that the memory does not grow."""
 
     def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
-        """Begin a press; `last` is the sample just before it, if there is one."""
+        """Begin a press. `last` holds the channels of the sample just before it, if that sample is to be used.
+
+        They are needed to interpolate the first sample of the press.
+        """
         self.unit = unit
         self.last = last
         self.touched = False
@@ -642,7 +661,7 @@ class UnitPress:
         self.number = 0  # number of that sample in the signal
         size = unit.size
         self.rising = [
-            Rising(unit, unit.load_forces[size * load : size * (load + 1)]) for load in range(len(unit.loads))
+            Rising(unit, unit.load_forces[size * index : size * (index + 1)]) for index in range(len(unit.loads))
         ]
 
     def add(self, channels: list[float]) -> int:
@@ -688,12 +707,13 @@ class UnitPress:
         forces, flags = self.unit.forces_of(channels)
         self.touched = self.touched or not flags
         if flags & BAD_FORCE:
-            self.touch.number += 1
+            self.touch.number += 1  # the sample is counted, but not used
             self.forget_previous()
-        elif flags:
+        elif flags:  # a tip is out of contact
             if self.touch.add_out_of_contact(forces):
                 self.end_touch()
         else:
+            # Only this sample shows whether the samples out of contact before it were a lift.
             if self.touch.out_of_contact and not self.touch.is_bad_conversion(forces):
                 self.end_touch()
             self.touch.add(forces)
@@ -722,7 +742,7 @@ class UnitPress:
         if all(self.unit.are_firm(forces)):
             self.firm_samples += 1
         elif self.firm_samples <= self.unit.several:
-            self.firm_samples = 0
+            self.firm_samples = 0  # one bad conversion may have caused the firm samples
         # If samples between these two were dropped, the change is divided by the number of steps.
         steps = [(force - previous) / (number - self.number) for force, previous in zip(forces, self.forces)]
         self.forces = forces

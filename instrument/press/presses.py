@@ -25,6 +25,7 @@ from sensor.turns import in_turn
 
 TARE_SAMPLES = 10
 """Number of samples at the start of a signal in counts that are its tare; the sensor must not touch anything then."""
+_TARE_HINT = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
 
 
 @in_turn()
@@ -102,12 +103,14 @@ def _convert_to_newtons(
 ) -> Iterator[Sample]:
     """Yield samples with the forces of the tips [N], from channel forces, or from counts if there is a `tare`.
 
-    Raises InputError for a force that is clearly below zero or far above full scale.
+    The `tare` (channels,) is in counts. `signal` provides the names of cells for messages. Raises InputError for a
+    force that is clearly below zero or far above full scale.
     """
     for sample in samples:
         channels = sample.forces if tare is None else sensor.unit.forces_of_counts(sample.forces, tare)
         forces = sensor.forces_of_channels(channels)
         refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
+        # The channels have been interpolated to one time, so their own times are no longer needed.
         yield sample._replace(forces=tuple(forces.tolist()), times=())
 
 
@@ -130,12 +133,11 @@ def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[f
 def tare_of(
     sensor: MeasuringUnit, signal: Signal, counts_as: str | None = None
 ) -> tuple[list[float], Iterator[Sample]]:
-    """Return the tare of a signal, and the samples after the tare with signed counts.
+    """Return the tare (channels,) of a signal [counts], and the samples after the tare with signed counts.
 
     The tare is the mean of the counts in the first `TARE_SAMPLES` samples. `counts_as` is the notation of counts in the
-    file, as in `signed_counts`. Raises InputError if the counts of the unit are not calibrated, and for counts at the
-    end of the converter's range. It is also raised if the first samples are unsteady, or more than a full scale from
-    the calibrated zero, because then the sensor was touched.
+    file, as in `signed_counts`. Raises InputError if the counts of the unit are not calibrated, if the signal ends
+    during the tare, if the sensor was touched during it, and for counts at the end of the converter's range.
     """
     unit = sensor.unit
     if not unit.newtons_per_count:
@@ -149,28 +151,39 @@ def tare_of(
 
     samples = map(convert_to_signed, signal)
     tare_samples = list(itertools.islice(samples, TARE_SAMPLES))
-    hint = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
     if len(tare_samples) < TARE_SAMPLES:
         place = signal.place(tare_samples[-1], 0)
-        raise validation_error(place, len(tare_samples), "samples", f"at least {TARE_SAMPLES}", hint)
+        raise validation_error(place, len(tare_samples), "samples", f"at least {TARE_SAMPLES}", _TARE_HINT)
     tare = np.mean([sample.forces for sample in tare_samples], axis=0).tolist()
+    _refuse_touched_tare(sensor, signal, tare_samples, tare)
+    return tare, samples
+
+
+def _refuse_touched_tare(
+    sensor: MeasuringUnit, signal: Signal, tare_samples: Sequence[Sample], tare: Sequence[float]
+) -> None:
+    """Raise InputError if the counts of a tare show that the sensor was touched.
+
+    Then the `tare` (channels,) [counts] is more than a full scale from the calibrated zero, or the `tare_samples` are
+    unsteady: one of them differs from the tare by more than the smallest force of a tip in contact.
+    """
+    unit = sensor.unit
     # The force of the tare above the zero of the calibration, as a fraction of full scale.
     zero_errors = np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
     if zero_errors.max() > 1.0:
         bound = "within one full scale of the zero in the calibration"
         tip = int(zero_errors.argmax())
-        raise validation_error(signal.place(tare_samples[0], tip), tare[tip], "counts", bound, hint)
+        raise validation_error(signal.place(tare_samples[0], tip), tare[tip], "counts", bound, _TARE_HINT)
     for sample in tare_samples:
         # The force of the sample above the tare, as a multiple of the smallest force of a tip in contact.
         deviations = np.abs(unit.forces_of_counts(sample.forces, tare)) / sensor.least_forces
         if deviations.max() > 1.0:
             tip = int(deviations.argmax())
-            raise validation_error(signal.place(sample, tip), sample.forces[tip], "counts", "steady", hint)
-    return tare, samples
+            raise validation_error(signal.place(sample, tip), sample.forces[tip], "counts", "steady", _TARE_HINT)
 
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
-    """Raise InputError if a force [N] is clearly below zero or far above full scale.
+    """Raise InputError if one of the `forces` (tips,) [N] is clearly below zero or far above full scale.
 
     `place` maps a tip to the name of its cell in the message.
     """
