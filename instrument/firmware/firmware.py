@@ -137,6 +137,7 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     else:
         hint = "calibrate with counts, or omit --unit to print counts"
         raise validation_error("--unit", sensor.unit.method, "", "a unit whose counts are calibrated", hint)
+    # The constants of the driver, which the sketch shares, have names in capital letters.
     chip_constants = {name: value for name, value in vars(ads1220).items() if name.isupper()}
     for name in ("ads1220.h", f"{_SKETCH}.ino"):
         values = _description(sensor) | {"calibrated": calibrated} | chip_constants
@@ -169,16 +170,16 @@ def _check_board_is_supported(sensor: MeasuringUnit) -> None:
 def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str]) -> str:
     """Return the MicroPython program of a board.
 
-    `core` is the source of press_core.py, and `constants` are the unit's constants as source code. If both are empty,
-    the program only prints counts.
+    `core` is the source of press_core.py, and `constants` maps the name of each constant of the unit to its source
+    code. If both are empty, the program only prints counts.
     """
-    # The protocols at the start of the driver are needed only by type checkers.
-    driver = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
+    # The protocols at the start of the driver are left out, because only type checkers need them.
+    _, first_statement, remaining_source = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
     return render_template(
         "firmware/board.py.j2",
         core=core,
         constants=constants,
-        driver=(driver[1] + driver[2]).strip(),
+        driver=(first_statement + remaining_source).strip(),
         **_description(sensor),
     )
 
@@ -192,7 +193,10 @@ def _board_of(sensor: MeasuringUnit) -> Board | None:
 
 
 def _description(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the values that describe a unit, its channels and its board in the templates, without its constants."""
+    """Return the values that describe a unit, its channels and its board in the templates, without its constants.
+
+    A design without a read-out has no board, no inputs, and the sampling rate 0.
+    """
     signal = sensor.report.read_out.signal
     board = _board_of(sensor)
     return {
@@ -257,12 +261,14 @@ def _inputs(signal: SignalPath) -> list[int]:
 def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_factor: float) -> dict[str, object]:
     """Return the table that corrects the readings of a level sensor, and the factor that replaces a table of one row.
 
-    `rows` are the level readings of the report. Springs are stiffer in a press than under calibration weights by the
-    factor `stiffening` [1], so uncorrected readings are too low by this factor. `ball_factor` [1] is the factor of a
-    reference ball.
+    `level_logs` are logarithms of the moduli that a level sensor reads [MPa], and `level_shifts` are the logarithms of
+    the factors that correct them. `rows` are the level readings of the report. Springs are stiffer in a press than
+    under calibration weights by the factor `stiffening` [1], so uncorrected readings are too low by this factor.
+    `ball_factor` [1] is the factor of a reference ball.
     """
     if not rows and stiffening != 1.0:
-        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]  # creep is corrected even without level readings
+        # Creep is corrected even without level readings, by the same factor at every modulus.
+        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
     creep_shift = math.log(stiffening)
     return {
         "level_logs": [math.log(row.read_MPa) - creep_shift for row in rows],
@@ -274,8 +280,8 @@ def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_facto
 def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return the constants that determine the part of a press in which flat tips are fully seated.
 
-    The evaluated part begins at one of the `loads`, which are products of modulus and depth [N/mm]. `load_forces`
-    [N] are the tip forces at these loads.
+    The evaluated part begins at one of the `loads`, which are products of modulus and depth [N/mm]. `load_forces` [N]
+    are the tip forces at these loads, load by load. `Seating` explains the other constants.
     """
     seating = seating_of(sensor)
     return {

@@ -132,6 +132,7 @@ class PrintedUnit:
             raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
         for item in fields(self):
             values = getattr(self, item.name)
+            # Fields with bounds are quantities; a tuple of them has one number per tip.
             if "bounds" in item.metadata and isinstance(values, tuple) and len(values) != len(self.tips):
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
@@ -149,14 +150,14 @@ class PrintedUnit:
 
         Its numbers must be finite, and `saturation_counts` must fit into a 32-bit integer of the firmware.
         """
-        count = len(self.tips)
+        tip_count = len(self.tips)
         rows = [*self.newtons_per_count, self.zero_counts]
-        numbers = [number for row in rows for number in row]
-        is_complete = len(rows) == count + 1 and all(len(row) == count for row in rows)
+        entries = [entry for row in rows for entry in row]
+        is_complete = len(rows) == tip_count + 1 and all(len(row) == tip_count for row in rows)
         has_saturation = 0 < self.saturation_counts <= _LARGEST_COUNT
-        if not is_complete or not all(map(math.isfinite, numbers)) or not has_saturation:
+        if not is_complete or not all(map(math.isfinite, entries)) or not has_saturation:
             bound = (
-                f"{count} lists of {count} finite numbers, together with {count} zero_counts "
+                f"{tip_count} lists of {tip_count} finite numbers, together with {tip_count} zero_counts "
                 f"and saturation_counts of 1 to {_LARGEST_COUNT}"
             )
             raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)
@@ -206,7 +207,7 @@ The list must not change, because calibrated units store a digest of these keys 
 
 
 def design_digest(design: Design) -> str:
-    """Return the sha256 of the part of a design that determines a unit: its springs, tips and read-out.
+    """Return the SHA-256 digest of the part of a design that determines a unit: its springs, tips and read-out.
 
     Keys that are not set are left out, so that a key of a later version does not change the digest.
     """
@@ -248,10 +249,11 @@ def digests_of_0_2(design: Design) -> set[str]:
     """Return every SHA-256 digest that version 0.2 may have written into a unit of this design.
 
     The digest of version 0.2 covered the whole design. This includes the calibration keys of `reading`, whose values
-    may have changed since, so all combinations of their values are tried. The table `bench` did not exist yet.
+    may have changed since, so all combinations of their values are tried. The table `bench` did not exist yet, so it is
+    left out.
     """
     reading = design.reading
-    if reading is None:
+    if reading is None:  # then the design has no bench either
         return {_digest_of_0_2(design)}
     choices = [{getattr(reading, key), *former} for key, former in _FORMER_CALIBRATION_VALUES.items()]
     calibrations = [
@@ -261,7 +263,10 @@ def digests_of_0_2(design: Design) -> set[str]:
 
 
 def _digest_of_0_2(design: Design) -> str:
-    """Return the sha256 of the text of a whole design, with the keys that version 0.2 wrote and in their order."""
+    """Return the SHA-256 digest of the text that version 0.2 wrote for a design.
+
+    The text is the whole design as TOML, with the keys that version 0.2 wrote and in their order.
+    """
     tables = design_as_mapping(design, derived=True)
     for name in _KEYS_SINCE_0_2:
         table, key = name.split(".")
@@ -320,8 +325,7 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
     `stiffnesses` [N/mm] and their standard deviations `percent` [%] hold one value per tip. `method` describes how they
     were measured. The gains are 1. Their error combines the drift with the error of uncalibrated gains.
     """
-    count = len(report.tips)
-    gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
+    uncalibrated_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
     drifts = report.read_out.channels.gain_drift_percent
     return PrintedUnit(
         design=report.design.name,
@@ -330,8 +334,9 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
         method=method,
         K_N_per_m=tuple(1e3 * K for K in stiffnesses),
         K_percent=tuple(percent),
-        gain=(1.0,) * count,
-        gain_percent=tuple(math.hypot(gain_percent, BOUNDED * drift) for drift in drifts),
+        gain=(1.0,) * len(report.tips),
+        # A drift is uniform within its bound, so BOUNDED turns the bound into a standard deviation.
+        gain_percent=tuple(math.hypot(uncalibrated_percent, BOUNDED * drift) for drift in drifts),
     )
 
 
@@ -365,8 +370,8 @@ def _nested_errors(error: BaseException | None) -> Iterator[BaseException]:
 def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
     """Raise InputError if a unit is not of a report's design, or if its ball correction does not fit the report."""
     digest = design_digest(report.design)
-    of_design = unit.design_sha256 == digest or unit.design_sha256 in digests_of_0_2(report.design)
-    if not of_design or unit.tips != tuple(tip.name for tip in report.tips):
+    is_of_design = unit.design_sha256 == digest or unit.design_sha256 in digests_of_0_2(report.design)
+    if not is_of_design or unit.tips != tuple(tip.name for tip in report.tips):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
         hint = f"calibrate the unit with this design, whose digest begins with {digest[:12]}"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
@@ -374,17 +379,20 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
         bound = f"left out, because a ball corrects only {SHOWN_BY_BALL}"
         raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
     if unit.ball is not None:
-        _refuse_ball_of_other_numbers(unit.ball, report)
+        _check_list_lengths(unit.ball, report)
 
 
-def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
-    """Raise InputError unless a ball correction has one slope per tip and as many form errors as the report."""
-    tips = len(report.tips)
-    errors = max((len(row.form_percent) for row in report.moduli), default=0)
+def _check_list_lengths(ball: BallCorrection, report: Report) -> None:
+    """Raise InputError unless a ball correction has one slope per tip and as many form errors as the report.
+
+    If the report has no form errors, because an older version wrote it, their number is not checked.
+    """
+    tip_count = len(report.tips)
+    error_count = max((len(row.form_percent) for row in report.moduli), default=0)
     for key, count, meaning in (
-        ("spring_slopes", tips, "one for each tip"),
-        ("gain_slopes", tips, "one for each tip"),
-        ("form_percent", errors or len(ball.form_percent), "as form_percent of report.json"),
+        ("spring_slopes", tip_count, "one for each tip"),
+        ("gain_slopes", tip_count, "one for each tip"),
+        ("form_percent", error_count or len(ball.form_percent), "as form_percent of report.json"),
     ):
         values = getattr(ball, key)
         if len(values) != count:

@@ -28,14 +28,15 @@ class RelaxingFlesh:
         fully.
         """
         contact_forces = np.where(forces > self._least, forces, 0.0)
-        elastic = contact_forces
         if not contact_forces.any():
-            self._memory, self._last_t = Memory(self._relaxation), None
+            self._memory = Memory(self._relaxation)
+            self._last_t = None
             return np.concatenate([forces, contact_forces])
+        elastic_forces = contact_forces  # in the first sample in contact, nothing has relaxed yet
         if self._last_t is not None:
-            # The memory of the flesh states the measured force as fresh * elastic - lost.
+            # The measured force is fresh * elastic - lost, where the memory of the flesh determines `fresh` and `lost`.
             fresh, lost = self._memory.step(np.array([t - self._last_t]))
-            elastic = ((contact_forces + lost) / fresh)[0]
-        self._memory.keep(elastic)
+            elastic_forces = ((contact_forces + lost) / fresh)[0]
+        self._memory.keep(elastic_forces)
         self._last_t = t
-        return np.concatenate([forces, elastic])
+        return np.concatenate([forces, elastic_forces])

@@ -27,7 +27,7 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     or if the last class has a limit.
     """
     names = []
-    limits = [0.0]
+    limits = [0.0]  # begins with a lower bound of the first limit
     for part in text.split(","):
         name, colon, limit = part.strip().partition(":")
         number = parse_number(limit) if colon else math.inf

@@ -47,19 +47,23 @@ class Seating:
 
 
 def seating_of(sensor: MeasuringUnit) -> Seating:
-    """Return the loads of a unit, from the first touch to nearly full scale, and the tip forces at these loads."""
+    """Return the loads of a unit, from the first touch to nearly full scale, and the tip forces at these loads.
+
+    Only a pair of flat tips has several loads. They form a geometric series, which ends one step below full scale.
+    """
     tips = sensor.report.design.tips
-    least = sensor.least_forces
+    least_forces = sensor.least_forces
     if not sensor.reads_moments:
-        return Seating(loads=(0.0,), least_forces=(least,))
+        return Seating(loads=(0.0,), least_forces=(least_forces,))
     force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # force divided by E times depth [mm]
-    first = float((least / force_per_load).min())
-    last = float((np.array(sensor.report.read_out.full_scale_N) / force_per_load).min())
-    decreasing = [last / LOAD_RATIO**step for step in range(1, MAX_LOADS)]
-    loads = [first, *(load for load in reversed(decreasing) if load > first)]
+    first_load = float((least_forces / force_per_load).min())
+    full_load = float((np.array(sensor.report.read_out.full_scale_N) / force_per_load).min())
+    decreasing_loads = [full_load / LOAD_RATIO**step for step in range(1, MAX_LOADS)]
+    loads = [first_load, *(load for load in reversed(decreasing_loads) if load > first_load)]
     return Seating(
         loads=tuple(loads),
-        least_forces=(least, *(np.maximum(least, load * force_per_load) for load in loads[1:])),
+        # At every load, the tips must at least touch.
+        least_forces=(least_forces, *(np.maximum(least_forces, load * force_per_load) for load in loads[1:])),
         per_offset=tips.side_mm / tips.spacing_mm,
         # Under a tip of a level pair, the slope of the skin is half the spacing divided by the radius.
         by_skin=tips.side_mm * 0.5 * tips.spacing_mm / sensor.report.design.fruit.radii_mm[0],
@@ -77,36 +81,37 @@ class Seated(NamedTuple):
 def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
     """Return the reading of a press from the load at which its tips are seated.
 
-    The press has the same channels as `law`. `lag` is the distance in samples at which noise is independent. If the
+    The press has the same channels as `law`. Samples that are `lag` samples apart have independent noise. If the
     samples above that load do not determine a modulus, the next lower load is used. Raises RiseError if the whole press
     does not determine a modulus.
     """
     # The load depends on the modulus and on the tilt that are read from it, so load and reading are iterated. The
-    # iteration begins with load 0, which is the whole press.
+    # iteration begins with the load of index 0, which selects the whole press.
     seating = seating_of(sensor)
-    load, (rise, found) = 0, _reading_from(sensor, law, press, lag, seating.least_forces[0])
+    index = 0
+    rise, found = _reading_from(sensor, law, press, lag, seating.least_forces[0])
     deepest = rise.forces[-1]
     for _ in range(MAX_ITERATIONS):
-        seating_load = seating.load(found.E, found.offset)
-        if seating_load == load:
+        seating_index = seating.load(found.E, found.offset)
+        if seating_index == index:
             break
-        for candidate in range(seating_load, -1, -1):
+        for candidate in range(seating_index, -1, -1):
             with suppress(RiseError):
-                least = seating.least_forces[candidate]
-                rise, found = _reading_from(sensor, law, press, lag, least, whole=not candidate)
-                load = candidate
+                least_forces = seating.least_forces[candidate]
+                rise, found = _reading_from(sensor, law, press, lag, least_forces, whole=not candidate)
+                index = candidate
                 break
     return Seated(found, rise, deepest)
 
 
 def _reading_from(
-    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least: Floats, *, whole: bool = True
+    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least_forces: Floats, *, whole: bool = True
 ) -> tuple[Rise, RiseReading]:
-    """Return the part of a press in which all tip forces exceed `least` (tips,) [N], and its reading.
+    """Return the part of a press in which all tip forces exceed `least_forces` (tips,) [N], and its reading.
 
     Raises RiseError if that part does not determine a modulus. With `whole`, it is also raised if the force rises too
     little after the last tip has touched.
     """
     flesh_limits = np.zeros(press.channels.shape[1] - press.tips)  # the forces of elastic flesh have no limit
-    rise = rise_of(press.channels, press.tips, np.concatenate([least, flesh_limits]), t=press.t, lag=lag)
+    rise = rise_of(press.channels, press.tips, np.concatenate([least_forces, flesh_limits]), t=press.t, lag=lag)
     return rise, read_rise(law, rise, sensor.noises, whole=whole)

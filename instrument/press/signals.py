@@ -65,6 +65,7 @@ class Signal:
         out, and each time a clock restarts. Raises InputError if a column is missing, or belongs to another sensor.
         """
         self.source = rows.source
+        # The keys of the columns; a table may have a common time `t`, or one time per channel.
         forces, counts, times = force_keys(tips), count_keys(tips), time_keys(tips)
         quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *times)}
         quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
@@ -83,6 +84,7 @@ class Signal:
         self.names_fruit = "fruit" in self._columns
         self._force_columns = [self._columns[key] for key in keys]
         self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *times) if key in self._columns]
+        # The rows have not been read yet, so the summary describes only the columns.
         self.understood = replace(table, rows=iter(()), left_out=[], skipped=[]).understood
         self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
@@ -92,6 +94,7 @@ class Signal:
         count = 0
         for row in table.rows:
             self._report_left_out()
+            # The times of a channel must increase, because its forces are interpolated between them.
             times = [clock.seconds(row, rises=self.timed) for clock in self._clocks]
             forces = tuple(table.number(row, column) for column in self._force_columns)
             count += 1
@@ -118,7 +121,7 @@ class Signal:
 def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequence[str], example: str) -> None:
     """Raise InputError unless a table has all `required` columns and no channel that this sensor lacks.
 
-    The message shows `example`, a valid header.
+    Columns whose names are in `optional` are allowed too. The message shows `example`, a valid header.
     """
     labels = {column.name: column.label for column in table.columns}
     if not labels.keys() >= set(required):
@@ -129,8 +132,9 @@ def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequenc
     # A column that was not recognised may still be a channel of another sensor, with more tips.
     for label in table.header.cells:
         if label and label not in labels.values():
-            words = [label, *(words for words, _ in label_parts(label))]
-            unknown += [label] if any(re.fullmatch(_CHANNEL_LABEL, folded(word)) for word in words) else []
+            labels_without_unit = [label, *(words for words, _ in label_parts(label))]
+            if any(re.fullmatch(_CHANNEL_LABEL, folded(words)) for words in labels_without_unit):
+                unknown.append(label)
     if unknown:
         place = place_of(table.source, table.header.line, unknown[0])
         bound = f"one of {', '.join((*optional, *required))}, the columns of this sensor"

@@ -47,7 +47,7 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
     z = (softest * firmest) ** (-1.0 / 6.0)  # E^(-1/3) at the geometric mean
     linear = weights @ (C + z**3 * S)
     domes = sensor.rise_law.contrast.hertz * z * z * weights
-    errors = sensor.least_forces / LEAST_OVER_NOISE
+    errors = sensor.least_forces / LEAST_OVER_NOISE  # standard deviations of the forces of a free sensor [N]
     slopes = []
     for E in (softest / _RANGE_MARGIN, firmest * _RANGE_MARGIN):
         slopes += _level_slopes(sensor, E, linear, domes)
@@ -70,9 +70,10 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
 def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats) -> list[float]:
     """Return slopes of the contrast against the total force [mm/N], for a level press on fruit of modulus E [MPa].
 
-    `linear` (tips,) [mm/N] and `domes` (tips,) [mm/N^(2/3)] are the weights of F and F^(2/3) in the contrast. The
-    derivative dF/dx of the forces with respect to the travel x solves [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF/dx = 1.
-    For flesh that relaxes, any slope between the slopes of the individual tips is possible.
+    There is one slope for each of several depths of the press. `linear` (tips,) [mm/N] and `domes` (tips,)
+    [mm/N^(2/3)] are the weights of F and F^(2/3) in the contrast. The derivative dF/dx of the forces with respect to
+    the travel x solves [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF/dx = 1. For flesh that relaxes, any slope between the
+    slopes of the individual tips is possible, so the smallest and the largest of them are returned instead.
     """
     law = sensor.rise_law.contrast
     _, C, S = law.arrays

@@ -164,8 +164,9 @@ class _Touch:
     def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
         """Prepare a touch without samples.
 
-        `contact` converts the samples. `source` is the name of the signal in messages. With `growing`, the press up to
-        each accepted sample is yielded instead of the whole press at its end.
+        `contact` converts the samples to channels. `unit` holds the constants by which outliers are found. `source` is
+        the name of the signal in messages. With `growing`, the press up to each accepted sample is yielded instead of
+        the whole press at its end.
         """
         self._contact = contact
         self._source = source
@@ -227,7 +228,7 @@ class _Touch:
         """
         accepted, self._accepted = self._accepted, []
         for sample in accepted:
-            if not self._t:
+            if not self._t:  # the first sample of the press
                 self._contact.begin_press(sample)
             self._t.append(sample.t)
             self._channels.extend(self._contact.channels(sample))
