@@ -1,4 +1,4 @@
-"""Test a design by simulation: random units press random fruit, and their readings are compared with the true moduli.
+"""Test a design by simulation: random units press random fruit, and the readings are compared with the true moduli.
 
 The simulation shares no code with the law by which presses are read. Each unit is calibrated as its design states, with
 random errors as large as the calibration leaves them. If the design requires a reference ball, the unit also presses
@@ -18,7 +18,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import PrintedUnit, unit_of
 from instrument.press.signals import Signal
-from instrument.simulate.bench_tables import usual_ball
+from instrument.simulate.bench_tables import BALL_PRESSES, usual_ball
 from instrument.simulate.drawn_fruit import PressedFruit, draw_fruit
 from instrument.simulate.log import log_of, usual_rate
 from instrument.simulate.simulated_press import press_curve
@@ -108,13 +108,14 @@ class ProvedDesign:
 
 
 def prove(report: Report, count: int, seed: int, progress: Callable[[int], None] = lambda _: None) -> ProvedDesign:
-    """Test a design by `count` simulated presses, each of a new random unit on a new random fruit.
+    """Test a design with `count` simulated presses, each of a new random unit on a new random fruit.
 
     `seed` determines all random numbers. `progress` is called with the number of finished presses. A press is drawn
     again if it has no solution or its unit cannot be calibrated. Raises InputError if `MAX_DRAWS` draws of one press
     fail.
     """
-    readings, redraws = [], 0
+    readings = []
+    redraws = 0  # number of failed draws that were replaced
     for number in range(count):
         for attempt in range(MAX_DRAWS):
             # Each draw has its own seed, so that a repeated draw does not change the other presses.
@@ -133,28 +134,28 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
 def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], redraws: int = 0) -> ProvedDesign:
     """Evaluate the readings of simulated presses, and decide whether the design passes.
 
-    `design` is the name of the design. `redraws` is the number of draws that were replaced by another random press,
-    because they failed.
+    `design` is the name of the design, and `seed` is the seed of the draws. `redraws` is the number of draws that were
+    replaced by another random press, because they failed.
     """
     readings = tuple(readings)
-    bars = [each.bars for each in readings if not each.is_flagged]  # errors divided by half widths
+    relative_errors = [reading.bars for reading in readings if not reading.is_flagged]  # errors divided by half widths
     proof = ProvedDesign(
         design=design,
         seed=seed,
         presses=len(readings),
-        outside=sum(bar > 1.0 for bar in bars),
+        outside=sum(error > 1.0 for error in relative_errors),
         most_outside=int(binom.ppf(BINOMIAL_QUANTILE, len(readings), EXPECTED_OUTSIDE)),
-        farthest=max(bars, default=0.0),
-        flagged=len(readings) - len(bars),
+        farthest=max(relative_errors, default=0.0),
+        flagged=len(readings) - len(relative_errors),
         drawn_again=redraws,
-        passed=False,
+        passed=False,  # set below, because `failures` follows from the other fields
         readings=readings,
     )
     return replace(proof, passed=not proof.failures)
 
 
 def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading:
-    """Simulate a press of a random unit on a random fruit; return its reading together with the true modulus.
+    """Simulate a press of a random unit on a random fruit; return its reading with the true properties of the fruit.
 
     Raises InputError if the press has no solution or the unit cannot be calibrated.
     """
@@ -198,9 +199,9 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     """
     requirements = report.design.reading or ReadingRequirements()
     spring_errors, gain_errors = _calibration_percent(report)
-    true_K = real_unit.domes.K
+    true_K = real_unit.domes.K  # [N/mm]
     K = true_K * (1.0 + 0.01 * spring_errors * rng.normal(size=len(true_K)))
-    base_K = K if requirements.on_plate else true_K
+    base_K = K if requirements.on_plate else true_K  # the stiffness by which forces follow from deflections
     newtons_per_mm = (1.0 + 0.01 * gain_errors * rng.normal(size=len(true_K))) * base_K
     drifts = BOUNDED * np.array(report.read_out.channels.gain_drift_percent)
     unit = unit_of(report, stiffnesses=K.tolist(), percent=spring_errors.tolist(), method="drawn")
@@ -218,11 +219,11 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     ball = usual_ball(report)
     sensor = MeasuringUnit(report=report, unit=unit)
     reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)
-    # Presses without noise are identical, so one press represents all three. The ball's modulus has a random error.
+    # Presses without noise are identical, so one press represents all of them. The ball's modulus has a random error.
     reading = read_by(sensor.on_ball(ball.radius), real_unit, ball.fruit())
-    correction = fit_ball_correction(3 * [reading], reference, sensor, "the ball")
-    modulus_error = math.exp(0.01 * requirements.ball_percent * rng.normal())
-    return replace(unit, ball=replace(correction, factor=modulus_error * correction.factor))
+    correction = fit_ball_correction(BALL_PRESSES * [reading], reference, sensor, "the ball")
+    modulus_factor = math.exp(0.01 * requirements.ball_percent * rng.normal())
+    return replace(unit, ball=replace(correction, factor=modulus_factor * correction.factor))
 
 
 def _calibration_percent(report: Report) -> tuple[Floats, Floats]:

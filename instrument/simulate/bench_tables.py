@@ -15,7 +15,7 @@ from sensor.design.bench import PLATE_AT, PRESSED, RUBBER_POISSON, WEIGHED_AT, B
 from sensor.quantity import STANDARD_GRAVITY
 
 G_PER_N = 1e3 / STANDARD_GRAVITY  # mass of a weight per force [g/N]
-BALL_PRESSES = 3
+BALL_PRESSES = 3  # number of presses on a reference ball
 # Minimum radius of a ball, in tip spacings; a press is affected by the far side of a smaller ball.
 _MIN_RADIUS_IN_SPACINGS = 3.5
 _MAX_ITERATIONS = 20  # number of iterations for the flattening of a dome, which reduces its force
@@ -24,14 +24,14 @@ _MAX_ITERATIONS = 20  # number of iterations for the flattening of a dome, which
 def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
     """Return the lines of a table of weights with the readings of a dial gauge and the counts.
 
-    On each tip in turn, weights are hung up to nearly its full scale and then removed again. A weight is known to the
-    resolution of the balance. Creep between hanging and reading a weight is not simulated, because the stiffnesses of
-    the unit hold for the time of the reading.
+    On each tip of the `unit` in turn, weights are hung up to nearly its full scale and then removed again. `bench`
+    states the resolutions of balance and dial gauge. Creep between hanging and reading a weight is not simulated,
+    because the stiffnesses of the unit hold for the time of the reading.
     """
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
-    for number, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
-        largest = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)
-        weights = [_round(fraction * largest, bench.balance_g) for fraction in WEIGHED_AT]  # balance readings [g]
+    for tip_index, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
+        largest_weight = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)  # [g]
+        weights = [_round(fraction * largest_weight, bench.balance_g) for fraction in WEIGHED_AT]  # balance readings
         # The first step has no weight, so its force is exactly 0.
         true_weights = [
             0.0 if not index else _draw_before_rounding(grams, bench.balance_g, rng)
@@ -39,10 +39,10 @@ def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.ran
         ]
         for step in _up_and_down(len(weights)):
             deflections = np.zeros(len(report.tips))
-            deflections[number] = true_weights[step] / G_PER_N / unit.domes.K[number]
-            dial = _format(float(deflections[number]), bench.dial_mm)
+            deflections[tip_index] = true_weights[step] / G_PER_N / unit.domes.K[tip_index]
+            dial_reading = _format(float(deflections[tip_index]), bench.dial_mm)
             weight = _format(weights[step], bench.balance_g)
-            lines.append(",".join([tip.name, weight, dial, *_counts(unit, deflections, rng)]))
+            lines.append(",".join([tip.name, weight, dial_reading, *_counts(unit, deflections, rng)]))
     return lines
 
 
@@ -52,13 +52,13 @@ def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.rando
     All tips are in contact. The travel increases until one of the tips is close to its full scale, and decreases again.
     """
     tips = len(report.tips)
-    nominal = 1.0 / np.diag(report.read_out.springs_mm_per_N)
-    largest = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal))
+    nominal_K = 1.0 / np.diag(report.read_out.springs_mm_per_N)  # [N/mm]
+    largest_travel = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal_K))
     lines = [",".join(["travel_mm", *count_keys(tips)])]
     # The travel is counted from the touch of the last tip, so the other springs are already deflected there.
     initial_travels = unit.heights - unit.heights.min()
     for step in _up_and_down(len(PLATE_AT)):
-        travel = PLATE_AT[step] * largest
+        travel = PLATE_AT[step] * largest_travel
         deflections = _deflections_on_glass(report, unit.domes.K, travel + initial_travels)
         lines.append(",".join([_format(travel, bench.dial_mm), *_counts(unit, deflections, rng)]))
     return lines
@@ -110,8 +110,9 @@ def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> S
 def _deflections_on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
     """Return the deflections (tips,) [mm] of springs of stiffness K (tips,) [N/mm] whose tips are pressed on glass.
 
-    The deflection d of a spring is its travel x minus the flattening of its dome by Hertz's law:
-    d = x - (9 (K d)^2 / (16 E*^2 R))^(1/3), with the reduced modulus E* of dome and glass, and the dome radius R.
+    `travels` (tips,) [mm] are the travels from the touch of each tip. The deflection d of a spring is its travel x
+    minus the flattening of its dome by Hertz's law: d = x - (9 (K d)^2 / (16 E*^2 R))^(1/3), with the reduced modulus
+    E* of dome and glass, and the dome radius R. Tips without a dome do not flatten.
     """
     reduced, radius = modulus_on_glass(report.design.process), report.design.tips.dome_radius_mm or math.inf
     deflections = travels

@@ -1,7 +1,7 @@
 """The fruit that a simulated unit presses and the pose of the unit, as given or drawn from the ranges of a design."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,7 +101,7 @@ def usual_fruit(report: Report) -> PressedFruit:
 def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
     """Return a random fruit and pose, distributed uniformly over the ranges of a design.
 
-    The modulus is uniform in its logarithm, and tilts and positions are uniform in area. Poisson's ratio is normally
+    The modulus is log-uniform, and tilts and positions are distributed uniformly in a disc. Poisson's ratio is normally
     distributed, and its standard deviation is half of its spread. Skin and flesh are uneven.
     """
     reading, fruit = report.design.reading or ReadingRequirements(), report.design.fruit
@@ -115,6 +115,7 @@ def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
         azimuth=float(rng.uniform(0.0, 180.0)),
         thickness=usual.thickness if reading.thickness_mm is None else float(rng.uniform(*reading.thickness_mm)),
         poisson=min(float(poisson), _LARGEST_POISSON),
+        # The tilt may change during the press, and stays within the range of the design until its end.
         tilt=_draw_in_disc(rng, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
         turned=_draw_in_disc(rng, reading.tilt_change_deg),
         off_centre=_draw_in_disc(rng, reading.off_centre_mm),
@@ -127,23 +128,23 @@ def make_uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -
     design_fruit = report.design.fruit
     scatter = 0.01 * design_fruit.flesh_scatter_percent
     flesh_factors = np.exp(scatter * rng.normal(size=len(report.tips)))
-    waves = waves_of_skin(rng, design_fruit.roughness_mm, *design_fruit.roughness_wave_mm)
+    skin = random_skin(rng, design_fruit.roughness_mm, *design_fruit.roughness_wave_mm)
     softness = np.multiply(fruit.softness, flesh_factors)
-    return replace(fruit, heights=waves if design_fruit.roughness_mm else None, softness=tuple(softness.tolist()))
+    return replace(fruit, heights=skin if design_fruit.roughness_mm else None, softness=tuple(softness.tolist()))
 
 
-def waves_of_skin(
+def random_skin(
     rng: np.random.Generator, rms: float, shortest: float, longest: float
 ) -> Callable[[Floats, Floats], Floats]:
     """Return a function that computes the heights [mm] of a random uneven skin with the root mean square `rms` [mm].
 
     The skin is a sum of plane waves in random directions. Their wavelengths are log-uniform between `shortest` and
-    `longest` [mm]. The function takes x and y [mm], shape (..., rows, columns). x must be constant along each
-    row, and y along each column.
+    `longest` [mm]. The arguments of the function are x and y [mm], shape (..., rows, columns). x must be constant along
+    each row, and y along each column, unless there is only one row or one column.
     """
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, _WAVES))
-    lengths = np.exp(rng.uniform(math.log(shortest), math.log(longest), _WAVES))
-    kx, ky = 2.0 * math.pi / lengths * np.array([np.cos(angle), np.sin(angle)])
+    wavelengths = np.exp(rng.uniform(math.log(shortest), math.log(longest), _WAVES))
+    kx, ky = 2.0 * math.pi / wavelengths * np.array([np.cos(angle), np.sin(angle)])
     amplitude = rms * math.sqrt(2.0 / _WAVES)  # the mean square of one wave is amplitude^2 / 2
 
     def heights(x: Floats, y: Floats) -> Floats:
@@ -168,9 +169,10 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
     """
     positions = np.array([(tip.x_mm, tip.y_mm) for tip in report.tips])
     angle = -math.radians(turn)  # in the frame of the sensor, the fruit turns in the opposite direction
-    c, s = math.cos(angle), math.sin(angle)
-    centre = np.array([[c, -s], [s, c]]) @ positions[0]
+    cosine, sine = math.cos(angle), math.sin(angle)
+    centre = np.array([[cosine, -sine], [sine, cosine]]) @ positions[0]
     is_over_bruise = np.linalg.norm(positions - centre, axis=1) < _LARGEST_BRUISE_OFFSET
+    # The modulus of the flesh is divided by `softness`.
     softness = np.broadcast_to(fruit.softness, len(positions)) * np.where(is_over_bruise, 2.0, 1.0)
     return replace(
         fruit,
@@ -182,18 +184,15 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
 def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     """Yield a note for each property of the fruit or the pose that lies outside the range of a design."""
     reading, design_fruit = report.design.reading or ReadingRequirements(), report.design.fruit
-    smallest, largest = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
-    radius_ranges: list[Vector] = [(smallest * radius, largest * radius) for radius in designed_radii(report)]
+    smallest_factor, largest_factor = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
+    radius_ranges = [(smallest_factor * radius, largest_factor * radius) for radius in designed_radii(report)]
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radius_ranges = [reading.radius_mm, reading.radius_across_mm]
     thickness_range = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
-    # Each row holds the name, the value, both ends of the range, and the unit.
+    # Each row holds the name, the value, the two ends of the range, and the unit.
     rows: list[tuple[str, float, float, float, str]] = [("E", fruit.E, *range_of_moduli(report), "MPa")]
     names = ("radius", "radius across")
-    # The order of the two radii is arbitrary, so they are exchanged if more of them are then within their ranges.
-    reversed_matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii[::-1], radius_ranges, strict=True))
-    matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii, radius_ranges, strict=True))
-    ordered_radii = fruit.radii[::-1] if reversed_matches > matches else fruit.radii
+    ordered_radii = _order_radii(fruit.radii, radius_ranges)
     rows += [(name, r, *ends, "mm") for name, r, ends in zip(names, ordered_radii, radius_ranges, strict=True)]
     if fruit.thickness is not None:
         rows.append(("thickness", fruit.thickness, *thickness_range, "mm"))
@@ -202,6 +201,16 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     for name, value, low, high, unit in rows:
         if not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
             yield f"{name} {value:.4g} {unit} is outside {low:.4g} to {high:.4g} {unit}, the range of the design"
+
+
+def _order_radii(radii: Vector, radius_ranges: Sequence[Vector]) -> Vector:
+    """Return the two `radii` [mm] in the order in which more of them lie within their ranges.
+
+    The order of the radii of a fruit is arbitrary. `radius_ranges` holds the two ends of the range of each radius [mm].
+    """
+    reversed_matches = sum(low <= r <= high for r, (low, high) in zip(radii[::-1], radius_ranges, strict=True))
+    matches = sum(low <= r <= high for r, (low, high) in zip(radii, radius_ranges, strict=True))
+    return radii[::-1] if reversed_matches > matches else radii
 
 
 def designed_radii(report: Report) -> Vector:

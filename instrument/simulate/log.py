@@ -36,30 +36,29 @@ def log_of(
     rate: float,
     rng: np.random.Generator | None = None,
 ) -> list[str]:
-    """Return the header and the lines of a log of consecutive presses, sampled at `rate` [Hz].
+    """Return the header and the lines of a log of consecutive presses by a `unit`, sampled at `rate` [Hz].
 
     If `rng` is given, the channels have noise, and the delays of their conversions have random errors. After the tare,
     each zero is shifted by the drift of the unit.
     """
     signal = report.read_out.signal
     tips = len(unit.heights)
-    delays = np.zeros(tips)  # [s]
-    if signal is not None and signal.delay_ms and rate * (1.0 / signal.rate_Hz) < 1.0 / SHORTEST_INTERVAL:
-        delays = 1e-3 * np.array(signal.delay_ms)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
-    starts, end = [], tare_s  # times at which the presses start and the log ends [s]
+    start_times = []  # times at which the presses start [s]
+    end = tare_s  # time at which the log ends [s]
     for press in presses:
-        starts.append(end)
+        start_times.append(end)
         end += press.lasts_s + PAUSE_S
     t = np.arange(int(np.ceil(end * rate)) + 1) / rate
-    conversion_times = t[:, None] + delays  # (samples, tips) [s]
+    conversion_times = t[:, None] + _conversion_delays(report, rate)  # (samples, tips) [s]
     if rng is not None:
+        # All samples of a channel have the same error.
         delay_errors = rng.uniform(-1.0, 1.0, tips)
         if signal is not None:
             # The factor sqrt(3) turns the standard deviation of a uniform distribution into its half width.
             conversion_times = conversion_times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * delay_errors
     deflections = np.zeros((len(t), tips))
-    for start, press in zip(starts, presses, strict=True):
+    for start, press in zip(start_times, presses, strict=True):
         deflections += press.at(conversion_times - start)
     signals = unit.signals(deflections)
     if rng is not None:
@@ -68,8 +67,22 @@ def log_of(
     return _format_lines(unit, t, signals)
 
 
+def _conversion_delays(report: Report, rate: float) -> Floats:
+    """Return the delay of each channel's conversion after the time of its sample [s], in a log of `rate` [Hz].
+
+    The delays are 0 if the read-out converts all channels at once, or if the log is faster than the read-out.
+    """
+    signal = report.read_out.signal
+    if signal is not None and signal.delay_ms and rate * (1.0 / signal.rate_Hz) < 1.0 / SHORTEST_INTERVAL:
+        return 1e-3 * np.array(signal.delay_ms)
+    return np.zeros(len(report.tips))
+
+
 def _format_lines(unit: SimulatedUnit, t: Floats, signals: Floats) -> list[str]:
-    """Return a header and one line per sample, from times [s] and signals (samples, tips) in newtons or counts."""
+    """Return a header and one line per sample, from the times `t` (samples,) [s] and the `signals` (samples, tips).
+
+    The signals are counts if the `unit` has counts, and newtons otherwise. Counts are rounded, and saturate.
+    """
     tips = signals.shape[1]
     if unit.saturation is None:
         names = [f"{key}_N" for key in force_keys(tips)]

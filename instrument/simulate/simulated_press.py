@@ -63,14 +63,14 @@ class PressCurve:
         return_progress = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)  # 1 is the lift
         is_return = return_progress > 0.0
         times = np.where(is_return, hand.press_s * (1.0 - return_progress), forward_times)
-        result = np.zeros(t.shape)
+        deflections_at_t = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
             # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold. The tiny number
             # prevents a division by zero for a tip that never touches.
             hold_ratio = deflections[-1] / max(float(deflections[PRESS_MOMENTS - 1]), 1e-300)
             scale = np.where(is_return[:, tip], hold_ratio, 1.0)
-            result[:, tip] = scale * self._interpolate(deflections, times[:, tip])
-        return result
+            deflections_at_t[:, tip] = scale * self._interpolate(deflections, times[:, tip])
+        return deflections_at_t
 
     def _interpolate(self, deflections: Floats, t: Floats) -> Floats:
         """Return the deflection of one tip [mm] at the times `t` [s], from its solved `deflections` (moments,) [mm].
@@ -83,25 +83,30 @@ class PressCurve:
             return np.zeros(t.shape)
         powers = deflections[first:] ** (2.0 / 3.0)
         spline = CubicSpline(self.times[first:], powers)
-        start = float(self.times[first])
-        previous = float(self.times[first - 1]) if first else 0.0
-        # The tangent of the spline reaches 0 at the touch, which must lie between the two moments.
-        touch = min(max(start - powers[0] / max(float(spline(start, 1)), 1e-300), previous), start)
-        extrapolated = powers[0] * (t - touch) / max(start - touch, 1e-300)
-        return np.maximum(np.where(t < start, extrapolated, spline(t)), 0.0) ** 1.5
+        contact_time = float(self.times[first])
+        previous_time = float(self.times[first - 1]) if first else 0.0
+        # The tangent of the spline reaches 0 at the touch, which must lie between the two moments. The tiny numbers
+        # prevent divisions by zero.
+        slope = max(float(spline(contact_time, 1)), 1e-300)
+        touch_time = min(max(contact_time - powers[0] / slope, previous_time), contact_time)
+        extrapolated = powers[0] * (t - touch_time) / max(contact_time - touch_time, 1e-300)
+        return np.maximum(np.where(t < contact_time, extrapolated, spline(t)), 0.0) ** 1.5
 
 
 def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCurve:
-    """Solve a press of a unit on a fruit by boundary elements; raises InputError if it has no solution."""
-    parts = np.arange(1, PRESS_MOMENTS + 1) / PRESS_MOMENTS
-    times, travels = hand.press_s * parts, hand.travel * parts
+    """Solve a press of a unit on a fruit by boundary elements, at equal steps of its travel and during its hold.
+
+    Raises InputError if the press has no solution.
+    """
+    progress = np.arange(1, PRESS_MOMENTS + 1) / PRESS_MOMENTS  # fraction of the press
+    times, travels = hand.press_s * progress, hand.travel * progress
     if hand.hold_s:
         # The moments are closest together at the start of the hold, where the force decreases fastest.
         times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HOLD_MOMENTS + 1) / HOLD_MOMENTS) ** 2)
         travels = np.append(travels, np.full(HOLD_MOMENTS, hand.travel))
     drift = np.multiply(fruit.drift, 1.0)
     try:
-        with np.errstate(invalid="raise", divide="raise"):
+        with np.errstate(invalid="raise", divide="raise"):  # otherwise a failed solution would contain NaN
             pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS_PER_SIDE)
             motion = PressMotionOverTime(travels=travels, times=times, drift=drift)
             creep = creep_of(unit.creep, unit.weighed_s)

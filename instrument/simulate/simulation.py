@@ -71,6 +71,7 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, settings: SimulationSettin
     has no solution.
     """
     rng = settings.random_generator(1)
+    # The temperature during the presses differs from the temperature during the calibration.
     pressing_unit = unit.at_other_temperature(report, rng) if settings.noise else unit
     turn = report.design.tips.tip_layout.turn_deg or 0.0  # the sensor is not turned if its layout has no such angle
     hand = hand_of(report, settings.relaxation)

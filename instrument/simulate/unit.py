@@ -62,17 +62,19 @@ class SimulatedUnit:
     def at_other_temperature(self, report: Report, rng: np.random.Generator) -> "SimulatedUnit":
         """Return a copy of the unit in which zeros, gains and the modulus of the leaves have drifted at random.
 
-        The drifts are due to a change of temperature.
+        The drifts are due to a change of temperature. Each is uniform within the bound that the report states.
         """
         channels = report.read_out.channels
         tips = len(self.heights)
-        gains = 1.0 + 0.01 * np.array(channels.gain_drift_percent) * rng.uniform(-1.0, 1.0, tips)
+        gain_factors = 1.0 + 0.01 * np.array(channels.gain_drift_percent) * rng.uniform(-1.0, 1.0, tips)
         signal = report.read_out.signal
         modulus_drift = 0.01 * (0.0 if signal is None else signal.modulus_drift_percent) * rng.uniform(-1.0, 1.0)
-        per_N = np.diag(self.per_mm) / self.domes.K
+        per_N = np.diag(self.per_mm) / self.domes.K  # signal of each channel per force on its tip
         zero_drift = per_N * np.array(channels.zero_drift_N) * rng.uniform(-1.0, 1.0, tips)
         domes = replace(self.domes, K=self.domes.K * (1.0 + modulus_drift))
-        return replace(self, domes=domes, per_mm=gains[:, None] * self.per_mm, zero_drift=self.zero_drift + zero_drift)
+        return replace(
+            self, domes=domes, per_mm=gain_factors[:, None] * self.per_mm, zero_drift=self.zero_drift + zero_drift
+        )
 
 
 def refuse_unsimulated(report: Report) -> None:
@@ -97,7 +99,7 @@ def designed_unit(report: Report) -> SimulatedUnit:
         heights=np.zeros(tips),
         creep=0.0,
         weighed_s=WEIGHED_AFTER_S,
-        per_mm=np.diag(K),
+        per_mm=np.diag(K),  # a channel shows the force of its spring, which is K times the deflection
         zeros=np.zeros(tips),
         noise=_noise_N(report),
         zero_drift=np.zeros(tips),
@@ -123,6 +125,7 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
     return replace(
         designed,
         domes=domes_of(report.design, factor * K),
+        # The exponent n for which the compliance grows by the factor 10^n = 1 + per_decade in each decade of time.
         creep=math.log10(1.0 + unit.creep_or(report.creep).per_decade),
         weighed_s=unit.weighed_after_s,
         per_mm=per_N * K,
@@ -135,39 +138,47 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
 def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     """Return a unit with random errors of leaves, domes and channels; its channels show counts.
 
-    The process of the design states how much its prints scatter. The stiffnesses stay within a factor of two of the
-    design.
+    The process of the design states how much its prints scatter.
     """
     designed = designed_unit(report)
     design, signal = report.design, report.read_out.signal
-    process, nominal = design.process, designed.domes.K
-    tips = len(nominal)
-    thickness = np.array(design.tips.each(*process.leaf_thicknesses_mm))
-    # K is proportional to the modulus of the material, which all leaves share, and to thickness^3. The thickness errors
-    # of the leaves are independent; their standard deviation is half of the accuracy.
-    thickness_errors = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=tips)
-    log_factors = thickness_errors + process.E_scatter * rng.normal()
-    stiffness_factors = np.exp(
-        np.clip(log_factors, math.log(_SMALLEST_STIFFNESS_RATIO), -math.log(_SMALLEST_STIFFNESS_RATIO))
-    )
+    nominal_K = designed.domes.K
+    tips = len(nominal_K)
+    stiffness_factors = _draw_stiffness_factors(design, rng)
     saturation = report.read_out.channels.saturation_counts
     if signal is None:
         counts_per_N = _FULL_SCALE_FRACTION * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
     else:
         counts_per_N = np.array(signal.counts_per_N)
     # A Hall sensor responds to the deflection, so the counts per mm do not depend on the true stiffness of the spring.
-    counts_per_mm = counts_per_N * nominal * (1.0 + _SENSITIVITY_DEVIATION * rng.normal(size=tips))
+    counts_per_mm = counts_per_N * nominal_K * (1.0 + _SENSITIVITY_DEVIATION * rng.normal(size=tips))
     creep_per_decade = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
-    height_deviation, _ = form_deviations(design.tips, process)
+    height_deviation, _ = form_deviations(design.tips, design.process)
     return replace(
         designed,
-        domes=draw_form(design, domes_of(design, stiffness_factors * nominal), rng),
+        domes=draw_form(design, domes_of(design, stiffness_factors * nominal_K), rng),
         heights=rng.normal(0.0, height_deviation, tips),
+        # The exponent n for which the compliance grows by the factor 10^n = 1 + per_decade in each decade of time.
         creep=math.log10(1.0 + creep_per_decade),
         per_mm=np.diag(counts_per_mm),
         zeros=np.rint(_LARGEST_ZERO * saturation * rng.uniform(-1.0, 1.0, tips)),
         noise=counts_per_N * designed.noise,
         saturation=saturation,
+    )
+
+
+def _draw_stiffness_factors(design: Design, rng: np.random.Generator) -> Floats:
+    """Return the random stiffness of each spring divided by its designed stiffness [1], shape (tips,).
+
+    The factors stay between 1/2 and 2. K is proportional to the modulus of the material, which all leaves share, and to
+    thickness^3. The thickness errors of the leaves are independent; their standard deviation is half of the accuracy.
+    """
+    process = design.process
+    thickness = np.array(design.tips.each(*process.leaf_thicknesses_mm))
+    thickness_errors = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=len(thickness))
+    log_factors = thickness_errors + process.E_scatter * rng.normal()
+    return np.asarray(
+        np.exp(np.clip(log_factors, math.log(_SMALLEST_STIFFNESS_RATIO), -math.log(_SMALLEST_STIFFNESS_RATIO)))
     )
 
 
@@ -184,10 +195,12 @@ def draw_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> S
     All domes of one print have the same form error.
     """
     height_deviation, radius_deviation = form_deviations(design.tips, design.process)
-    cap_radius, height = float(rng.choice(CAPS)), float(rng.normal(0.0, height_deviation))
+    cap_radius = float(rng.choice(CAPS))
+    height = float(rng.normal(0.0, height_deviation))
     return replace(
         domes,
         dome_radius=domes.dome_radius * (1.0 + float(rng.normal(0.0, radius_deviation))),
+        # The error of the height is largest on the axis, and decreases smoothly to 0 at the edge of the cap.
         form=lambda r: height * np.maximum(1.0 - np.square(r / cap_radius), 0.0) ** 2,
     )
 

@@ -18,8 +18,8 @@ from instrument.simulate.drawn_fruit import (
     add_bruise,
     beyond_design,
     draw_fruit,
+    random_skin,
     usual_fruit,
-    waves_of_skin,
 )
 from instrument.simulate.log import log_of
 from instrument.simulate.simulated_press import PRESS_MOMENTS, Hand, press_curve
@@ -143,7 +143,7 @@ def test_what_lies_outside_the_design_is_named(changes, names, mango):
 
 
 def test_waves_have_their_rms_at_rows_and_at_single_places():
-    heights = waves_of_skin(np.random.default_rng(4), 0.02, 2.0, 8.0)
+    heights = random_skin(np.random.default_rng(4), 0.02, 2.0, 8.0)
     x, y = np.linspace(-40.0, 40.0, 200)[:, None], np.linspace(-40.0, 40.0, 180)[None, :]
     at_all = heights(*np.broadcast_arrays(x, y))
     assert at_all.std() == pytest.approx(0.02, rel=0.05)
