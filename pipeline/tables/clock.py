@@ -22,7 +22,7 @@ class Clock:
         self._table = table
         self._column = column
         self._say = say
-        self._before: float | None = None
+        self._last_t: float | None = None  # time of the last row, as returned [s]
         self._was_pause = False  # whether a long pause precedes the last row
         self._offset = 0.0  # sum of the periods of all restarts until now [s]
 
@@ -33,22 +33,23 @@ class Clock:
         time does not increase.
         """
         t = self._table.number(row, self._column) + self._offset
-        before, self._before = self._before, t
-        if before is None or t > before or (t == before and not rises):
-            self._was_pause = before is not None and t - before > _LONGEST_PAUSE
+        previous_t, self._last_t = self._last_t, t
+        if previous_t is None or t > previous_t or (t == previous_t and not rises):
+            self._was_pause = previous_t is not None and t - previous_t > _LONGEST_PAUSE
             return t
         # A restart is assumed only if there is no long pause just before it.
         for period in () if self._was_pause else self._periods(row):
-            if t < before and 0.0 <= t + period - before <= _LONGEST_PAUSE:
+            if t < previous_t and 0.0 <= t + period - previous_t <= _LONGEST_PAUSE:
                 self._offset += period
-                self._before = t + period
+                self._last_t = t + period
                 event = "passes midnight" if period == _DAY else f"passes 2^32 and restarts after {period:.10g} s"
                 self._say(
                     f"line {row.line}: the clock of {self._column.label!r} {event}; its times continue from there"
                 )
-                return self._before
+                return self._last_t
+        # Without the offset, the message states the times as they are in the file.
         place = self._table.place(row.line, self._column)
-        bound = f"{'after' if rises else 'at least'} the {before - self._offset:g} s of the previous line"
+        bound = f"{'after' if rises else 'at least'} the {previous_t - self._offset:g} s of the previous line"
         hint = "the clock stopped or restarted there: save each press in its own file, or correct the times"
         raise validation_error(place, t - self._offset, "s", bound, hint)
 

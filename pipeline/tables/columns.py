@@ -137,7 +137,7 @@ class StatedUnits:
         columns = []
         for position, name, label_units in named_columns:
             quantity = quantities[name]
-            label = header.cell(position) or f"{position + 1}"
+            label = header.cell(position) or f"{position + 1}"  # a column without a label is named by its number
             column = Column(
                 index=position,
                 label=label,
@@ -151,20 +151,29 @@ class StatedUnits:
                 statements += [UnitStatement(text, column.place) for text in label_units]
                 # If nothing else states a unit, any text below the header is taken for a unit, which may be unknown.
                 statements += self._statements_in_rows(source, column, unit_rows if statements else below, first)
-                # A line above the table is ignored if it does not state a unit of the quantity, but the table does.
-                statements += [
-                    each for each in self._stated.get(name, []) if not statements or unit_of(quantity, each.text)
-                ]
+                statements += self._statements_above(column, is_stated_in_table=bool(statements))
                 is_time_of_day = seconds_of_day(first.cell(position)) is not None
                 column = self._with_unit(column, statements, is_known=is_time_of_day)
             columns.append(column)
         return columns
 
+    def _statements_above(self, column: Column, *, is_stated_in_table: bool) -> list[UnitStatement]:
+        """Return the statements about the quantity of a column that lines above its table made.
+
+        If the table states a unit itself, a line above it is ignored unless it states a unit of the quantity.
+        """
+        return [
+            statement
+            for statement in self._stated.get(column.name, [])
+            if not is_stated_in_table or unit_of(column.quantity, statement.text)
+        ]
+
     @staticmethod
     def _statements_in_rows(source: str, column: Column, rows: Sequence[Row], first: Row) -> list[UnitStatement]:
         """Return the units of a column that are stated in `rows` below the header, and in the `first` row of numbers.
 
-        In the row of numbers, the unit follows the number or is in the column of units.
+        In the row of numbers, the unit follows the number or is in the column of units. `source` is the name of the
+        file in error messages.
         """
         statements = [
             UnitStatement(column.cell(row), place_of(source, row.line))
@@ -183,13 +192,15 @@ class StatedUnits:
         """Return a column with the unit that all statements give, or else with the default unit of its quantity.
 
         A note states that the default unit is assumed, unless `is_known` is True because the numbers are times of day.
-        Raises InputError if the statements differ, or if a mention contradicts the assumption.
+        Raises InputError if the statements differ, if a mention contradicts the assumption, or if no unit is stated and
+        the quantity has no default.
         """
         quantity = column.quantity
         unit = agreed_unit(quantity, statements) or needed_unit(column.place, quantity, quantity.default)
         if statements or unit == "1" or is_known:
             return replace(column, unit=unit)
         self._assumed[column.name] = column.place
+        # A system of units such as Imperial contradicts every assumed unit, except units of time.
         systems = [] if quantity.units is TIME else self._stated.get("", [])
         self._refuse_contradiction(column.name, [*self._mentioned.get(column.name, []), *systems])
         return replace(
@@ -202,7 +213,7 @@ class StatedUnits:
         The label of a column of units contains a word for "unit". A column without a label holds units if the `first`
         row of numbers has a unit there. It belongs to the quantity that its label names, or else to the column before.
         """
-        names = {column.position: column.name for column in reversed(named_columns)}
+        names = {column.position: column.name for column in reversed(named_columns)}  # by index, from right to left
         unit_columns: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
@@ -212,8 +223,10 @@ class StatedUnits:
             if index in names or (not has_unit_word and (label or not is_unit(first.cell(index)))):
                 continue
             name = self._words.quantity_of(" ".join(word for word in other_words if not word.isdecimal()))
-            # The numeric column to which the units belong.
-            owner = next((each for each in reversed(names) if names[each] == name), None) if name else index - 1
+            # The numeric column to which the units belong; the first one, if several hold the quantity.
+            owner: int | None = index - 1
+            if name:
+                owner = next((position for position in reversed(names) if names[position] == name), None)
             if owner in names:
                 unit_columns.setdefault(owner, index)
         return unit_columns
@@ -221,33 +234,33 @@ class StatedUnits:
     def _refuse_contradiction(self, name: str, statements: Iterable[UnitStatement]) -> None:
         """Raise InputError for the first statement that differs from the default unit that was assumed for `name`."""
         quantity = self._words.quantities[name]
-        for each in statements:
-            if unit_of(quantity, each.text) != quantity.default:
+        for statement in statements:
+            if unit_of(quantity, statement.text) != quantity.default:
                 bound = f"in {quantity.default}, or the unit of {name} given in the header of {self._assumed[name]}"
                 hint = f"state the unit with --units, for example --units {name}={quantity.default}"
-                raise validation_error(each.place, each.text[:SHOWN_LABEL], "", bound, hint)
+                raise validation_error(statement.place, statement.text[:SHOWN_LABEL], "", bound, hint)
 
     def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
         """Yield the quantity and the unit of each statement that begins in a cell, as in `Force unit: kN`.
 
-        The unit may also be in the next cell. The quantity is "" if the statement names a system of units, as in `Unit
-        system: Imperial`.
+        `cell` is the beginning of the cell of `row` at `index`. The unit may also be in the next cell. The quantity is
+        "" if the statement names a system of units, as in `Unit system: Imperial`.
         """
         key, _, value = cell.replace("=", ":").partition(":")
-        parts = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")
-        if _UNIT_WORDS.isdisjoint(parts):
+        words = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")
+        if _UNIT_WORDS.isdisjoint(words):
             return
-        values = list(filter(None, (value.strip(), *row.cells[index + 1 :])))
-        subject = " ".join(part for part in parts if part not in _UNIT_WORDS and part not in _FILLERS)
+        stated_texts = list(filter(None, (value.strip(), *row.cells[index + 1 :])))
+        subject = " ".join(word for word in words if word not in _UNIT_WORDS and word not in _FILLERS)
         name = self._words.quantity_of(subject)
         if name:
-            if self._words.quantities[name].units and values:
-                yield name, values[0]
+            if self._words.quantities[name].units and stated_texts:
+                yield name, stated_texts[0]
         elif subject in _SYSTEM_WORDS:
             # As in `Units: N, mm`, or in `Unit system: Imperial`, which contradicts every assumed unit.
-            for text in filter(None, re.split(r"[\s,;]+", " ".join(values))):
-                names = [each for each, quantity in self._words.quantities.items() if unit_of(quantity, text)]
-                yield from ((each, text) for each in names or [""])
+            for text in filter(None, re.split(r"[\s,;]+", " ".join(stated_texts))):
+                names = [name for name, quantity in self._words.quantities.items() if unit_of(quantity, text)]
+                yield from ((name, text) for name in names or [""])
 
 
 def agreed_unit(quantity: Quantity, statements: Iterable[UnitStatement]) -> str:
@@ -255,12 +268,12 @@ def agreed_unit(quantity: Quantity, statements: Iterable[UnitStatement]) -> str:
 
     Raises InputError for a text that is not a unit of the quantity, and if two statements differ.
     """
-    by_unit: dict[str, UnitStatement] = {}
-    for each in statements:
-        unit = unit_of(quantity, each.text)
+    by_unit: dict[str, UnitStatement] = {}  # the first statement of each unit
+    for statement in statements:
+        unit = unit_of(quantity, statement.text)
         if not unit:
-            raise no_unit(each.place, quantity, each.text)
-        by_unit.setdefault(unit, each)
+            raise no_unit(statement.place, quantity, statement.text)
+        by_unit.setdefault(unit, statement)
     if len(by_unit) > 1:
         (unit, first), (_, second), *_ = by_unit.items()
         bound = f"in {unit}, the unit that {first.place} states"

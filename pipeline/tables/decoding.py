@@ -29,8 +29,10 @@ def place_of(source: str, line: int, label: str = "") -> str:
 def lines_of_text(source: str, content: bytes) -> list[str]:
     """Return the lines of a text file with their line ends.
 
-    Raises InputError if the bytes are not text, if there are too many lines, and if a line is too long.
+    `source` is the name of the file in error messages. Raises InputError if the bytes are not text, if there are too
+    many lines, and if a line is too long.
     """
+    # Remove terminal colours, the end-of-file character of DOS, doubled carriage returns, and byte order marks.
     text = _ANSI.sub("", _decode_text(content).rstrip("\x1a")).replace("\r\r\n", "\n").replace("\ufeff", "")
     if _NO_TEXT.search(text):
         hint = "export the table as CSV in UTF-8, or as XLSX"

@@ -35,15 +35,15 @@ class ColumnFlags(NamedTuple):
 
         Raises InputError for an unknown name, and for a text that is not a unit of the quantity.
         """
-        flagged = dict(quantities)
+        with_flags = dict(quantities)
         names = (*quantities, *self.others)
         for name, header in _named_values("--columns", self.columns, names):
-            if name in flagged:
-                flagged[name] = replace(flagged[name], chosen=header)
+            if name in with_flags:
+                with_flags[name] = replace(with_flags[name], chosen=header)
         for name, unit in _named_values("--units", self.units, names):
-            if name in flagged:
-                flagged[name] = replace(flagged[name], flag_unit=needed_unit("--units", flagged[name], unit))
-        return flagged
+            if name in with_flags:
+                with_flags[name] = replace(with_flags[name], flag_unit=needed_unit("--units", with_flags[name], unit))
+        return with_flags
 
 
 NO_FLAGS = ColumnFlags()
@@ -154,7 +154,7 @@ class HeaderWords:
         self._checks_left -= 1
         columns = self.columns(row)
         names = {column.name for column in columns}
-        is_complete = bool(names) and any(names.issuperset(each) for each in needed)
+        is_complete = bool(names) and any(names.issuperset(needed_names) for needed_names in needed)
         return is_complete and not any(is_number(row.cells[column.position]) for column in columns)
 
     def numeric_columns(self, header: Row) -> list[int]:
@@ -167,12 +167,15 @@ class HeaderWords:
         The result is empty unless the flags select all quantities of at least one set in `needed`. Columns of text are
         left out.
         """
-        numbers = {name: int(each.chosen) for name, each in self.quantities.items() if each.chosen.isdecimal()}
-        if not any(names and numbers.keys() >= set(names) for names in needed):
+        # The number of the column of each quantity, counted from 1.
+        column_numbers = {
+            name: int(quantity.chosen) for name, quantity in self.quantities.items() if quantity.chosen.isdecimal()
+        }
+        if not any(names and column_numbers.keys() >= set(names) for names in needed):
             return {}
         return {
             number - 1: self.quantities[name]
-            for name, number in numbers.items()
+            for name, number in column_numbers.items()
             if number and self.quantities[name].units
         }
 
@@ -232,10 +235,11 @@ def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
 
 
 def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield all units in the label of a column that a flag selects, including units of other quantities.
+    """Yield all units in the label of a column that a flag selects for the `quantity` of this `name`.
 
-    If the label has no unit and no flag states one, a text in brackets or after a known word is yielded as an unknown
-    unit. So are the dots that R writes instead of (%).
+    Units of other quantities are yielded too, so that they can be refused. If the label has no unit and no flag states
+    one, a text in brackets or after a known word is yielded as an unknown unit. So are the dots that R writes instead
+    of (%).
     """
     units = list(_trailing_units(label, name, quantity)) if quantity.units else []
     known_words = set(map(folded, (*quantity.words, *quantity.beside_unit)))
@@ -252,9 +256,9 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 
 
 def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield the units at the end of a label, from right to left, and stop at a unit of another quantity.
+    """Yield the units at the end of a label, from right to left; a unit of another quantity is the last one.
 
-    The end of a quantity's name such as F_l is its channel, not a unit.
+    `name` is the name of the quantity. The end of a name such as F_l is its channel, not a unit.
     """
     channel = name.rpartition("_")[2] if "_" in name else ""
     parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]

@@ -34,9 +34,10 @@ class MeasuredTable:
 def numbers_of(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> MeasuredTable:
-    """Read the only table of a file as numbers and texts, with the arguments of `only_table`.
+    """Read the only table of a file as numbers and texts.
 
-    Raises InputError like `only_table`, and for the first invalid cell.
+    The columns may hold `quantities`. The header must name all quantities of at least one set in `needed`; messages
+    show the header `example`. Raises InputError like `only_table`, and for the first invalid cell.
     """
     table = only_table(source, quantities, needed, example)
     rows = list(table.rows)
@@ -45,7 +46,7 @@ def numbers_of(
     last_digits = {}
     for column in table.columns:
         cells = tuple(column.cell(row) for row in rows)
-        if not column.unit:
+        if not column.unit:  # a column of text
             texts[column.name] = cells
             continue
         numbers[column.name] = np.array([table.number(row, column) for row in rows])

@@ -77,7 +77,7 @@ def as_number(cell: str) -> WrittenNumber | None:
     text = cell.replace("\u2212", "-")  # the typographic minus sign
     matches = [pattern.fullmatch(text) for pattern in (_WITH_POINT, _WITH_COMMA)]
     match = matches[0] or matches[1]
-    if match is None or (match["unit"] and not is_unit(match["unit"])):
+    if match is None or (match["unit"] and not is_unit(match["unit"])):  # text such as `3 samples`
         return None
     number = match["number"].replace("D", "e").replace("d", "e")  # Fortran writes exponents with D
     for space in _SPACES:

@@ -136,7 +136,7 @@ def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
         lines_by_sheet = cells_of_workbook(str(source), content)
     else:
         lines_by_sheet = [(str(source), lines_of_text(str(source), content))]
-    sheets = [WholeRows(lines, name) for name, lines in lines_by_sheet]
+    sheets = [WholeRows(lines, sheet_name) for sheet_name, lines in lines_by_sheet]
     filled_sheets = [sheet for sheet in sheets if not all(row.empty for row in sheet.rows)]
     if not filled_sheets:
         bound = "a CSV file with a header and numbers, not an empty one"
@@ -179,15 +179,19 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
         numbers = sum(map(is_number, cells))
         if (numbers, numbers - len(cells)) > best_score:
             best, best_score = delimiter, (numbers, numbers - len(cells))
+    if best:
+        return best
     half = max(1, len(sample)) / 2
-    return best or next((each for each in _DELIMITERS if sum(each in line for line in sample) >= half), ",")
+    frequent = (delimiter for delimiter in _DELIMITERS if sum(delimiter in line for line in sample) >= half)
+    return next(frequent, ",")
 
 
 def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
     """Split a line at a delimiter and return its row; `number` is the number of the line.
 
-    A comment sign and the clock of a serial monitor are removed from the start of the line. An unclosed quote or a huge
-    cell is recorded as the fault of the row.
+    A line of text is a string. The row of a workbook is a sequence of cells, which is not split. A comment sign and the
+    clock of a serial monitor are removed from the start of the line. An unclosed quote or a huge cell is recorded as
+    the fault of the row.
     """
     # Shortcut for speed: most lines have no quotes, clocks or comments.
     if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _SPECIAL_CHARACTERS):

@@ -152,7 +152,10 @@ class TableReader:
         *,
         is_single: bool = False,
     ) -> None:
-        """Prepare the search for tables whose columns hold `quantities`; messages show the header `example`."""
+        """Prepare the search for tables whose columns hold `quantities`.
+
+        A header must name all quantities of at least one set in `needed`. Messages show the header `example`.
+        """
         self.quantities = quantities
         self.needed = needed
         self.example = example
@@ -182,7 +185,7 @@ class TableReader:
         source, header = max(self._candidates, key=lambda candidate: self._name_count(candidate[1]))
         names, labels = self.words.names(header), self._labels(header)
         # Compare the row with the set of quantities of which it names the most.
-        needed = max(self.needed, key=lambda each: len((names | labels) & set(each)))
+        needed = max(self.needed, key=lambda needed_names: len((names | labels) & set(needed_names)))
         missing = [name for name in needed if name not in names]
         numbers = ",".join(f"{name}={index}" for index, name in enumerate(needed, start=1))
         bound = f"a header that also has {' and '.join(missing)}"
@@ -288,6 +291,7 @@ class TableReader:
         """Return the table whose first row of numbers is `first`; its further rows are taken from `feed` when needed.
 
         `header_index` is the index of its header in the rows `above`, or None if flags select the columns by number.
+        Raises InputError if the units of a column are invalid or contradict each other.
         """
         if header_index is None:
             header_index = self._find_unnamed_header(above, first)
@@ -295,6 +299,7 @@ class TableReader:
         self.stated_units.record_statements(rows.source, above if self._by_number else above[:header_index])
         texts = [row for row in above[header_index + 1 :] if not row.empty]
         number_columns = self.words.numeric_columns(header)
+        # Rows of text in the columns of numbers may state units. All other rows are skipped.
         below = [row for row in texts if not all(is_missing(row.cell(index)) for index in number_columns)]
         columns = self.stated_units.columns(rows.source, header, below, first)
         if not self.is_single:
@@ -349,7 +354,7 @@ class TableReader:
         for row in itertools.chain([first], feed):
             if row.empty and self.is_single:
                 continue
-            if row.empty:
+            if row.empty:  # the end of the table, if the source may have several
                 self._pending = [row]
                 return
             refuse_fault(table.source, row)

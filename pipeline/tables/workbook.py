@@ -30,6 +30,7 @@ def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[
                 sheet.visible == python_calamine.SheetVisibleEnum.Visible
                 and sheet.typ == python_calamine.SheetTypeEnum.WorkSheet
             ):
+                # Empty rows are kept, because messages state the number of a row.
                 rows = book.get_sheet_by_name(sheet.name).to_python(skip_empty_area=False)
                 sheets.append((sheet.name, [list(map(_cell_text, row)) for row in rows]))
     # A damaged workbook may raise any of these exceptions.
@@ -72,12 +73,7 @@ def _unpack(source: str, content: bytes) -> bytes:
             part = packed.read(member)
             if part.count(b"row") > 2 * MAX_LINES:
                 raise validation_error(source, part.count(b"row"), "rows", f"at most {MAX_LINES}", "export fewer")
-            rows = re.split(rb"<(?:\w+:)?row\b", part)
-            # A cell may state its position, as in r="C5". Otherwise it follows the previous cell.
-            columns = [_column_number(match[1]) for match in re.finditer(rb"\br=[\"']([A-Z]{1,3})[0-9]", part)]
-            lines = [int(match[1]) for match in re.finditer(rb"\br=[\"'][A-Z]{0,3}([0-9]{1,9})[\"']", part)]
-            width = max([*columns, *(len(re.findall(rb"<(?:\w+:)?c\b", row)) for row in rows[1:])], default=0)
-            max_cells = max(max_cells, width * max([*lines, len(rows) - 1]))
+            max_cells = max(max_cells, _enclosing_cells(part))
             shared_texts += len(re.findall(rb"\bt=[\"']s[\"']", part))
             longest_text = max([longest_text, *(len(text) for text in re.split(rb"<(?:\w+:)?si\b", part)[1:])])
             stored.writestr(member.filename, part)
@@ -87,7 +83,21 @@ def _unpack(source: str, content: bytes) -> bytes:
     return unpacked.getvalue()
 
 
+def _enclosing_cells(part: bytes) -> int:
+    """Return the number of cells in the rectangle that encloses all cells of a sheet, whose XML text is `part`.
+
+    The result is 0 for a part of the workbook without cells.
+    """
+    rows = re.split(rb"<(?:\w+:)?row\b", part)
+    # A cell may state its position, as in r="C5". Otherwise it follows the previous cell.
+    columns = [_column_number(match[1]) for match in re.finditer(rb"\br=[\"']([A-Z]{1,3})[0-9]", part)]
+    lines = [int(match[1]) for match in re.finditer(rb"\br=[\"'][A-Z]{0,3}([0-9]{1,9})[\"']", part)]
+    width = max([*columns, *(len(re.findall(rb"<(?:\w+:)?c\b", row)) for row in rows[1:])], default=0)
+    return width * max([*lines, len(rows) - 1])
+
+
 def _column_number(letters: bytes) -> int:
+    """Return the number of a column from its letters, counted from 1: A is 1, and AA is 27."""
     return functools.reduce(lambda number, letter: 26 * number + letter - 64, letters, 0)
 
 
