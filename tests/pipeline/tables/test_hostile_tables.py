@@ -6,7 +6,7 @@ import pytest
 from export_shapes import Shape
 from hostile_tables import bombs, contradictory, damaged, invented
 
-from instrument.compress.phases import phases
+from instrument.compress.phases import split_phases
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from instrument.press.signals import Signal
 from pipeline.tables.headers import ColumnFlags
@@ -29,7 +29,7 @@ def outcome(shape, tmp_path):
     path.write_bytes(shape.content)
     flags = ColumnFlags(shape.columns, shape.units)
     readers = (
-        lambda: list(map(phases, read_specimens(path, flags.applied(QUANTITIES)))),
+        lambda: list(map(split_phases, read_specimens(path, flags.applied(QUANTITIES)))),
         lambda: list(Signal(single_sheet(path), 2)),
         lambda: numbers_of(path, QUANTITIES, [("force", "travel")], "force_N,travel_mm"),
     )
