@@ -216,9 +216,10 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
 
 
 def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
-    """Return the relative standard deviations of E [1] due to the fruit's mean curvature and to each tip's height.
+    """Return the relative standard deviations of E [1] due to errors of the fruit's mean curvature and of the heights.
 
-    Height errors of the tips act like a saddle-shaped skin, which moves the points of contact.
+    The first one is due to the curvature, and one more per tip to the error of its height. Height errors act like a
+    saddle-shaped skin, which moves the points of contact.
     """
     weights = np.array(sensor.rise_law.contrast.weights)
     domes = sensor.domes

@@ -9,7 +9,7 @@ and is therefore also computed by the firmware. The standard deviation s between
 The standard deviation v that the presses themselves state has a relative error of about one half, which corresponds to
 two degrees of freedom (JCGM 100:2008, G.4.2). The pooled variance is (2 v^2 + (n - 1) s^2) / (n + 1), with Student's
 factor for n + 1 degrees of freedom. If the presses disagree, v is too small. The half width is then at least the value
-that follows from s alone, with n - 1 degrees of freedom. Errors that all presses share are added, because more presses
+that follows only from s, with n - 1 degrees of freedom. Errors that all presses share are added, because more presses
 do not reduce them.
 """
 

@@ -19,7 +19,7 @@ ZERO_AFTER_S = 1.0
 """Time after the lift of a press for which its zero error is reported [s]."""
 
 SHOWN_ZERO_ERROR = 0.5
-"""Zero error as a fraction of the smallest contact force; a smaller one is in the JSON data, but not on the screen."""
+"""Smallest zero error that is shown on the screen, as a fraction of the smallest contact force [1]."""
 
 
 def _tilt_text(reading: "FruitReading") -> str:

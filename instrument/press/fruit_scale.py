@@ -27,7 +27,7 @@ class FruitScale:
     firmness: tuple[float, ...] = quantity("", _POSITIVE, hint=_HINT)
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, and unless both lists increase and are equally long."""
+        """Raise InputError for an invalid field, and unless the two lists increase and have the same length."""
         check_fields(self, "unit.scale")
         if len(self.firmness) != len(self.E_MPa):
             bound = f"a list of {len(self.E_MPa)} numbers, one for each modulus"
@@ -37,7 +37,7 @@ class FruitScale:
                 raise validation_error(name, list(values), "", "a list of increasing numbers", _HINT)
 
     def firmness_of(self, E: float) -> Estimate | None:
-        """Return the firmness of fruit that reads as E [MPa], with its standard deviation; None beyond the curve."""
+        """Return the firmness of fruit of modulus E [MPa] with its standard deviation, or None beyond the curve's ends."""
         if not self.E_MPa[0] * (1.0 - _RANGE_TOLERANCE) <= E <= self.E_MPa[-1] * (1.0 + _RANGE_TOLERANCE):
             return None
         value = float(np.exp(np.interp(np.log(E), np.log(self.E_MPa), np.log(self.firmness))))

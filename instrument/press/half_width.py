@@ -11,8 +11,8 @@ from sensor.quantity import BOUNDED, COVERAGE
 UNDETERMINED = ("zero_drift", "times")
 """Errors of channels and springs that may vary from press to press or be the same in all presses.
 
-The zero may be wrong since the tare, or drift between two presses. The converter may be late by the same time in every
-press, or by a different time in each.
+The zero may have been wrong since the tare, or drift between two presses. The converter may be late by the same time in
+every press, or by a different time in each.
 """
 
 
@@ -32,7 +32,10 @@ class Deviations:
     def with_unit(
         cls, independent: Sequence[float], unit_errors: Mapping[str, float], shared: Sequence[float] = ()
     ) -> "Deviations":
-        """Return the deviations including `unit_errors` [1], the errors of channels and springs, grouped by cause."""
+        """Return the deviations with the errors of channels and springs added.
+
+        `unit_errors` maps each cause of these errors to a relative standard deviation [1].
+        """
         undetermined = [unit_errors[cause] for cause in UNDETERMINED if cause in unit_errors]
         constant = [error for cause, error in unit_errors.items() if cause not in UNDETERMINED]
         return cls(independent=independent, undetermined=undetermined, shared=[*constant, *shared])
@@ -66,7 +69,7 @@ class HalfWidth:
         return math.hypot(self.undetermined, self.shared)
 
     def with_total(self, u: float) -> "HalfWidth":
-        """Return half widths whose total is `u` [1], if that is larger; `independent` takes up the difference."""
+        """Return half widths whose total is `u` [1] if that is larger; `independent` accounts for the difference."""
         if u <= self.total:
             return self
         return replace(self, independent=math.sqrt((u - self.bend) ** 2 - self.largest_shared**2))

@@ -275,7 +275,7 @@ class MeasuringUnit:
     def corrected(self, read: float, press_s: float | None = None) -> float:
         """Return the modulus [MPa] of a fruit for which a level press yields `read` [MPa] before any correction.
 
-        Creep is corrected first, because a press does not last as long as the calibration weights hung. The level
+        Creep is corrected first, because a press is shorter than the time for which calibration weights hang. The level
         readings of the report and the factor of a reference ball follow. `press_s` [s] is the duration of the press. If
         it is None, the press lasts as long as the design states.
         """
@@ -314,7 +314,7 @@ class MeasuringUnit:
     def fruit_deviations(self, E: float) -> dict[str, float]:
         """Return the relative standard deviation [1] of E [MPa] due to each property of the fruit and the pose.
 
-        The deviations come from the error analysis of the design. Its other sources of error depend on the unit.
+        The deviations come from the error analysis of the design, whose other sources of error depend on the unit.
         Without an error analysis, the sensor is assumed to be level at the centre of the fruit, so that only Poisson's
         ratio contributes. Raises InputError if the error analysis lacks one of the sources.
         """

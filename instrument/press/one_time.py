@@ -20,7 +20,7 @@ from sensor.quantity import validation_error
 MAX_LINES_APART = 64
 """Maximum number of lines between the earliest and the latest conversion of one line."""
 FIRST_SAMPLES = 9
-"""Number of samples at the start of a log whose median interval is its sampling period; a single gap has no effect."""
+"""Number of samples at the start of a log that determine its sampling period, their median interval."""
 # Minimum interval of lines divided by the read-out's period [1]; the read-out may run faster than stated.
 SHORTEST_INTERVAL = 0.9
 

@@ -18,7 +18,7 @@ from solve.contact.relaxing import forces_over_time
 from solve.solve_error import SolveError
 
 LARGEST_BY_PACE = 0.02  # relative change of E that raises a standard uncertainty of 5 % to 5.4 %
-MAX_SAMPLES = 64  # maximum number of samples, spread evenly over a press, so that a pause lasts several of them
+MAX_SAMPLES = 64  # maximum number of samples that are used, spread evenly over a press; a pause contains several
 PARTS = 8  # number of equal parts of the travel, each with its mean speed; a pause lies in one or two of them
 
 

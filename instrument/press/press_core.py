@@ -92,7 +92,7 @@ class Unit:
     chi_squares: list[float]  # upper limits of chi-squared for two presses, for three, and so on
 
     def __init__(self, constants: dict[str, object]) -> None:
-        """Store each constant as the attribute of that name."""
+        """Store each constant as the attribute of the same name."""
         for name in constants:
             setattr(self, name, constants[name])
         self.size = len(self.gains)
@@ -216,7 +216,7 @@ def interpolate(positions: list[float], values: list[float], position: float) ->
 
 
 def smallest_root(rigid: float, dome: float, body: float) -> float | None:
-    """Return the root z of rigid + dome z^2 + body z^3 = 0 between 0 and the extremum at z > 0; None without a root.
+    """Return the root z of rigid + dome z^2 + body z^3 = 0 between 0 and the extremum at z > 0, or None.
 
     The unknown is z = E^(-1/3). The coefficients come from the springs, the flattening of the domes and the flesh. The
     cubic is monotonic from z = 0 to its extremum, so the root there is unique. A root beyond the extremum is not used.
@@ -272,7 +272,7 @@ class Rising:
 
     The instrumental variable, or instrument, of a sample is the total force one or two samples earlier. It rises
     during the press, but its noise is independent of the sample's noise. A sample is used if the forces of the samples
-    just before it exceed `least` [N], one limit per tip. Selection by its own forces would prefer positive noise.
+    just before it exceed `least` [N], one limit per tip. A selection by its own forces would prefer positive noise.
     """
 
     def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
@@ -380,7 +380,8 @@ class Rising:
         mean_dome = dot(unit.domes, [mean[1] for mean in means])
         z = offset = change = 0.0
         fruit = unit.fruit
-        # Fixed-point iteration: the offset shows a saddle, which moves the contacts and so changes modulus and offset.
+        # Fixed-point iteration: the offset determines the saddle, which moves the contacts and so changes the modulus
+        # and the offset.
         for _ in range(unit.saddle_steps):
             fruit = unit.fruit_weights(offset)
             root = smallest_root(rigid, dome, dot(fruit, moments))
@@ -642,7 +643,7 @@ class Touch:
 
 
 class UnitPress:
-    """One press, as sums from each load at which flat tips may be seated, so that the memory does not grow."""
+    """One press, stored as sums from each load at which flat tips may be seated, so that its memory does not grow."""
 
     def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
         """Begin a press. `last` holds the channels of the sample just before it, if that sample is to be used.

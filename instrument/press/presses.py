@@ -164,8 +164,8 @@ def _refuse_touched_tare(
 ) -> None:
     """Raise InputError if the counts of a tare show that the sensor was touched.
 
-    Then the `tare` (channels,) [counts] is more than a full scale from the calibrated zero, or the `tare_samples` are
-    unsteady: one of them differs from the tare by more than the smallest force of a tip in contact.
+    It was touched if the `tare` (channels,) [counts] is more than a full scale from the calibrated zero. It was also
+    touched if one of the `tare_samples` differs from the tare by more than the smallest force of a tip in contact.
     """
     unit = sensor.unit
     # The force of the tare above the zero of the calibration, as a fraction of full scale.

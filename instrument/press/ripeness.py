@@ -23,7 +23,7 @@ class RipenessClasses:
 def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     """Parse classes such as `ripe:0.8,turning:1.6,unripe`, where the numbers are limits in MPa.
 
-    `flag` is how messages refer to the text. Raises InputError if a class has no name, if the limits do not increase,
+    `flag` is the name of the text in messages. Raises InputError if a class has no name, if the limits do not increase,
     or if the last class has a limit.
     """
     names = []

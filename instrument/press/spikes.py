@@ -16,7 +16,7 @@ allow. The standard deviation follows from the force errors of a free sensor, or
 these are larger. With normally distributed noise, one sample in 1.7 million is dropped by mistake.
 
 If channels were interpolated to one time, a bad conversion affects two samples, so two consecutive samples are tested
-together. A sample is decided on when two more samples have arrived, and the memory does not grow.
+together. A sample is accepted or dropped when two more samples have arrived, and the required memory does not grow.
 """
 
 import math

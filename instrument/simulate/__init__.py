@@ -1,1 +1,1 @@
-"""Simulated units with random errors, pressed on fruit by boundary elements; they write the files that units write."""
+"""Simulated units with random errors, and the files that they write in presses solved by boundary elements."""

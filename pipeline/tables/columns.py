@@ -158,7 +158,7 @@ class StatedUnits:
         return columns
 
     def _statements_above(self, column: Column, *, is_stated_in_table: bool) -> list[UnitStatement]:
-        """Return the statements about the quantity of a column that lines above its table made.
+        """Return the statements about the quantity of a column in lines above its table.
 
         If the table states a unit itself, a line above it is ignored unless it states a unit of the quantity.
         """

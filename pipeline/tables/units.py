@@ -79,7 +79,8 @@ def unit_of(quantity: Quantity, text: str) -> str:
     short = _strip_signs(text[:LONGEST_LABEL])
     if short in quantity.units:
         return short
-    # In another case, a symbol may be another unit: Ms is not ms, and mPa is not MPa. This does not apply to words.
+    # In a different case, a symbol may be a different unit: Ms is not ms, and mPa is not MPa. Words do not have this
+    # problem.
     unit = _SPELLINGS.get(short.casefold(), "")
     is_symbol = unit.casefold() == short.casefold()
     is_other = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
