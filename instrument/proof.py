@@ -214,8 +214,17 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
         calibrated_by="plate" if requirements.on_plate else "weights",
         weighed_after_s=real_unit.weighed_s,
     )
-    if requirements.calibrated_by != "ball":
-        return unit
+    return _correct_by_ball(report, unit, real_unit, rng) if requirements.calibrated_by == "ball" else unit
+
+
+def _correct_by_ball(
+    report: Report, unit: PrintedUnit, real_unit: SimulatedUnit, rng: np.random.Generator
+) -> PrintedUnit:
+    """Return a copy of the calibration `unit` with a correction from a press of `real_unit` on a reference ball.
+
+    Raises InputError if that press does not determine a correction.
+    """
+    requirements = report.design.reading or ReadingRequirements()
     ball = usual_ball(report)
     sensor = MeasuringUnit(report=report, unit=unit)
     reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)

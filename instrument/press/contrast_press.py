@@ -72,22 +72,18 @@ def _evaluate_reading(
     bend = sensor.bend_error(found.slopes.channel_bends, found.slopes.spring_bends)
     deviations = Deviations.with_unit([found.noise], unit_errors, _shape_deviations(sensor, found.slopes))
     parts = half_width(sensor, E, deviations, bend)
-    u = parts.total
+    u = parts.total  # half width of E [1]
     tilt, direction = _tilt_and_direction(sensor, law, seated)
     # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
     deepest_forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, deepest_forces, tilt)
-    # If one sample changes the reading by more than the half width, it may be bad, and the half width is increased.
     sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
-    widened_u = u + sample_shift if sample_shift > u else u
     shift_by_pace = pace_shift(sensor, press)
-    is_uneven = shift_by_pace > LARGEST_BY_PACE
-    if is_uneven:
-        widened_u += shift_by_pace
+    widened_u = _widened_half_width(u, sample_shift, shift_by_pace)
     causes = {
         "uncertain": u <= UNCERTAIN < widened_u,  # if u is larger, `flags` already contains this flag
         "one_sample": sample_shift > u,
-        "uneven_pace": is_uneven,
+        "uneven_pace": shift_by_pace > LARGEST_BY_PACE,
         "read_outs_disagree": second_reading.disagrees,
         "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
     }
@@ -115,6 +111,16 @@ def _evaluate_reading(
         time_s=timing.deviation,
         parts=parts,
     )
+
+
+def _widened_half_width(u: float, sample_shift: float, shift_by_pace: float) -> float:
+    """Return the half width `u` of E [1], increased by doubts about a single sample and about the pace of the press.
+
+    `sample_shift` [1] is the change of E without one sample. If it is larger than u, the sample may be bad.
+    `shift_by_pace` [1] is the change of E due to an uneven pace. Small changes are ignored.
+    """
+    widened_u = u + sample_shift if sample_shift > u else u
+    return widened_u + shift_by_pace if shift_by_pace > LARGEST_BY_PACE else widened_u
 
 
 def _offset_half_width(found: RiseReading, u: float, noise: float) -> float:

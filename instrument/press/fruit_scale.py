@@ -37,7 +37,7 @@ class FruitScale:
                 raise validation_error(name, list(values), "", "a list of increasing numbers", _HINT)
 
     def firmness_of(self, E: float) -> Estimate | None:
-        """Return the firmness of fruit of modulus E [MPa] with its standard deviation, or None beyond the curve's ends."""
+        """Return the firmness of fruit of modulus E [MPa] with its standard deviation, or None beyond the curve."""
         if not self.E_MPa[0] * (1.0 - _RANGE_TOLERANCE) <= E <= self.E_MPa[-1] * (1.0 + _RANGE_TOLERANCE):
             return None
         value = float(np.exp(np.interp(np.log(E), np.log(self.E_MPa), np.log(self.firmness))))

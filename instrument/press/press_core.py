@@ -318,8 +318,9 @@ class Rising:
     def add_to_sums(self, forces: "Sequence[float]", steps: list[float]) -> None:
         """Add the forces of a sample and their changes [N] to the means, and to the co-moments with the instrument.
 
-        Welford's method avoids the cancellation that sums of squares would suffer. A co-moment grows by the deviation
-        of one variable from its old mean, times the deviation of the other variable from its new mean.
+        `steps` [N] are the changes of the forces since the previous sample. Welford's method avoids the cancellation
+        that sums of squares would suffer. A co-moment grows by the deviation of one variable from its old mean, times
+        the deviation of the other variable from its new mean.
         """
         instrument = self.previous[0]
         total = sum(forces)
@@ -333,6 +334,7 @@ class Rising:
         rising = []
         for force, old_mean, moment in zip(forces, self.means, self.rising):
             power = force ** (2.0 / 3.0)
+            # means of F, F^(2/3) and F^(-1/3)
             mean = (
                 old_mean[0] + (force - old_mean[0]) / self.count,
                 old_mean[1] + (power - old_mean[1]) / self.count,
@@ -373,10 +375,10 @@ class Rising:
             return None, 0.0, NO_RISE
         # The co-moments are the coefficients of the cubic. The means of the samples give the offset.
         moments = [moment[0] for moment in rising]
-        forces = [mean[0] for mean in means]
+        mean_forces = [mean[0] for mean in means]
         rigid = dot(unit.springs, moments)
         dome = dot(unit.domes, [moment[1] for moment in rising])
-        mean_rigid = unit.gap + dot(unit.springs, forces)
+        mean_rigid = unit.gap + dot(unit.springs, mean_forces)
         mean_dome = dot(unit.domes, [mean[1] for mean in means])
         z = offset = change = 0.0
         fruit = unit.fruit
@@ -389,9 +391,9 @@ class Rising:
                 return None, 0.0, OUT_OF_RANGE
             z = root
             previous = offset
-            offset = -(mean_rigid + z * z * (mean_dome + dot(fruit, forces) * z))
+            offset = -(mean_rigid + z * z * (mean_dome + dot(fruit, mean_forces) * z))
             change = abs(offset - previous)
-        if unit.places and not change <= unit.settled * abs(mean_rigid):
+        if unit.places and not change <= unit.settled * abs(mean_rigid):  # the iteration did not converge
             return None, 0.0, OUT_OF_RANGE
         # An error of ln E is the error of the cubic divided by the slope of the cubic.
         slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # derivative with respect to -ln E
@@ -652,7 +654,7 @@ class UnitPress:
         """
         self.unit = unit
         self.last = last
-        self.touched = False
+        self.touched = False  # whether a sample had all tips in contact
         self.over = False  # whether the tips were lifted after enough samples in firm contact
         self.firm_samples = 0  # number of consecutive samples with all tips in firm contact
         self.left_out = 0  # number of samples that were dropped as outliers

@@ -82,7 +82,8 @@ class PressedFruit:
 def usual_fruit(report: Report) -> PressedFruit:
     """Return a typical fruit of a design, pressed level at its apex.
 
-    Its modulus is the geometric mean of the range of moduli, and its radii are the means of their ranges.
+    Its modulus is the geometric mean of the range of moduli. Its radii are the means of their ranges, or the radii of
+    the design's fruit if no ranges are stated.
     """
     fruit, reading = report.design.fruit, report.design.reading or ReadingRequirements()
     softest, firmest = range_of_moduli(report)

@@ -109,6 +109,7 @@ class StatedUnits:
         default is another unit. Units of time are not recorded, because texts mention them for many other reasons.
         """
         for cell in (cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used):
+            # the whole cell, and each text that follows a number or is in brackets
             for text in (cell, *(after_number or bracketed for after_number, bracketed in _MENTION.findall(cell))):
                 for name, quantity in self._words.quantities.items():
                     is_other = unit_of(quantity, text) not in ("", quantity.default)
@@ -118,17 +119,19 @@ class StatedUnits:
     def columns(self, source: str, header: Row, below: Sequence[Row], first: Row) -> list[Column]:
         """Return the columns that a header names, each with its unit.
 
-        `below` are the rows of text between the header and the `first` row of numbers. Raises InputError if the
-        statements about the unit of a column differ or are invalid. It is also raised if no unit is stated, but a line
-        mentions a unit other than the default.
+        `source` is the name of the file in error messages. `below` are the rows of text between the header and the
+        `first` row of numbers. Raises InputError if the statements about the unit of a column differ or are invalid. It
+        is also raised if no unit is stated, but a line mentions a unit other than the default.
         """
         named_columns = self._words.columns(header)
         unit_columns = self._unit_columns(header, named_columns, first)
         used = {column.position for column in named_columns} | set(unit_columns.values())
+        # In the first row of numbers, only a cell that is just a unit can be a mention.
         units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
         for row in (header, *below, units):
             self.record_mentions(source, row, used)
         quantities = self._words.quantities
+        # the rows that state a unit of at least one column
         unit_rows = [
             row
             for row in below

@@ -86,18 +86,19 @@ class Rows:
         numbered_lines = enumerate(self._lines, start=1)
         lookahead: list[tuple[int, str | Sequence[str]]] = []  # lines read ahead for a quoted cell, but not used yet
         has_line_ends = False  # whether an earlier line has a line end
-        while (line := lookahead.pop(0) if lookahead else next(numbered_lines, None)) is not None:
-            row = self._split_line(*line)
-            if row.fault and str(line[1]).count('"') % 2:
+        while (numbered_line := lookahead.pop(0) if lookahead else next(numbered_lines, None)) is not None:
+            number, line = numbered_line
+            row = self._split_line(number, line)
+            if row.fault and str(line).count('"') % 2:
                 # A quoted cell is open, and may continue in the next lines: join lines until the cell is closed.
                 lookahead += itertools.islice(numbered_lines, _MAX_JOINED - 1 - len(lookahead))
                 for end in range(1, len(lookahead) + 1):
-                    text = " ".join(str(text).rstrip() for _, text in (line, *lookahead[:end]))
+                    text = " ".join(str(text).rstrip() for _, text in (numbered_line, *lookahead[:end]))
                     joined = self._split_line(row.line, text)
                     if not joined.fault:
                         row, lookahead = joined, lookahead[end:]
                         break
-            is_whole = not isinstance(line[1], str) or line[1].endswith(("\n", "\r"))
+            is_whole = not isinstance(line, str) or line.endswith(("\n", "\r"))
             if not row.commented or not any(map(is_number, row.cells)):
                 yield row if is_whole or not has_line_ends else row._replace(cut=True)
             has_line_ends = has_line_ends or is_whole

@@ -89,6 +89,7 @@ class FoundTable:
             if value is None and notation is not None:
                 bound = "a number whose comma is clearly decimal, because commas may separate thousands here"
             raise self._cell_error(row, column, cell, bound, "correct it, or leave the row out")
+        # The unit may follow the number, or stand in the column of units.
         unit_cell = "" if column.unit_index is None else row.cell(column.unit_index)
         for unit, text in ((notation.unit if notation else "", cell), (unit_cell, unit_cell)):
             if unit and unit_of(column.quantity, unit) != column.unit:
@@ -205,12 +206,13 @@ class TableReader:
     def _find_table(self, rows: Rows, feed: Iterator[Row], previous: FoundTable | None) -> FoundTable | None:
         """Return the next table after the `previous` one, or None if there is none; `feed` yields the rows to search.
 
-        Its first row has a number in at least one column that the header names. If flags select the columns by number,
-        all of these columns must have numbers.
+        The table begins at the first row with a number in at least one column that its header names. If flags select
+        the columns by number, all of these columns must have numbers. Raises InputError if a row of numbers
+        after a blank line has no header, or if the units of the table are invalid.
         """
         is_stream = not isinstance(rows, WholeRows)
         max_searched = MAX_BANNER if is_stream else _MAX_SEARCHED
-        above: list[Row] = []
+        above: list[Row] = []  # the rows before the table
         header_index: int | None = None  # index of the header in `above`
         texts_left = 0  # number of rows of text that may still follow the header
         number_columns: Collection[int] = self._by_number  # indices of the columns in which numbers are expected
@@ -349,6 +351,7 @@ class TableReader:
         is_first_unused = all(column.index for column in table.columns)  # then the first cell may name a statistic
         width = len(table.header.cells)
         used_width = 1 + max(column.index for column in table.columns)
+        # Between spaces, a missing cell shifts all cells after it, so rows must be as long as the header.
         min_width = width if by_spaces else used_width if self.is_single else 0
         decimals: Counter[int] = Counter()  # number of rows for each number of decimals in the last cell
         for row in itertools.chain([first], feed):

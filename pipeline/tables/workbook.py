@@ -67,8 +67,8 @@ def _unpack(source: str, content: bytes) -> bytes:
             raise validation_error(source, size, "bytes", bound, "save the table as CSV in UTF-8")
         # The library allocates the whole rectangle that encloses the cells of a sheet, and copies a shared text into
         # each cell that uses it. Both sizes are estimated here from the XML text, without parsing the workbook.
-        shared_texts = max_cells = 0
-        longest_text = 0
+        max_cells = 0  # number of cells of the largest sheet
+        shared_texts = longest_text = 0  # number of cells with a shared text, and the length of the longest one
         for member in members:
             part = packed.read(member)
             if part.count(b"row") > 2 * MAX_LINES:
