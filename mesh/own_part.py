@@ -40,6 +40,7 @@ _REDUNDANCY_RATIO = 1.05
 _BIN_FRACTION = 0.02  # width of a bin as a fraction of the longest side of the part
 _GROWTH = 0.45  # growth of the element size with distance [mm per mm]
 _NEAR = 1e-6  # distance below which two points are considered equal [mm]; in some tests, a fraction of the span
+_ON_FACE = 10.0 * _NEAR  # largest distance of the middle of a facet from the face on which it lies [mm]
 _PARALLEL = 1e-12  # a ray and a segment are parallel if their cross product [mm] is smaller than this
 # The depth at a node is measured at this fraction of the way from the node to the centre of a quadrilateral.
 _INWARD_FRACTION = 1e-3
@@ -133,22 +134,21 @@ def swept_part(
     presses: Iterable[tuple[float, ...]] = (),
     fine: FineCorners = FineCorners(),
 ) -> SweptPart:
-    """Return the mesh [mm] of an extruded part.
+    """Divide the section of an extruded part into quadrilaterals, and sweep them through the depth [mm].
 
     `scale` [1] is the relative element size: 1 for the mesh of the solution, 2 for the coarse mesh of its error
-    estimate. `layers` is the number of layers of cells through half the depth. `presses` are the directions of the
-    loads, and `fine` lists the corners at which the mesh is refined. If the part, its named faces and the loads are
-    symmetric about the middle of the depth, only the upper half is meshed. Raises MeshError if no valid mesh is found,
-    and MachineError if gmsh fails.
+    estimate. `layers` is the number of layers of cells through half the depth. `presses` are the directions (x, y, z)
+    of the loads, and `fine` lists the corners at which the mesh is refined. If the part, its named faces and the loads
+    are symmetric about the middle of the depth, only the upper half is meshed. Raises MeshError if no valid mesh is
+    found, and MachineError if gmsh fails.
     """
     section = _meshed_section(extrusion, scale, fine)
     profile = section.profile
     low, high = _sweep_ends(extrusion, section)
     is_half = _can_mesh_half(extrusion, presses, low, high)
-    half_levels = half_depth_fractions(layers)
-    # Levels relative to the depth: from 1/2 to 1 for the upper half, or from 0 to 1 for the whole part.
-    levels = 0.5 + 0.5 * (half_levels if is_half else np.concatenate([-half_levels[:0:-1], half_levels]))
+    levels = _layer_boundaries(layers, is_half=is_half)
     straight = _sweep_between(profile, levels, low, high)
+    # The edges of these elements become curved where the outline of the section is curved.
     quadratic = MeshHex2.from_mesh(straight)
     mesh = dataclasses.replace(quadratic, doflocs=curved_nodes(quadratic, profile))
     mesh = mesh.with_boundaries(_boundaries(extrusion, profile, straight, is_half=is_half))
@@ -156,7 +156,7 @@ def swept_part(
     corners = profile.points[:, profile.quads]
     # The area of a quadrilateral is half the cross product of its diagonals.
     area = 0.5 * np.abs(_cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
-    cells = np.arange(straight.t.shape[1]).reshape(len(levels) - 1, -1)
+    cells = np.arange(straight.t.shape[1]).reshape(len(levels) - 1, -1)  # the sweep numbers the cells layer by layer
     x, z = corners.mean(axis=1)
     middle = 0.5 * (extrusion.low + extrusion.high)
     return SweptPart(
@@ -186,6 +186,15 @@ def _can_mesh_half(extrusion: "Extrusion", presses: Iterable[tuple[float, ...]],
     return is_loaded_in_plane and has_symmetric_faces and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
 
 
+def _layer_boundaries(layers: int, *, is_half: bool) -> Floats:
+    """Return the boundaries of the layers, relative to the depth: from 1/2 to 1 for the upper half, or from 0 to 1.
+
+    `layers` is the number of layers through half the depth.
+    """
+    half_levels = half_depth_fractions(layers)
+    return 0.5 + 0.5 * (half_levels if is_half else np.concatenate([-half_levels[:0:-1], half_levels]))
+
+
 def _sweep_between(profile: Profile, levels: Floats, low: Floats, high: Floats) -> MeshHex1:
     """Return the straight-sided hexahedra of a profile, swept from y = `low` to y = `high` (points,) [mm].
 
@@ -204,16 +213,18 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
 
     The length of the mesh along y is compared with the length of the part, along the lines of a grid in each
     quadrilateral. `depth` (points,) [mm] is the length of the mesh at the points of the profile. `area`
-    (quadrilaterals,) [mm^2] determines how many lines a quadrilateral has.
+    (quadrilaterals,) [mm^2] holds the areas of the quadrilaterals. The lines are about 0.4 mm apart.
     """
     mean_errors = np.zeros(len(area))
     line_counts = np.clip(np.ceil(np.sqrt(area) / _LINE_SPACING_MM), 1, _MAX_LINES_PER_SIDE).astype(int)
     # All quadrilaterals with the same number of lines are evaluated together.
     for count in np.unique(line_counts):
         quads = np.flatnonzero(line_counts == count)
+        # The lines pass through the middles (r, s) of a grid of equal squares in the unit square. Bilinear shape
+        # functions map the unit square to each quadrilateral.
         coordinates = (np.arange(count) + 0.5) / count
         r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
-        shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])  # bilinear shape functions
+        shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
         corners = profile.quads[:, quads]
         x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
         _, _, part_length = extrusion.spans(x, z)
@@ -245,18 +256,15 @@ def _feature_length_errors(
     pieces = list(extrusion.feature_pieces())
     if not pieces:
         return length_errors, equivalent_errors
+    # Each piece has a position (x, z) [mm], an area seen along y [mm^2], and the mean width of its face [mm].
     positions = np.array([position for position, _, _ in pieces]).T
     piece_areas, widths = (np.array([piece[i] for piece in pieces]) for i in (1, 2))
     corners = profile.points[:, profile.quads]
-    sides = np.roll(corners, -1, axis=1) - corners
     _, _, part_length = extrusion.spans(*positions)
     for i in np.flatnonzero(part_length > 0.0):
-        position = positions[:, i]
-        # A position inside a quadrilateral is on the left of all its sides, so all four cross products are positive.
-        cross_products = _cross_product(sides, position[:, None, None] - corners)
-        quad = int(np.argmax(cross_products.min(axis=0)))
-        if not cross_products[:, quad].min() >= -_NEAR:
-            continue  # the piece lies in no quadrilateral
+        quad = _quadrilateral_at(positions[:, i], corners)
+        if quad is None:
+            continue
         corner_depths = depth[profile.quads[:, quad]]
         mesh_length = float(corner_depths.mean())
         difference = abs(mesh_length - float(part_length[i]))
@@ -270,6 +278,18 @@ def _feature_length_errors(
     return length_errors, equivalent_errors
 
 
+def _quadrilateral_at(position: Floats, corners: Floats) -> int | None:
+    """Return the index of the quadrilateral that contains a position (2,) [mm], or None if none of them does.
+
+    `corners` (2, 4, quadrilaterals) [mm] are in counterclockwise order. A position inside a quadrilateral is therefore
+    on the left of all its sides.
+    """
+    sides = np.roll(corners, -1, axis=1) - corners
+    cross_products = _cross_product(sides, position[:, None, None] - corners)  # positive on the left of a side
+    quad = int(np.argmax(cross_products.min(axis=0)))
+    return quad if cross_products[:, quad].min() >= -_NEAR else None
+
+
 def _cross_product(a: Floats, b: Floats) -> Floats:
     """Return the scalar cross products of plane vectors (2, ...), shape (...)."""
     return np.asarray(a[0] * b[1] - a[1] * b[0])
@@ -278,7 +298,8 @@ def _cross_product(a: Floats, b: Floats) -> Floats:
 def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> _Section:
     """Divide the section of a part into quadrilaterals, and into regions bounded by the edges of slanted faces.
 
-    `scale` [1] multiplies the element sizes, and `fine` lists the corners at which the mesh is refined.
+    `scale` [1] multiplies the element sizes, and `fine` lists the corners at which the mesh is refined. Raises
+    MeshError if an element is not a quadrilateral, and MachineError if gmsh fails.
     """
     with gmsh_session():
         surfaces = _import_section(extrusion)
@@ -315,12 +336,12 @@ def _import_section(extrusion: "Extrusion") -> list[int]:
         extrusion.section.exportBrep(str(path))
         imported = occ.importShapes(str(path), format="brep")
         section = [pair for pair in imported if pair[0] == 2]  # noqa: PLR2004 - the dimension of a surface
-        lines = []
+        dividing_lines = []  # pairs of the dimension of a curve, 1, and gmsh's tag
         for (x0, z0), (x1, z1) in extrusion.lines:
             ends = [occ.addPoint(x, extrusion.plane, z) for x, z in ((x0, z0), (x1, z1))]
-            lines.append((1, occ.addLine(*ends)))
-        if lines:
-            occ.fragment(section, lines)
+            dividing_lines.append((1, occ.addLine(*ends)))
+        if dividing_lines:
+            occ.fragment(section, dividing_lines)
         occ.synchronize()
         surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
         bounding_curves = {
@@ -375,10 +396,10 @@ class GradedSizes:
         """Return the points (x, y, z, size) that can determine the size somewhere in the bin with indices `key`."""
         middle = (np.array(key) + 0.5)[:, None] * self._bin_size
         size_at_middle = self._sizes + self._growth * np.linalg.norm(self._points - middle, axis=0)
-        # From the middle of the bin to a corner, the size implied by one point may grow and that implied by another
-        # may shrink. Each changes by at most half of this.
-        largest_change = self._growth * self._bin_size * np.sqrt(len(key))
-        relevant = size_at_middle <= size_at_middle.min() + largest_change
+        # From the middle of the bin to a corner, the size implied by one point may grow, and the size implied by
+        # another point may shrink. Each changes by at most the growth over half a diagonal of the bin.
+        largest_relative_change = self._growth * self._bin_size * np.sqrt(len(key))
+        relevant = size_at_middle <= size_at_middle.min() + largest_relative_change
         return [
             (x, y, z, size)
             for (x, y, z), size in zip(self._points.T[relevant].tolist(), self._sizes[relevant].tolist(), strict=True)
@@ -427,13 +448,13 @@ class _Outline:
         bounding_curves = [tag for _, tag in gmsh.model.getBoundary(dim_tags, combined=False, oriented=False)]
         # A curve that bounds two surfaces is listed twice. It lies inside the section, not on its outline.
         tags = [tag for tag in dict.fromkeys(bounding_curves) if bounding_curves.count(tag) == 1]
-        lengths = {tag: gmsh.model.occ.getMass(1, tag) for tag in tags}
-        step = sum(lengths.values()) / _OUTLINE_SAMPLES
+        lengths = {tag: gmsh.model.occ.getMass(1, tag) for tag in tags}  # the mass of a curve is its length [mm]
+        sample_spacing = sum(lengths.values()) / _OUTLINE_SAMPLES
         curves: list[_SampledCurve] = []
         curve_ends: list[_CurveEnd] = []
-        first_sample = 0
+        first_sample = 0  # index of the first sample on the curve
         for tag in tags:
-            count = max(_MIN_CURVE_SAMPLES, int(np.ceil(lengths[tag] / step)))
+            count = max(_MIN_CURVE_SAMPLES, int(np.ceil(lengths[tag] / sample_spacing)))
             curve = _sample_curve(tag, count)
             curves.append(curve)
             for (position, direction), sample in zip(curve.ends, (first_sample, first_sample + count - 1), strict=True):
@@ -450,18 +471,19 @@ class _Outline:
     def _find_sharp_corners(self, ends: list[_CurveEnd]) -> tuple[Floats, Ints]:
         """Return the sharp inner corners (2, n) [mm], and the indices (2, n) of the samples on both sides of each.
 
-        Two curves that meet at an inner corner enclose a region outside the section. A point on their bisector, just
-        beside the corner, therefore lies outside the section.
+        `ends` are the ends of all curves of the outline. Two curves that meet at an inner corner enclose a region
+        outside the section. A point on their bisector, just beside the corner, therefore lies outside the section.
         """
         corners, samples = [], []
         for i, curve_end in enumerate(ends):
             for other_end in ends[:i]:
                 if np.linalg.norm(other_end.position - curve_end.position) > _NEAR * self.span:
                     continue
+                # Both directions lead away from the corner, so they are opposite if the outline does not turn there.
                 turn = np.pi - np.arccos(np.clip(curve_end.direction @ other_end.direction, -1.0, 1.0))
                 bisector = curve_end.direction + other_end.direction
-                length = max(float(np.linalg.norm(bisector)), _NEAR)
-                test_point = curve_end.position + _TEST_DISTANCE * self.span * bisector / length
+                bisector_length = max(float(np.linalg.norm(bisector)), _NEAR)  # 0 if the outline does not turn
+                test_point = curve_end.position + _TEST_DISTANCE * self.span * bisector / bisector_length
                 if turn > _SHARP_TURN_RAD and not self._is_inside(test_point):
                     corners.append(curve_end.position)
                     samples.append((curve_end.sample, other_end.sample))
@@ -478,8 +500,8 @@ class _Outline:
         """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides the elements.
 
         The points are the samples of the outline and the corners in `fine`. The size at a sample is the thickness of
-        the part there. On a curve it is at most a quarter of the circle of curvature, and at a round inner corner a
-        third of this length. All sizes are multiplied by `scale` [1].
+        the part there. On a curve it is at most a quarter of the circle of curvature, and at a round inner corner at
+        most a third of this length. All sizes are multiplied by `scale` [1]. This method also sets `concave`.
         """
         # The thickness at a sample is the distance to the opposite side of the outline, along the normal through the
         # part. The part lies to the left if a ray to the left crosses the outline an odd number of times.
@@ -496,11 +518,11 @@ class _Outline:
         sizes *= scale
         # At a refined corner, `fine.size` multiplies the size without refinement or the wall thickness, whichever is
         # smaller.
-        numbers = list(fine.numbers)
-        corners = self.corners[:, numbers]
+        refined = list(fine.numbers)
+        corners = self.corners[:, refined]
         distance = np.linalg.norm(corners[:, :, None] - self.points[:, None], axis=0)
         unrefined_sizes = (sizes + _GROWTH * distance).min(axis=1, initial=np.inf)
-        wall_thickness = thickness[self._samples_at_corners[:, numbers]].min(axis=0)
+        wall_thickness = thickness[self._samples_at_corners[:, refined]].min(axis=0)
         refined_sizes = fine.size * np.minimum(unrefined_sizes, wall_thickness)
         return np.hstack([self.points, corners]), np.concatenate([sizes, refined_sizes])
 
@@ -522,8 +544,9 @@ class _Outline:
     def _ray_distances(self, direction: Floats) -> tuple[Floats, Flags]:
         """Return the distance [mm] along a ray from each sample to the outline, and whether the ray begins in the part.
 
-        `direction` (2, n) are the unit directions of the rays. A ray that begins in the part crosses the outline an odd
-        number of times. If a ray does not cross the outline, its distance is infinite.
+        Both results have shape (n,), and `direction` (2, n) are the unit directions of the rays. A ray that begins in
+        the part crosses the outline an odd number of times, not counting its start. If a ray does not cross the
+        outline, its distance is infinite.
         """
         start, end = self._chords
         chord_vectors = end - start
@@ -538,6 +561,7 @@ class _Outline:
             to_start = start - origin
             t = _cross_product(to_start, chord_vectors) / divisor
             s = _cross_product(to_start, np.broadcast_to(ray, chord_vectors.shape)) / divisor
+            # The lower bound of t excludes the chord on which the ray begins.
             is_hit = (t > _NEAR * self.span) & (s >= 0.0) & (s < 1.0)
             crossings[i] = is_hit.sum()
             distance[i] = t[is_hit].min(initial=np.inf)
@@ -549,6 +573,7 @@ def _sample_curve(tag: int, count: int) -> _SampledCurve:
     (start,), (end,) = gmsh.model.getParametrizationBounds(1, tag)
     # Positions with even indices are the ends of chords. Those with odd indices lie on the curve between them.
     parameters = np.linspace(start, end, 2 * count + 1)
+    # The section is normal to y, so only x and z are kept.
     positions = np.reshape(gmsh.model.getValue(1, tag, parameters), (-1, 3))[:, [0, 2]].T
     derivatives = np.reshape(gmsh.model.getDerivative(1, tag, parameters), (-1, 3))[:, [0, 2]].T
     curvature = np.asarray(gmsh.model.getCurvature(1, tag, parameters))
@@ -577,12 +602,12 @@ def _turning_signs(positions: Floats) -> Floats:
     return np.asarray(np.where(_cross_product(middle - before, after - middle) >= 0.0, 1.0, -1.0))
 
 
-def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Section:
-    """Return the mesh of the section from gmsh.
+def _read_section(surfaces: list[int], concave: set[int], sharp_corners: Floats) -> _Section:
+    """Return the mesh of the section that gmsh has generated.
 
     `surfaces` are gmsh's tags of the surfaces, each of which is one region. `concave` holds the tags of the curves that
-    are round inner corners. `sharp` (2, n) [mm] are the sharp inner corners. Raises MeshError if an element is not a
-    quadrilateral.
+    are round inner corners. `sharp_corners` (2, n) [mm] are the sharp inner corners. Raises MeshError if an element is
+    not a quadrilateral.
     """
     tags_of_quads, regions = [], []
     for region, tag in enumerate(surfaces):
@@ -594,7 +619,7 @@ def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Sec
         regions.append(np.full(corner_tags.shape[1], region))
     tags = np.hstack(tags_of_quads)
     nodes = used_nodes(tags)
-    points = np.ascontiguousarray(nodes.points[[0, 2]])
+    points = np.ascontiguousarray(nodes.points[[0, 2]])  # x and z, because the section is normal to y
     quads = nodes.index[tags]
     corners = points[:, quads]
     # The cross product of the diagonals is negative if the corners are numbered clockwise.
@@ -604,10 +629,12 @@ def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Sec
     profile = Profile(points=points, quads=quads, arcs=arcs, midpoints=midpoints, surfaces={FILLETS: fillets})
     # The node at a sharp corner is the one nearest to it.
     corner_of_quad = np.full(quads.shape[1], -1)
-    for number, position in enumerate(sharp.T):
+    for corner, position in enumerate(sharp_corners.T):
         node = int(np.argmin(np.linalg.norm(points - position[:, None], axis=0)))
-        corner_of_quad[(quads == node).any(axis=0)] = number
-    return _Section(profile, np.hstack(regions), corner_of_quad, sharp.shape[1])
+        corner_of_quad[(quads == node).any(axis=0)] = corner
+    return _Section(
+        profile=profile, region=np.hstack(regions), corner=corner_of_quad, corner_count=sharp_corners.shape[1]
+    )
 
 
 def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> tuple[Ints, Floats, Ints]:
@@ -617,9 +644,10 @@ def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -
     curves. `concave` holds the tags of the curves that are round inner corners.
     """
     bounding_curves = gmsh.model.getBoundary([(2, tag) for tag in surfaces], combined=False, oriented=False)
-    edges, midpoints, fillets = [], [], [np.zeros((2, 0), dtype=np.int64)]
+    edges, midpoints = [], []
+    fillets = [np.zeros((2, 0), dtype=np.int64)]  # not empty, because `hstack` needs at least one array
     line_nodes = used_nodes(np.hstack([element_nodes("Line", 2, tag) for _, tag in bounding_curves]))
-    for tag in dict.fromkeys(curve for _, curve in bounding_curves):
+    for tag in dict.fromkeys(curve for _, curve in bounding_curves):  # a curve between two surfaces is listed twice
         line = element_nodes("Line", 2, tag)
         edges.append(nodes.index[line[:2]])
         midpoints.append(line_nodes.points[:, line_nodes.index[line[2]]][[0, 2]])
@@ -649,8 +677,9 @@ def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floa
         # A line through a node on the outline may miss the part. The depth is therefore measured slightly inside, on
         # the way to the centre of an adjacent quadrilateral.
         region_quads = quads[:, in_region]
-        nodes, first = np.unique(region_quads, return_index=True)
-        adjacent_centres = centres[:, in_region][:, first % region_quads.shape[1]]
+        nodes, flat_index = np.unique(region_quads, return_index=True)
+        # The remainder converts the index of a node in the flattened array to the column of its quadrilateral.
+        adjacent_centres = centres[:, in_region][:, flat_index % region_quads.shape[1]]
         probes = points[:, nodes] + _INWARD_FRACTION * (adjacent_centres - points[:, nodes])
         lower, upper, length = extrusion.spans(*probes)
         if (length <= 0.0).any():
@@ -664,8 +693,8 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     """Return the indices of the facets on each named boundary of a swept part.
 
     `straight` is the straight-sided swept mesh. Its node k n + i is point i of the n points of the profile, at level k.
-    If `is_half`, level 0 is the plane of symmetry. Raises MeshError if a named face of the part has no facets, or if
-    its area differs from the area of its facets.
+    If `is_half` is true, level 0 is the plane of symmetry. Raises MeshError if a named face of the part has no facets,
+    or if its area differs from the area of its facets.
     """
     # The node number of each corner of a facet gives the level and the profile point of that corner.
     n = profile.points.shape[1]
@@ -675,24 +704,23 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     top_level = straight.p.shape[1] // n - 1
     is_level = lowest_level == highest_level  # whether all corners of the facet are at the same level
     boundaries: dict[str, Ints] = {}
-    profile_points = corners % n
-    edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
     if is_half:
         boundaries[SYMMETRY] = boundary_facets[is_level & (lowest_level == 0)]
+    # Side faces are the ends of the sweep at the full depth. The surfaces of shallower regions do not belong to them.
     y = straight.p[1, corners]
     on_end = is_level & (lowest_level == top_level) & (np.abs(y - extrusion.high).max(axis=0) < _NEAR)
     if not is_half:
         on_end |= is_level & (lowest_level == 0) & (np.abs(y - extrusion.low).max(axis=0) < _NEAR)
     boundaries[SIDES] = boundary_facets[on_end]
+    profile_points = corners % n
     fillets = profile.surfaces[FILLETS]
     if fillets.shape[1]:
+        edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
         boundaries[FILLETS] = boundary_facets[~is_level & (index_by_nodes(fillets, edge_ends) >= 0)]
-    # A facet belongs to a named face of the part if the middle of the facet lies on that face.
     middles = _facet_middles(profile, straight, boundary_facets, profile_points)
     for name in extrusion.part.faces:
-        on_face = extrusion.are_on_face(name, middles, 10.0 * _NEAR)
-        boundaries[name] = boundary_facets[on_face]
-        if not on_face.any():
+        boundaries[name] = boundary_facets[extrusion.are_on_face(name, middles, _ON_FACE)]
+        if not len(boundaries[name]):
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "choose another face")
         meshed_area = (2.0 if is_half else 1.0) * facets_area(straight, boundaries[name])
         _check_face_area(extrusion, name, meshed_area)
@@ -714,7 +742,7 @@ def _check_face_area(extrusion: "Extrusion", name: str, meshed_area: float) -> N
 
 
 def _facet_middles(profile: Profile, straight: MeshHex1, facets: Ints, profile_points: Ints) -> Floats:
-    """Return the middles of the given facets [mm], shape (3, n).
+    """Return the middles of the given facets [mm], shape (3, n), by which facets are assigned to named faces.
 
     The middle of a facet swept from an arc lies on the curved surface. `facets` (n,) are the indices of the facets in
     `straight`. `profile_points` (4, n) are the indices of the profile points at their corners.

@@ -72,8 +72,8 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
     """Convert gmsh's quadratic tetrahedra to a scikit-fem mesh, and straighten the edges of folded cells.
 
     `points` (3, n) [mm] are gmsh's nodes. `cells` (10, m) holds the node indices of each cell, its four corners first.
-    `faces` holds the corner indices (3, k) of the triangles on each named face. A cell is folded if the determinant of
-    its Jacobian changes sign. Raises MeshError if cells are still folded after `_MAX_PASSES` passes.
+    `faces` holds the corner indices (3, k) of the triangles on each named face. Raises MeshError if cells are still
+    folded after `_MAX_PASSES` passes.
     """
     # scikit-fem numbers the corners from 0 without gaps, followed by one node at the middle of each edge.
     corners, corner_index = np.unique(cells[:4], return_inverse=True)
@@ -83,8 +83,7 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
     boundaries = {}
     for name, triangles in faces.items():
         boundaries[name] = index_by_nodes(straight.facets, new_index[triangles])
-    mesh = MeshTet2.from_mesh(straight)
-    straight_nodes = mesh.doflocs
+    straight_quadratic = MeshTet2.from_mesh(straight)
 
     # Each of gmsh's midside nodes replaces scikit-fem's node on the edge with the same ends. The midside nodes of a
     # cell in gmsh are in the order of these edges.
@@ -92,19 +91,28 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
     edge_ends = new_index[np.hstack(edges_of_cell)]
     midside_nodes = np.concatenate([cells[row] for row in range(4, 10)])
     edge = index_by_nodes(straight.edges, edge_ends)
-    nodes = mesh.doflocs.copy()
-    corner_count = len(corners)
-    nodes[:, corner_count + edge] = points[:, midside_nodes]
+    curved_nodes = straight_quadratic.doflocs.copy()
+    curved_nodes[:, len(corners) + edge] = points[:, midside_nodes]
+    return _without_folds(straight_quadratic, curved_nodes).with_boundaries(boundaries)
 
+
+def _without_folds(straight: MeshTet2, curved_nodes: Floats) -> MeshTet2:
+    """Return the mesh with curved edges, except that the edges of folded cells are straight.
+
+    `straight` has straight edges only, and `curved_nodes` (3, n) [mm] are its nodes after curving. A cell is folded if
+    the determinant of its Jacobian changes sign. Raises MeshError if cells are still folded after `_MAX_PASSES` passes.
+    """
     # The determinant is sampled at the corners and at quadrature points. It changes sign in a cell if its sign at any
     # of these points differs from its sign at the last one.
     sample_points = np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]])
+    corner_count = straight.nvertices  # the nodes of edges are numbered after the corners
+    nodes = curved_nodes.copy()
     for _ in range(_MAX_PASSES):
-        curved = dataclasses.replace(mesh, doflocs=nodes)
+        curved = dataclasses.replace(straight, doflocs=nodes)
         determinants = determinant(cell_jacobian(curved, sample_points))
         folded = np.flatnonzero((determinants * np.sign(determinants[:, -1:])).min(axis=1) <= 0.0)
         if not len(folded):
-            return curved.with_boundaries(boundaries)
+            return curved
         folded_edges = np.unique(corner_count + straight.t2e[:, folded])
-        nodes[:, folded_edges] = straight_nodes[:, folded_edges]
+        nodes[:, folded_edges] = straight.doflocs[:, folded_edges]
     raise MeshError("quality", f"{len(folded)} tetrahedra are folded", _HINT)

@@ -17,19 +17,20 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     corners = points[:, tets]  # (3, 4, m)
     edges = corners[:, 1:] - corners[:, :1]
     jacobian = np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])
-    largest = np.abs(jacobian)
+    largest_product = np.abs(jacobian)
     for corner in range(4):
-        opposite_face = np.delete(corners, corner, axis=1)
-        edge_lengths = np.linalg.norm(opposite_face - corners[:, corner, None], axis=0)
-        largest = np.maximum(largest, edge_lengths.prod(axis=0))
+        other_corners = np.delete(corners, corner, axis=1)
+        edge_lengths = np.linalg.norm(other_corners - corners[:, corner, None], axis=0)
+        largest_product = np.maximum(largest_product, edge_lengths.prod(axis=0))
     # A cell that has shrunk to a point gets quality 0, without a division by zero.
-    return np.asarray(np.sqrt(2.0) * jacobian / np.where(largest > 0.0, largest, 1.0))
+    return np.asarray(np.sqrt(2.0) * jacobian / np.where(largest_product > 0.0, largest_product, 1.0))
 
 
 def check_quality(points: Floats, tets: Ints, least: float) -> float:
-    """Return the smallest scaled Jacobian [1] of tetrahedra `tets` (4, m) with corners at `points` (3, n) [mm].
+    """Return the smallest scaled Jacobian [1] of tetrahedra, and check that it is at least `least` [1].
 
-    Raises MeshError if it is below `least` or not a number.
+    `points` (3, n) [mm] are the nodes, and `tets` (4, m) the indices of the corners. Raises MeshError if the smallest
+    value is below `least` or not a number.
     """
     quality = scaled_jacobian(points, tets)
     worst_tet = int(np.argmin(quality))

@@ -107,19 +107,19 @@ def _separate_model() -> Iterator[None]:
 
 @contextmanager
 def _preserved_signal_handlers() -> Iterator[None]:
-    """Restore Python's signal handlers at the end of the block, because gmsh replaces them in C.
+    """Restore Python's signal handlers at the end of a `with` block, because gmsh replaces them in C.
 
-    The signals are blocked during the block.
+    A signal that arrives inside the block is handled at its end.
     """
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
-    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, ())  # blocks no signal; it only returns the current mask
     try:
         signal.pthread_sigmask(signal.SIG_BLOCK, handlers)
         yield
     finally:
         if threading.current_thread() is threading.main_thread():  # Python can set handlers only in the main thread
             for number, handler in handlers.items():
-                if handler is not None:
+                if handler is not None:  # Python cannot restore a handler that was set in C
                     signal.signal(number, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
 
@@ -128,8 +128,9 @@ def _preserved_signal_handlers() -> Iterator[None]:
 def stage(name: str, hint: str) -> Iterator[None]:
     """Convert an error raised by gmsh in the block into a MachineError that names this stage and hint.
 
-    All other errors pass unchanged. An error from gmsh indicates a faulty installation or a lack of memory. Meshes of
-    insufficient quality are detected by this project's own checks, which raise MeshError.
+    `name` is the stage of meshing, for example "generate", and `hint` tells the user what to do. All other errors pass
+    unchanged. An error from gmsh indicates a faulty installation or a lack of memory. Meshes of insufficient quality
+    are detected by this project's own checks, which raise MeshError.
     """
     try:
         yield

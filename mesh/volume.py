@@ -45,10 +45,10 @@ class SizeField:
 def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_quality: float = 0.05) -> MeshTet1:
     """Divide a part into straight-sided tetrahedra [mm], with the part's named faces as boundaries.
 
-    `tolerance` [1] is the largest allowed relative difference between mesh and solid, in volume and in the area of
-    each named face. A part with curved faces needs a larger tolerance than the default. `least_quality` [1] is the
-    smallest allowed scaled Jacobian. Raises MeshError if `size` names an unknown face, or if the mesh does not meet
-    these limits.
+    `size` is the element size as a function of position. `tolerance` [1] is the largest allowed relative difference
+    between mesh and solid, in volume and in the area of each named face. A part with curved faces needs a larger
+    tolerance than the default. `least_quality` [1] is the smallest allowed scaled Jacobian. Raises MeshError if `size`
+    names an unknown face, or if the mesh does not meet these limits, and MachineError if gmsh fails.
     """
     for name in (*size.faces, *size.cuts):
         if name not in part.faces:
@@ -60,11 +60,11 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
         with stage("generate", "use smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
-            tets = element_nodes("Tetrahedron")
-            nodes = used_nodes(tets)
+            node_tags = element_nodes("Tetrahedron")
+            nodes = used_nodes(node_tags)
             triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
     points = nodes.points
-    tets = np.ascontiguousarray(nodes.index[tets])
+    tets = np.ascontiguousarray(nodes.index[node_tags])
     check_quality(points, tets, least_quality)
     mesh = MeshTet1(points, tets)
     mesh = mesh.with_boundaries(_named_boundaries(mesh, part, triangles))
@@ -81,10 +81,10 @@ def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> 
     boundary_facets = mesh.boundary_facets()
     boundaries = {}
     for name, indices in part.faces.items():
-        index = index_by_nodes(mesh.facets[:, boundary_facets], np.hstack([triangles[i] for i in indices]))
-        if (index < 0).any():
+        position = index_by_nodes(mesh.facets[:, boundary_facets], np.hstack([triangles[i] for i in indices]))
+        if (position < 0).any():
             raise MeshError("read", "a triangle of a face is not an outer facet of the mesh", "check the solid")
-        boundaries[name] = boundary_facets[index]
+        boundaries[name] = boundary_facets[position]
     return boundaries
 
 
@@ -116,7 +116,10 @@ def _import_part(part: Part) -> list[int]:
 
 
 def _check_faces(part: Part, tags: Sequence[int]) -> None:
-    """Raise MeshError unless gmsh's surfaces are the part's faces in the same order. Compare areas and centroids."""
+    """Raise MeshError unless gmsh's surfaces are the part's faces in the same order.
+
+    `tags` are gmsh's surface tags. A surface is the same as a face if their areas and centroids agree.
+    """
     faces = part.shape.Faces()
     if len(tags) != len(faces):
         reason = f"gmsh has {len(tags)} faces, but the solid has {len(faces)}"
@@ -125,13 +128,17 @@ def _check_faces(part: Part, tags: Sequence[int]) -> None:
         area = gmsh.model.occ.getMass(2, tag)
         expected = face.Area()
         shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
+        # The square root of the area is a typical length of the face.
         if abs(area - expected) > _FACE_TOLERANCE * expected or shift > _FACE_TOLERANCE * math.sqrt(expected):
             difference = f"area {area:.6g} mm^2 instead of {expected:.6g} mm^2, centroid {shift:.3g} mm away"
             raise MeshError("import", f"gmsh's face {index} is not the solid's face {index}: {difference}", _LOST)
 
 
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
-    """Set gmsh's background field to the element size `size`. `tags` maps each face name to gmsh's surface tags."""
+    """Set gmsh's background field, which determines the element size at each position, to `size`.
+
+    `tags` maps the name of each face to gmsh's surface tags.
+    """
     field = gmsh.model.mesh.field
 
     def bounding_curves(names: Sequence[str]) -> set[int]:

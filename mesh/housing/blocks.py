@@ -19,6 +19,7 @@ Interval = tuple[float, float]  # start and end [mm]
 _FAN_HEIGHT_RATIO = 1.8
 _MAX_FAN_FRACTION = 0.7  # largest fraction of the solid beside a fillet that a fan may occupy
 _NECK_GROWTH = 1.5  # size ratio of successive elements, from the tip upwards
+_FRAME_SIZE_RATIO = 0.4  # element size in the frame at scale 1, divided by the width of a wall
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,10 +92,11 @@ class Fan:
 
 
 def counts(housing: Housing, scale: float) -> Counts:
-    """Return the numbers of elements for a relative element size `scale` [1].
+    """Return the numbers of elements along the curves of a housing's profile.
 
-    `scale` is 1 for the mesh of the solution, 2 for the coarse mesh of its error estimate, and 0.5 for a reference
-    solution. The frame hardly deforms, so its element size is only proportional to the square root of `scale`.
+    `scale` [1] is the relative element size: 1 for the mesh of the solution, 2 for the coarse mesh of its error
+    estimate, and 0.5 for a reference solution. The frame hardly deforms, so its element size is only proportional to
+    the square root of `scale`.
     """
 
     def scaled(number: int) -> int:
@@ -110,7 +112,7 @@ def counts(housing: Housing, scale: float) -> Counts:
         beside_fillet=scaled(4),
         neck=scaled(6),
         ring=scaled(2),
-        frame_size=0.4 * scale**0.5 * housing.wall_width,
+        frame_size=_FRAME_SIZE_RATIO * scale**0.5 * housing.wall_width,
     )
 
 
@@ -148,8 +150,8 @@ def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     fillet_reach = 0.5 * arm.flexure.thickness + arm.flexure.fillet
     fans = []
     for level, distance_to_end in ((lower_leaf, lower_leaf - bottom), (upper_leaf, top - upper_leaf)):
-        room = min(distance_to_end, half_separation)
-        largest_height = fillet_reach + _MAX_FAN_FRACTION * (room - fillet_reach)
+        solid_height = min(distance_to_end, half_separation)
+        largest_height = fillet_reach + _MAX_FAN_FRACTION * (solid_height - fillet_reach)
         fans.append(Fan(level, min(_FAN_HEIGHT_RATIO * fillet_reach, largest_height)))
     return tuple(fans)
 
@@ -158,8 +160,8 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Bloc
     """Return the block of the fan at the root of a leaf.
 
     The face of the solid is at `x` [mm]. The fan's box extends from there into the solid by `depth` [mm], whose sign is
-    the direction along x. The block has four sides: the end of the straight leaf, a fillet and face above the leaf, the
-    edges of the box, and a fillet and face below the leaf.
+    the direction along x, and in z as far as `fan`. The block has four sides: the end of the straight leaf, a fillet
+    and face above the leaf, the edges of the box, and a fillet and face below the leaf.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness
@@ -204,7 +206,7 @@ def straight_ends(arm: Arm) -> tuple[float, float]:
 
 
 def leaf_blocks(arm: Arm, count: Counts) -> Iterator[Block]:
-    """Yield the blocks of the straight parts of both leaves of an arm."""
+    """Yield two blocks: the straight parts of the lower and the upper leaf of an arm."""
     half_thickness = 0.5 * arm.flexure.thickness
     start, end = straight_ends(arm)
     # Anticlastic bending decays within half the leaf's depth of a root. On a long leaf, the elements are concentrated
@@ -259,6 +261,7 @@ def shuttle_blocks(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]
     The column on the side of the leaves is replaced by fans at the levels of the leaf roots.
     """
     fans = leaf_fans(arm, housing.neck_level, arm.top_level)
+    # These widths have a sign. Adding them to x leads away from the leaves.
     width = -arm.sign * housing.shuttle_width
     half_tip = -arm.sign * 0.5 * housing.tip_side
     near_x = arm.shuttle
@@ -280,13 +283,15 @@ def _neck_blocks(housing: Housing, x_top: Interval, x_bottom: Interval, count: C
 
     The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip.
     """
+    # The corners of the neck, in order around the block.
     a = (x_bottom[0], housing.tip_height)
     b = (x_bottom[1], housing.tip_height)
     c = (x_top[1], housing.neck_level)
     d = (x_top[0], housing.neck_level)
     lower = Segment(start=a, end=b, count=count.sector)
-    right = Segment(start=b, end=c, count=count.neck, growth=_NECK_GROWTH)
     upper = Segment(start=c, end=d, count=count.sector)
-    left = Segment(start=a, end=d, count=count.neck, growth=_NECK_GROWTH)
-    yield Block(sides=((lower,), (right,), (upper,), (left,)))
+    # Both flanks run upwards, because their elements grow from the tip to the shuttle.
+    flank = Segment(start=b, end=c, count=count.neck, growth=_NECK_GROWTH)
+    opposite_flank = Segment(start=a, end=d, count=count.neck, growth=_NECK_GROWTH)
+    yield Block(sides=((lower,), (flank,), (upper,), (opposite_flank,)))
     yield rectangle(x_bottom, (0.0, housing.tip_height), count.sector, count.sector)

@@ -17,6 +17,7 @@ from mesh.session import MeshError
 _MIN_RING_RATIO = 1.3
 # The same ratio for an edge at a level that is added only for the ring.
 _NEW_EDGE_RATIO = 1.7
+_MAX_RING_RATIO = 2.0 * _NEW_EDGE_RATIO  # largest such ratio of an edge at an existing level
 # Largest extent of a fan in x, as a fraction of the distance from the post to the edge of the hole.
 _MAX_FAN_FRACTION = 0.65
 
@@ -72,7 +73,8 @@ class _Wall:
         # If the wall is no wider than its post, arm.wall = arm.post, and the rings begin where the fans end.
         largest_extent = _MAX_FAN_FRACTION * (abs(lower_hole[0] - arm.post) - self.radius)
         fan_extent = arm.sign * min(max(lower_fan.height, upper_fan.height), largest_extent)
-        self.fan_end_x, self.ring_start_x = arm.wall + fan_extent, arm.post + fan_extent
+        self.fan_end_x = arm.wall + fan_extent
+        self.ring_start_x = arm.post + fan_extent
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks of the wall. Raises MeshError if there is no wall between its two holes."""
@@ -120,13 +122,13 @@ class _Wall:
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
         """Return the level z [mm] of the edge of a hole's ring, above the hole (sign 1) or below it (sign -1).
 
-        It is the nearest of the existing `levels` that makes the ring wide enough. If no such level is near the hole, a
-        new one is returned. A new level inside a fan is moved to the edge of the fan, because the sectors of a fan must
-        not be divided.
+        It is the nearest of the existing `levels` [mm] that makes the ring wide enough. If no such level is near the
+        hole, a new one is returned. A new level inside a fan is moved to the edge of the fan, because the sectors of a
+        fan must not be divided.
         """
         for level in sorted(levels, reverse=sign < 0.0):  # outwards from the hole
             distance_ratio = sign * (level - hole[1]) / self.radius
-            if _MIN_RING_RATIO <= distance_ratio <= 2.0 * _NEW_EDGE_RATIO:
+            if _MIN_RING_RATIO <= distance_ratio <= _MAX_RING_RATIO:
                 return level
         new_level = hole[1] + sign * _NEW_EDGE_RATIO * self.radius
         for fan in self.fans:
@@ -152,6 +154,7 @@ class _Wall:
         cell = blocks.straight_block(corners, self.count.sector, elements)
         if b != ceiling:
             return cell
+        # The arc replaces the second side, from the lower to the upper corner at the cavity.
         fillet = _half_fillet(self.housing, self.arm, (wall_x, a), elements)
         return Block(sides=(cell.sides[0], (fillet,), *cell.sides[2:]))
 
@@ -214,6 +217,7 @@ def _bar_blocks(housing: Housing, count: Counts) -> list[Block]:
         over_wall = (arm.wall, housing.top_level)
         quadrilateral = (_knuckle(housing, arm), lower_point, upper_point, over_wall)
         straight_sided = blocks.straight_block(quadrilateral, count.sector, elements)
+        # The arc of the fillet replaces the first side, from the knuckle to the lower point.
         fillet = _half_fillet(housing, arm, lower_point, count.sector)
         bar.append(Block(sides=((fillet,), *straight_sided.sides[1:])))
         ends.append((lower_point, upper_point))

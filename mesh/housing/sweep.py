@@ -31,6 +31,7 @@ MAX_STRETCH = 1.25  # largest factor by which a mesh is stretched or compressed;
 _VOLUME_TOLERANCE = 1e-4  # allowed relative difference in volume
 _AREA_TOLERANCE = 2e-3  # allowed relative difference in area
 _VOLUME_ORDER = 5  # polynomial degree up to which the volume quadrature is exact
+_CHECK_ORDER = 3  # degree of the quadrature at whose points, 2^3 in each element, the Jacobian is checked
 # Thickness ratio of successive layers, from the side face inwards. Anticlastic bending decays near the side face.
 _LAYER_GROWTH = 2.0
 _NEAR = 1e-7  # distance below which two points are considered equal [mm]
@@ -56,7 +57,8 @@ def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None
 def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
     """Return the mesh [mm] of the half y >= 0, with the given numbers of elements along the curves of the profile.
 
-    `layers` is the number of elements through half the depth. Raises the same errors as `flexure_mesh`.
+    `layers` is the number of elements through half the depth. Raises MeshError if the profile cannot be divided into
+    blocks or an element is folded, and MachineError if gmsh fails.
     """
     profile = mesh_profile(housing_blocks(housing, count))
     straight = sweep_profile(profile, 0.5 * housing.depth * half_depth_fractions(layers))
@@ -70,11 +72,12 @@ def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
 
 
 def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
-    """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`.
+    """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`, without a new mesh.
 
     The mesh is stretched in x along the straight leaves and in the plain cells of the walls. All other elements are
-    only shifted. Returns None if the required stretch is larger than `MAX_STRETCH`. Raises MeshError if the housings
-    differ in more than their leaf lengths, or if the stretched mesh has a folded element.
+    only shifted. Returns None if the mesh would be stretched or compressed by more than `MAX_STRETCH`, or if only one
+    of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf lengths, or if the
+    stretched mesh has a folded element.
     """
     flexures = {}
     for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
@@ -118,11 +121,12 @@ def check_jacobian(mesh: MeshHex2) -> None:
     The measure is the scaled Jacobian: det J divided by the product of the lengths of the columns of J. It is 1 for a
     brick and 0 for a flat element.
     """
-    jacobian = cell_jacobian(mesh, np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]]))
-    quality = determinant(jacobian) / np.linalg.norm(jacobian, axis=0).prod(axis=0)
+    points = np.hstack([RefHex.p, get_quadrature(RefHex, _CHECK_ORDER)[0]])
+    jacobian = cell_jacobian(mesh, points)
+    scaled = determinant(jacobian) / np.linalg.norm(jacobian, axis=0).prod(axis=0)  # shape (elements, points)
     # The nodes of an element may be numbered in the opposite order, which makes its determinant negative. The sign of
     # the determinant must not change inside an element.
-    quality = (quality * np.sign(quality[:, :1])).min(axis=1)
+    quality = (scaled * np.sign(scaled[:, :1])).min(axis=1)
     worst_element = int(np.argmin(quality))
     if not quality[worst_element] >= MIN_SCALED_JACOBIAN:
         x, y, z = mesh.p[:, mesh.t[:, worst_element]].mean(axis=1)
@@ -177,7 +181,8 @@ def curved_nodes(mesh: MeshHex2, profile: Profile) -> Floats:
     chord_middles = profile.points[:, profile.arcs].mean(axis=1)
     edge_shifts = profile.midpoints - chord_middles
 
-    # The centre of a quadrilateral moves by half the sum of the shifts of its edges, as in a 20-node element.
+    # The centre of a quadrilateral moves by half the sum of the shifts of its edges. This is the position to which
+    # the shape functions of an eight-node quadrilateral, which has no node at its centre, map the centre.
     centres = profile.points[:, profile.quads].mean(axis=1)
     centre_shifts = np.zeros_like(centres)
     for side in range(4):
@@ -231,7 +236,7 @@ def _knots(housing: Housing) -> list[float]:
     ends: list[float] = []
     for arm in housing.arms:
         ends += straight_ends(arm)
-        start, end = post_columns(housing, arm, counts(housing, 1.0))
+        start, end = post_columns(housing, arm, counts(housing, 1.0))  # the same for all element counts
         if start != end:
             ends += (start, end)
     return [housing.left, *sorted(ends), housing.right]
