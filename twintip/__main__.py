@@ -6,7 +6,7 @@ import sys
 
 from pipeline.storage.interrupts import end_by_signals, ending_signal, ignore_signals
 
-_STDOUT, _STDERR = 1, 2
+_STDOUT, _STDERR = 1, 2  # file descriptors
 
 
 def main() -> int:

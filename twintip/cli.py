@@ -101,7 +101,11 @@ def _prepare_process() -> None:
 
 
 def _requested_help(words: list[str]) -> str | None:
-    """Return the text that a help, version or completion flag prints, or None if `words` has no such flag."""
+    """Return the text that a help, version or completion flag prints, or None if the arguments have no such flag.
+
+    `words` are the arguments of the program. Without arguments, the list of the commands is returned. Raises InputError
+    for an unknown shell after `--completion`.
+    """
     first = words[0] if words else "--help"
     if first in ("-h", "--help"):
         return front_parser().format_help()
@@ -111,7 +115,7 @@ def _requested_help(words: list[str]) -> str | None:
         return f"twintip {version('twintip')}\n"
     if first.partition("=")[0] == _COMPLETION:
         return completion(words)
-    if first in COMMANDS and not {"-h", "--help"}.isdisjoint(words):
+    if first in COMMANDS and not {"-h", "--help"}.isdisjoint(words):  # before the other flags are checked
         return command_parser(first).format_help()
     return None
 
@@ -127,23 +131,22 @@ def completion(words: list[str]) -> str:
     return completion_script(front_parser(CompletedParser), shell)
 
 
-def _parse_arguments(first: str, rest: list[str]) -> argparse.Namespace:
-    """Parse the flags `rest` of the command `first`.
+def _parse_arguments(command: str, words: list[str]) -> argparse.Namespace:
+    """Parse the words after a command, which are its flags and their values.
 
     Raises InputError for an unknown command or flag, naming the closest known one, and for a flag that was removed.
     """
-    if first not in COMMANDS:
-        kind, known = (
-            ("flag", ["--help", "--version", _COMPLETION]) if first.startswith("-") else ("command", [*COMMANDS])
-        )
-        raise unknown_name(kind, _flag(first), known)
-    parser = command_parser(first)
-    refuse_gone(*(f"{parser.prog} {_flag(word)}" for word in rest))
-    arguments, unknown = parser.parse_known_intermixed_args(rest)
-    if unknown and unknown[0].startswith("-"):
-        raise unknown_name("flag", _flag(unknown[0]), parser.flags)
-    if unknown:
-        msg = f"{unknown[0]!r} must be a flag or the value of one. Remove it, or see {parser.prog} -h."
+    if command.startswith("-") and command not in COMMANDS:
+        raise unknown_name("flag", _flag(command), ["--help", "--version", _COMPLETION])
+    if command not in COMMANDS:
+        raise unknown_name("command", _flag(command), [*COMMANDS])
+    parser = command_parser(command)
+    refuse_gone(*(f"{parser.prog} {_flag(word)}" for word in words))  # its message names what replaces a removed flag
+    arguments, unknown_words = parser.parse_known_intermixed_args(words)
+    if unknown_words and unknown_words[0].startswith("-"):
+        raise unknown_name("flag", _flag(unknown_words[0]), parser.flags)
+    if unknown_words:
+        msg = f"{unknown_words[0]!r} must be a flag or the value of one. Remove it, or see {parser.prog} -h."
         raise InputError(msg)
     return arguments
 
@@ -157,12 +160,17 @@ class _Parser(argparse.ArgumentParser):
     """An argparse parser that reports an error in one line, without printing the usage."""
 
     def __init__(self, prog: str, description: str, example: str) -> None:
-        """Create a parser whose help ends with an example and the exit codes."""
+        """Create a parser whose help ends with an example and the exit codes.
+
+        `prog` is the command as it is typed, for example "pipeline run".
+        """
         codes = [f"{code:d} {meaning}" for code, meaning in EXIT_CODES.items()]
+        # All codes do not fit on one line, so the codes of interruptions are on a second line.
+        code_lines = f"exit code: {', '.join(codes[:3])},\n           {', '.join(codes[3:])}"
         super().__init__(
             prog=prog,
             description=description,
-            epilog=f"example: {example}\nexit code: {', '.join(codes[:3])},\n           {', '.join(codes[3:])}",
+            epilog=f"example: {example}\n{code_lines}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
             add_help=False,

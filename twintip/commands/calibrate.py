@@ -29,13 +29,16 @@ NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmne
 
 
 def run(arguments: Namespace) -> Answer:
-    """Calibrate a unit, or find the modulus of a coupon. The exit code is 1 if the unit misses its targets."""
+    """Calibrate a unit, or find the modulus of a coupon, depending on the columns of the measured table.
+
+    The exit code is 1 if a verdict on the unit fails or is undecided. For a coupon it is 0.
+    """
     if arguments.classes:
-        ripeness_classes(arguments.classes)
+        ripeness_classes(arguments.classes)  # only checks the flag
     check_weighed_after("--after", arguments.after)
     report = read_report(arguments.folder)
-    tips = len(report.tips)
-    names = (*NAMES, *force_keys(tips), *count_keys(tips), *time_keys(tips))
+    tip_count = len(report.tips)
+    names = (*NAMES, *force_keys(tip_count), *count_keys(tip_count), *time_keys(tip_count))
     flags = ColumnFlags(arguments.columns, arguments.units, names)
     table = read_print_table(arguments.measured, report, flags, arguments.counts_as)
     if "coupon" in table.texts:
@@ -44,7 +47,11 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
-    """Find the modulus of a printed coupon. Raises InputError for a flag that requires a unit."""
+    """Return the modulus of a printed coupon, and the command that sizes the sensor for this modulus.
+
+    `table` holds the weights on the leaves of the coupon and their deflections. Raises InputError for a flag that
+    applies only to a unit.
+    """
     for flag in ("--out", "--fruit", "--plate", "--after", "--ball"):
         value = getattr(arguments, flag.removeprefix("--"))
         if value is not None:
@@ -65,7 +72,11 @@ def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTa
 
 
 def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
-    """Calibrate a unit from a table of weights, and write it to the path of `--out`."""
+    """Calibrate a unit from the weights in `table`, and write it to the path of `--out`, if given.
+
+    `report` is the report of the unit's design, and `flags` are the columns and units that the user stated. The tables
+    of fruit, of a hard plate and of a ball are read from the files that other flags name.
+    """
     fruit_table = None if arguments.fruit is None else read_fruit_table(arguments.fruit, len(report.tips), flags)
     plate_table = (
         None if arguments.plate is None else read_plate_table(arguments.plate, report, flags, arguments.counts_as)
@@ -80,9 +91,9 @@ def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags
     for note in (*ball_notes, *calibration.assumed):
         print_error(f"note: {note}")
     has_passed = all_passed(calibration.verdicts)
-    # The text says how to trim the leaves, unless a verdict has its own hint.
-    springs_failed = has_passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
-    parts = template_parts("calibrate/calibration.txt.j2", failed=springs_failed, **vars(calibration))
+    # If a verdict fails, the text explains how to correct the leaves, unless a verdict has its own remedy.
+    explains_leaves = has_passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
+    parts = template_parts("calibrate/calibration.txt.j2", failed=explains_leaves, **vars(calibration))
     return Answer(
         code=PASSED if has_passed else FAILED,
         data=as_data(calibration),
@@ -93,8 +104,8 @@ def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags
 def _pressed_ball(arguments: Namespace, flags: ColumnFlags, report_note: Callable[[str], None]) -> PressedBall | None:
     """Return the reference ball and its presses, or None if no flag requests it.
 
-    `report_note` is called with a summary of the file that was read. Raises InputError if some, but not all, of the
-    ball's flags are given.
+    `flags` are the columns and units that the user stated. `report_note` is called with a summary of the file when the
+    file is read. Raises InputError if some, but not all, of the ball's flags are given.
     """
     properties = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
     if arguments.ball is not None:

@@ -24,6 +24,7 @@ from twintip.flags import DEFAULT_PROCESS
 if TYPE_CHECKING:
     from cad.checks.own_part import Place
     from pipeline.springs.fitted_springs import FittedSprings
+    from pipeline.springs.own_part import PartStiffness
 
 TIPS = 2
 AXES = "XYZ"
@@ -36,7 +37,7 @@ def run(arguments: Namespace) -> Answer:
     """Check an output folder, or a file of any origin. The exit code is 0 if all verdicts pass, and 1 if not."""
     path: Path = arguments.path
     design_name: str | None = arguments.design
-    process = _file_process(path, arguments.process, design_name)  # None for a folder
+    process = _file_process(path, arguments.process, design_name)  # None for a folder, whose report names its process
     if arguments.solve:
         if process is None:
             hint = "name a STEP file, and add --solve"
@@ -46,6 +47,7 @@ def run(arguments: Namespace) -> Answer:
         if points:
             raise validation_error(flag, path.name, "", "given with --solve", "name a STEP file, and add --solve")
     with showing_progress(f"checking {path.name}"):
+        # Only a file can be compared with a design. `_file_process` has rejected the flag for a folder.
         if design_name is None or process is None:
             verdicts = check_path(path.absolute(), process)
         else:
@@ -61,9 +63,8 @@ def run(arguments: Namespace) -> Answer:
 def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     """Solve the stiffness of the springs in a STEP file by finite elements, and check the file.
 
-    With `--design`, the stiffnesses are compared with the targets of the design. The part may deviate from the design,
-    so its distance from the designed surface is a note and not a verdict. Raises InputError if the part cannot be
-    solved.
+    With `--design`, the part is made by the process of the design, and its stiffnesses are compared with the targets of
+    the design. Without it, the part is made by `process`. Raises InputError if the part cannot be solved.
     """
     design_name: str | None = arguments.design
     held = [_parse_point("--held", text) for text in arguments.held]
@@ -87,10 +88,21 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
         file_verdicts = check_path(
             path.absolute(), rules, None if design is None or housing is None else (design, housing)
         )
+    # The targets are in N/mm, but the verdicts on the stiffnesses are in N/m.
+    targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
+    return _solved_answer(path, stiffness, targets, file_verdicts)
+
+
+def _solved_answer(
+    path: Path, stiffness: "PartStiffness", targets: Mapping[str, float], file_verdicts: Sequence[Verdict]
+) -> Answer:
+    """Return the answer for a solved part: verdicts on its stiffness and its file, the numbers, and notes.
+
+    `targets` [N/m] are the target stiffnesses by the name of the spring, or empty without a design. The part may
+    deviate from the design, so its distance from the designed surface is a note and not a verdict.
+    """
     distance_notes = [_distance_note(verdict) for verdict in file_verdicts if verdict.name == AS_DESIGNED]
     notes = [*part_notes(stiffness), *distance_notes]
-    # The targets are in N/mm, and the solved stiffnesses in N/m.
-    targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
     other_verdicts = [verdict for verdict in file_verdicts if verdict.name != AS_DESIGNED]
     verdicts = (*part_verdicts(stiffness, targets), *other_verdicts)
     return Answer(
@@ -103,7 +115,11 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
 def _require_solvable(
     path: Path, design_name: str | None, held: Sequence["Place"], pressed: Mapping[str, "Place"]
 ) -> None:
-    """Raise InputError unless the file is a STEP file, and it is known where the part is held and pressed."""
+    """Raise InputError unless the file is a STEP file, and it is known where the part is held and pressed.
+
+    `held` are points [mm] of the held faces, and `pressed` are points [mm] of the pressed faces by name. Without a
+    design, both must be given.
+    """
     if path.suffix.lower() not in SOLVED_KINDS:
         bound = f"a file of kind {', '.join(SOLVED_KINDS)}, because a surface of triangles cannot be solved"
         raise validation_error("--solve", path.name, "", bound, "export the solid as STEP")
@@ -156,7 +172,8 @@ def _housing_of_springs(springs: "FittedSprings", design_name: str) -> Housing:
 def _file_process(path: Path, process_name: str | None, design_name: str | None) -> Process | None:
     """Return the print process whose rules apply to a file, or None for a folder, whose report names its process.
 
-    Raises InputError for incompatible flags, a missing path, an unknown kind of file and an unknown process.
+    `process_name` and `design_name` are the values of `--process` and `--design`, or None. Raises InputError for
+    incompatible flags, a missing path, an unknown kind of file and an unknown process.
     """
     if process_name is not None and design_name is not None:
         hint = "leave it out: the design names the process"
@@ -173,9 +190,10 @@ def _file_process(path: Path, process_name: str | None, design_name: str | None)
     if path.suffix.lower() not in FILE_KINDS:
         kinds = ", ".join(FILE_KINDS)
         raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
-    process_name = process_name or DEFAULT_PROCESS
-    if process_name not in PROCESSES:
+    # With a design, the rules are those of its own process, and the default that is returned here is not used.
+    name = process_name or DEFAULT_PROCESS
+    if name not in PROCESSES:
         bound = f"one of {', '.join(PROCESSES)}"
-        hint = f"did you mean {nearest(process_name, [*PROCESSES])}?"
-        raise validation_error("--process", process_name, "", bound, hint)
-    return PROCESSES[process_name]
+        hint = f"did you mean {nearest(name, [*PROCESSES])}?"
+        raise validation_error("--process", name, "", bound, hint)
+    return PROCESSES[name]

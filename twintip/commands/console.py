@@ -46,7 +46,7 @@ class Answer:
 
 
 def print_answer(answer: Answer, *, as_json: bool) -> None:
-    """Print an answer.
+    """Print the data of an answer as JSON, or its parts and its text, and then the paths of its files.
 
     If nobody reads the output any more, it is discarded. A command that reads a stream is ended instead, by
     BrokenPipeError.
@@ -56,7 +56,7 @@ def print_answer(answer: Answer, *, as_json: bool) -> None:
             print_json(answer.data, indent=None if answer.of_stream else 2)
         elif not as_json:
             if answer.parts:
-                from pipeline.report.verdict_table import print_parts
+                from pipeline.report.verdict_table import print_parts  # loads rich, which is slow
 
                 print_parts(answer.parts, answer.width)
             if answer.text:
@@ -91,7 +91,7 @@ def printing_answer() -> Iterator[None]:
 
 @contextmanager
 def solver_errors_as_input_errors() -> Iterator[None]:
-    """Convert errors of the mesher, the solvers and the file writers to InputError.
+    """Convert errors that the mesher, the solvers and the file writers raise in the block to InputError.
 
     These errors are caused by a design that is outside the range of the methods.
     """

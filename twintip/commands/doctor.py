@@ -65,12 +65,12 @@ def examination() -> list[Finding]:
     rows = [Finding("Python", platform.python_version()), *_packages(), *_imports(IMPORTS), *_optional()]
     memory_GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     is_enough = memory_GiB >= LEAST_MEMORY_GIB
-    remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
-    rows.append(Finding("memory", f"{memory_GiB:.1f} GiB", "ok" if is_enough else "note", remark))
+    memory_remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
+    rows.append(Finding("memory", f"{memory_GiB:.1f} GiB", "ok" if is_enough else "note", memory_remark))
     cache = cache_folder()
     if cache is None:
-        remark = "there is no home folder; set XDG_CACHE_HOME, or each run solves everything again"
-        rows.append(Finding("cache", "none", "note", remark))
+        cache_remark = "there is no home folder; set XDG_CACHE_HOME, or each run solves everything again"
+        rows.append(Finding("cache", "none", "note", cache_remark))
     else:
         rows.append(folder_row("cache", cache))
     rows.append(folder_row("outputs", Path.cwd() / "outputs"))
@@ -97,9 +97,9 @@ def package_row(name: str, found: str | None, locked: str | None) -> Finding:
 
 
 def _imports(names: Sequence[str]) -> Iterator[Finding]:
-    """Import large packages in a separate process, because a missing system library may crash it.
+    """Import large packages in a separate process, and yield a row for each.
 
-    After a failure, another process imports the remaining packages.
+    A missing system library may crash that process. After a failure, another process imports the remaining packages.
     """
     remaining = list(names)
     while remaining:
@@ -111,6 +111,7 @@ def _imports(names: Sequence[str]) -> Iterator[Finding]:
                 remark = f"the import of these {len(remaining)} packages took more than {_IMPORT_SECONDS} s"
                 yield Finding(f"import {name}", "fails", "wrong", remark)
             return
+        # The process imports the packages in order, and prints a line after each.
         imported = [name for name in remaining if f"{_IMPORTED} {name}" in completed.stdout.splitlines()]
         for name in imported:
             yield Finding(f"import {name}", "ok")

@@ -15,9 +15,10 @@ _WIDTH = 100
 
 
 def run(arguments: Namespace) -> Answer:
-    """Explain a name, or list all names.
+    """Explain a verdict, a symbol or a key of report.json, or list all verdicts and symbols if no name is given.
 
-    Raises InputError for an unknown name, or if a folder is given without a name.
+    With `--out`, the answer also contains the value in the report of that folder. Raises InputError for an unknown
+    name, or if a folder is given without a name.
     """
     folder = arguments.out
     if arguments.name is None:

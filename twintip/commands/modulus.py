@@ -25,6 +25,7 @@ from twintip.flags import BODIES, SUPPORTS, number
 
 PAPER_PLATE_MM2 = 900.0  # the paper's plate of 30 x 30 mm
 POISSON = 0.3  # also the default of fruit.poisson
+_COMPLIANCE_ERROR = 0.1  # relative error of the compliance of the machine, if --compliance-error is not given
 _DEFAULT_SIZES_IN_RADII = {"ball": {"height": 2.0, "radius_across": 1.0}, "ellipsoid": {"radius_across": 1.0}}
 """Default sizes of a body, as multiples of its radius. They are the sizes of a ball."""
 
@@ -56,8 +57,9 @@ def run(arguments: Namespace) -> Answer:
 def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
     """Read every specimen in the files, and combine it with the geometry of its test.
 
-    The sizes of the specimens come from the flags, or from the table of `--sizes`. Raises InputError if no file is
-    given, or if a size or another flag of the test is missing or superfluous.
+    The sizes of the specimens come from the flags and from the table of `--sizes`, which also names the files if no
+    other files are given. Raises InputError if no file is given, or if a size or another flag of the test is missing or
+    superfluous.
     """
     sizes_of_flags = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
     table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(sizes_of_flags))
@@ -70,7 +72,7 @@ def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
     shared_geometry = None if table else _test_geometry(arguments, sizes_of_flags)
     quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     tests = []
-    for file in dict.fromkeys(files):
+    for file in dict.fromkeys(files):  # a file that is named twice is read once
         for specimen in read_specimens(file, quantities):
             sizes = sizes_of_flags if table is None else {**sizes_of_flags, **table.sizes_of(specimen)}
             geometry, assumptions = shared_geometry or _test_geometry(arguments, sizes)
@@ -82,9 +84,10 @@ def _solve_moduli(tests: Sequence[_CompressionTest], *, compression_negative: bo
     """Return the modulus of each specimen, with notes on the assumptions of its test.
 
     The force law of each body is solved by finite elements only once, because specimens of the same sizes share it.
-    Raises InputError if a body cannot be solved, because its sizes come from the user.
+    With `compression_negative`, the machine has recorded compression as negative. Raises InputError if a body cannot be
+    solved, because its sizes come from the user.
     """
-    geometries = list(dict.fromkeys(test.geometry for test in tests))
+    geometries = list(dict.fromkeys(test.geometry for test in tests))  # the different geometries, for the progress
     results = []
     try:
         with showing_progress("solving the compression of each body") as work:
@@ -111,11 +114,16 @@ def _check_plot(path: Path | None) -> None:
 
 
 def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[str]]:
-    """Return the geometry of a test, and a sentence for each assumption made because a flag is missing."""
+    """Return the geometry of a test, and a sentence for each assumption made because a flag is missing.
+
+    `sizes` [mm] are the sizes of the body and of the plunger, by the names of their flags. Raises InputError if a flag
+    is missing for which no default exists, or if flags contradict each other.
+    """
     assumptions: list[str] = []
     body = _compressed_body(arguments.body, sizes, assumptions)
     plunger = _plunger(arguments.plunger, sizes)
     support = arguments.support
+    # A default is assumed only if no flag describes the test.
     if support is None and arguments.body is None and plunger is None:
         support = "plate"
         assumptions.append("no --body and no --plunger: a plate above and a plate below are assumed")
@@ -134,16 +142,18 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
     if compliance_error is not None and not arguments.compliance:
         bound = "given together with --compliance"
         raise validation_error("--compliance-error", compliance_error, "um/N", bound, "give both, or neither")
+    if compliance_error is None:
+        compliance_error = _COMPLIANCE_ERROR * arguments.compliance
     geometry = TestGeometry(
         body=body,
         plunger=plunger,
-        plates=1 if support == "seat" else 2,
+        plates=1 if support == "seat" else 2,  # a rigid seat fits the body, so it does not flatten it
         poisson=poisson,
         poisson_error=arguments.poisson_error,
         plate_area_mm2=area,
         strains_percent=_parse_strains(arguments.strain),
         compliance_um_per_N=arguments.compliance,
-        compliance_error_um_per_N=0.1 * arguments.compliance if compliance_error is None else compliance_error,
+        compliance_error_um_per_N=compliance_error,
     )
     return geometry, assumptions
 
@@ -151,13 +161,15 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
 def _compressed_body(kind: str | None, sizes: Sizes, assumptions: list[str]) -> CompressedBody:
     """Return the compressed body, and append to `assumptions` a sentence for each size that is not given.
 
-    Raises InputError if the kind of body or one of its sizes is missing, or if it does not have a given size.
+    `kind` is the value of `--body`. If it is None, the body is a ball, or an ellipsoid if a height is given. `sizes`
+    [mm] are named as their flags. Raises InputError if the kind of body or one of its sizes is missing, or if a size is
+    given that such a body does not have.
     """
     if kind is None:
         if "radius" not in sizes:
             raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "choose what is pressed")
         kind = "ellipsoid" if "height" in sizes else "ball"
-    given = {name: size for name, size in sizes.items() if name != "plunger_radius"}
+    given = {name: size for name, size in sizes.items() if name != "plunger_radius"}  # sizes of the body only
     defaults_in_radii = _DEFAULT_SIZES_IN_RADII.get(kind, {})
     needed = {item.name.removesuffix("_mm") for item in fields(KINDS[kind])}
     missing = needed - given.keys() - defaults_in_radii.keys()
@@ -175,9 +187,10 @@ def _flag(size: str) -> str:
 
 
 def _plunger(end: str | None, sizes: Sizes) -> Plunger | None:
-    """Return the plunger that replaces the upper plate, or None.
+    """Return the plunger that replaces the upper plate, or None if a plate presses the body.
 
-    Raises InputError if only one of its two flags is given.
+    `end` is the value of `--plunger`, "flat" or "ball", and `sizes` [mm] may hold the radius of the plunger. Raises
+    InputError if only one of its two flags is given.
     """
     radius = sizes.get("plunger_radius")
     if end is None and radius is None:

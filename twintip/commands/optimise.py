@@ -13,6 +13,10 @@ from sensor.quantity import validation_error
 from twintip.commands.console import FAILED, PASSED, Answer
 from twintip.commands.progress import showing_progress
 
+_NOTHING_SOLVED = (
+    "No candidate could be solved. Change the values that these messages name, in [vary], [set] or the base."
+)
+
 
 def run(arguments: Namespace) -> Answer:
     """Search for the best design, and verify it by a whole run of the pipeline.
@@ -34,22 +38,18 @@ def run(arguments: Namespace) -> Answer:
             place: prove(study, candidates, place, force=arguments.force, progress=work)
             for place in places(study, folder)
         }
+    # The candidates are in order, the best first. The page shows the designs of a front whose runs passed, or else the
+    # best candidates of the search.
     solved = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
     best = list(proved) if study.front and proved else solved[:BEST]
     with stored_study(folder) as store:
         page = write_page(store, study, best, proved, force=arguments.force)
         messages = store.messages()
-    possible = sum(candidate.passes for candidate in candidates)
-    counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
-    lines = _search_lines(len(candidates), possible, messages)
-    if solved or proved:
-        for place, proof in proofs.items():
-            lines += _best_design_lines(study, place, proof)
-    else:
-        lines.append(
-            "No candidate could be solved. Change the values that these messages name, in [vary], [set] or the base."
-        )
+    passing_count = sum(candidate.passes for candidate in candidates)
+    counts = {"candidates": len(candidates), "possible": passing_count, "messages": messages}
+    lines = _search_lines(len(candidates), passing_count, messages)
+    lines += _proof_lines(study, proofs) if solved or proved else [_NOTHING_SOLVED]
     return Answer(
         code=PASSED if len(proved) == len(proofs) else FAILED,
         data={**counts, **_best_design_data(study, proofs)},
@@ -57,20 +57,26 @@ def run(arguments: Namespace) -> Answer:
     )
 
 
-def _search_lines(candidates: int, possible: int, messages: dict[str, int]) -> list[str]:
-    """Return the lines on the search: the number of candidates, how many of them pass, and the messages of the others.
+def _search_lines(candidates: int, passing: int, messages: dict[str, int]) -> list[str]:
+    """Return the lines on the search: the numbers of all and of passing candidates, and the most frequent errors.
 
     `messages` maps each error message to the number of candidates that have it.
     """
-    lines = [f"{candidates} candidates, of which {possible} pass the verdicts that the file names"]
+    lines = [f"{candidates} candidates, of which {passing} pass the verdicts that the file names"]
     lines += [f"  {count} x {message}" for message, count in messages.items()]
     return lines
 
 
-def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
-    """Return data for `--json`: the best design and whether its run passed.
+def _proof_lines(study: Study, proofs: dict[Place, Proof | None]) -> list[str]:
+    """Return the lines on the best design, or on the best design for each value of the front's key."""
+    return [line for place, proof in proofs.items() for line in _best_design_lines(study, place, proof)]
 
-    A study with a front has such data for each value of the front's key, listed under "front".
+
+def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
+    """Return data for `--json`: the best design, whether its run passed, its objective and the keys that it changes.
+
+    `proofs` holds the last run for each place, or None if no candidate was run. A study with a front has such data for
+    each value of the front's key, listed under "front".
     """
     records: list[dict[str, object]] = []
     for place, proof in proofs.items():
@@ -88,7 +94,8 @@ def _best_design_lines(study: Study, place: Place, proof: Proof | None) -> list[
     """Return the lines on the best design: its objective, the keys that it changes, and the outcome of its whole run.
 
     In a study with a front, `place` holds the value of the front's key for which this design is the best. `proof` is
-    None if no candidate passed the search.
+    None if there was no candidate to run. If the design has no objective and its run does not pass, the only line says
+    what to change.
     """
     at_value = f" at {study.goal.front_key} = {place.value}" if study.front else ""
     if proof is None:

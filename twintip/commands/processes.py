@@ -14,7 +14,10 @@ _OWN_PROCESS = 'To use your own printer, set process_file = "my-printer.toml" in
 
 
 def process_list(own: Process | None) -> Answer:
-    """Return a table with one column for each print process. The design's own process is in the last column."""
+    """Return a table with one column for each print process, and the sources of all values below it.
+
+    `own` is the process that the design defines in its own file, or None. It is in the last column.
+    """
     processes = [*PROCESSES.values(), *([] if own is None else [own])]
     records = [dataclasses.asdict(process) for process in processes]
     headings = ("", *(record["name"] for record in records))

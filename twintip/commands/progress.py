@@ -98,9 +98,9 @@ def _is_capable_terminal() -> bool:
 def _progress_bar(work: Work) -> Iterator[None]:
     """Draw a status line at the bottom of the terminal, and erase it when the block ends.
 
-    The line has a bar if the parts of the task are counted, and a spinner if not.
+    The line shows the progress of `work`. It has a bar if the parts of the task are counted, and a spinner if not.
     """
-    from rich.console import Console
+    from rich.console import Console  # rich is slow to load, and not needed without a terminal
     from rich.live import Live
     from rich.progress_bar import ProgressBar
     from rich.spinner import Spinner
@@ -127,7 +127,10 @@ def _progress_bar(work: Work) -> Iterator[None]:
 
 @contextmanager
 def _progress_lines(work: Work) -> Iterator[None]:
-    """Print a line after 5 s, 10 s, 20 s and 40 s of work, and then about once a minute."""
+    """Print a line on `work` to stderr after 5 s, 10 s, 20 s and 40 s of work, and then about once a minute.
+
+    A thread prints the lines, because the block does not return control while it works.
+    """
     has_ended = threading.Event()
 
     def print_lines() -> None:

@@ -106,7 +106,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     code = PASSED
     if has_forces:
         _print_assumptions(arguments, sensor)
-        code = FAILED
+        code = FAILED  # until one of the readings has a modulus
         for answer in _readings(arguments, sensor):
             code = code if answer.E is None else PASSED
             of_stream = arguments.signal is not None
@@ -127,7 +127,10 @@ def _reject_incompatible_flags(arguments: Namespace, sensor: MeasuringUnit) -> N
 
 
 def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
-    """Print a note to stderr for each assumption on which the readings depend."""
+    """Print a note to stderr for each assumption on which the readings depend.
+
+    The assumptions concern the pose of the sensor, the form of the domes, relaxation, and the creep of the springs.
+    """
     if not sensor.report.moduli:
         reason = "has no [reading]" if sensor.report.design.reading is None else "has level presses without a reading"
         print_error(f"note: the design {reason}; the uncertainty holds for level presses at the centre of the fruit")
@@ -158,7 +161,8 @@ def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
 def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:
     """Return the contents of the requested firmware files, by flag and path. Nothing is written yet.
 
-    Raises InputError if two flags name the same file, or if a file cannot be written.
+    `sensor` is the unit whose calibration the firmware contains. Raises InputError if two flags name the same file, or
+    if a file cannot be written.
     """
     if all(value is None for value in (arguments.c_header, arguments.micropython, arguments.logger)):
         return {}
@@ -172,6 +176,7 @@ def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, di
         texts["--micropython"] = {arguments.micropython: module_text(sensor)}
     if arguments.logger is not None:
         out = arguments.folder.absolute()
+        # The value is True if the flag names no folder.
         folder = out.with_name(f"{out.name}-board") if arguments.logger is True else arguments.logger
         programs = board_files(sensor, calibrated=arguments.unit is not None)
         texts["--logger"] = {folder / name: text for name, text in programs.items()}
@@ -207,7 +212,10 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
 
 
 def _reading_of_forces(arguments: Namespace, sensor: MeasuringUnit) -> FruitReading:
-    """Return the reading of the forces that `--forces` gives for a pair of tips."""
+    """Return the reading of the forces [N] that `--forces` gives for a pair of tips.
+
+    Raises InputError if the text does not hold one number for each tip, or if a force is out of scale.
+    """
     tips = sensor.report.tips
     refuse_without_counts(arguments.counts_as, "--forces")
     channels = numbers_of_text(arguments.forces, len(tips), "--forces", "N")
@@ -221,7 +229,11 @@ def _reading_of_forces(arguments: Namespace, sensor: MeasuringUnit) -> FruitRead
 
 
 def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitReading | FruitAnswer]:
-    """Yield the reading of each press in a file or the standard input, or of each fruit if its presses are combined."""
+    """Yield the reading of each press in a file or the standard input, or of each fruit if its presses are combined.
+
+    Presses are combined if `--fruit-presses` is given. They are also combined if a column names the fruit of each
+    press, unless `--each` requests a reading for every sample.
+    """
 
     def print_note(note: str) -> None:
         print_error(f"note: {arguments.signal}: {note}")

@@ -37,7 +37,8 @@ _KEY_OF_FLAG = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.
 def run(arguments: Namespace) -> Iterator[Answer]:
     """Run the design that the flags specify. With --watch, repeat a quick run whenever the design file is written.
 
-    If the output folder already holds the answer, nothing is solved.
+    If the output folder already holds the answer, nothing is solved. The exit code is 0 if all verdicts pass, and 1 if
+    not.
     """
     if arguments.watch is not None:
         yield from watch(arguments, arguments.watch)
@@ -54,9 +55,9 @@ def run(arguments: Namespace) -> Iterator[Answer]:
             from pipeline import run as whole_run
             from pipeline.report.outputs import earlier_answer
 
-            before = earlier_answer(folder)
+            earlier = earlier_answer(folder)  # the files of an earlier run, which the new run replaces
             report = whole_run(design, options, progress=work).report
-        lost_files = before.lost_files_text(folder, options.command)
+        lost_files = earlier.lost_files_text(folder, options.command)
         if lost_files is not None:
             print_error(f"note: {lost_files}")
     from pipeline.report.answer import every_section, report_passed, summary
@@ -66,10 +67,10 @@ def run(arguments: Namespace) -> Iterator[Answer]:
 
 
 def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
-    """Make a quick run of a design file, and repeat it whenever the file is written.
+    """Make a quick run of a design file, and repeat it whenever the file is written, until the user presses Ctrl-C.
 
-    An error in the first run is raised as InputError. In later runs it is printed as one line, so that the user can
-    correct the file.
+    `file` is the path of the design file. An error in the first run is raised. In later runs an InputError or OSError
+    is printed as one line, so that the user can correct the file.
     """
     if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
         raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
@@ -78,7 +79,7 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
     # The folder is named after the file, because the name of the design may change between two runs.
     out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"
     look_arguments = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
-    last_stamp = _file_stamp(file)
+    last_stamp = _file_stamp(file)  # before the run, so that a change during the run is noticed
     yield from run(look_arguments)
     while True:
         time.sleep(_POLL_S)
@@ -102,7 +103,7 @@ def _file_stamp(file: str) -> tuple[int, int] | None:
 
 
 def _options(arguments: Namespace, folder: Path) -> RunOptions:
-    """Return the options of a run that writes to `folder`. Raises InputError if `--tol` is not a number."""
+    """Return the options of a run that writes to `folder`. Raises InputError if a value is invalid."""
     default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE
     tolerance = default if arguments.tol is None else parse_number(arguments.tol)
     if tolerance is None:
@@ -119,10 +120,10 @@ def _options(arguments: Namespace, folder: Path) -> RunOptions:
 
 
 def _report_of_same_run(design: Design, options: RunOptions, folder: Path) -> Json | None:
-    """Return the report in a folder if it is still valid, or None.
+    """Return the report in a folder if it is still valid, or None. A valid report makes a new run unnecessary.
 
     It is valid if the same code wrote it for the same design and options, and no file of the folder has changed since.
-    Raises OutputError for an unusable folder.
+    Raises OutputError if the folder cannot be used for a new run.
     """
     content = unchanged_report(folder)
     if content is None:
@@ -142,7 +143,10 @@ def named_design(arguments: Namespace) -> str:
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:
-    """Return the values of design keys that flags set, by TABLE.KEY. Raises InputError if a key is set twice."""
+    """Return the values of design keys that `--set` and the flags for single keys give, by TABLE.KEY.
+
+    Raises InputError if `--set` has no equals sign, or if a key is set twice.
+    """
     pairs = []
     for flag, key in _KEY_OF_FLAG.items():
         value = getattr(arguments, flag)

@@ -125,11 +125,13 @@ def _check_flags(arguments: Namespace) -> None:
 def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Answer:
     """Simulate every file that a flag requests, and then write all of them.
 
-    Nothing is written if a simulation fails. Raises InputError if two flags name the same file.
+    `paths` maps the name of each flag to the path of its file. Nothing is written if a simulation fails. Raises
+    InputError if two flags name the same file, or if a file cannot be written.
     """
     _check_paths(paths, force=arguments.force)
     settings = _simulation_settings(arguments, report)
     unit = _simulated_unit(arguments, report, paths)
+    # The fruit is pressed only for the log. The bench tables do not depend on it.
     outside = tuple(beyond_design(settings.fruit, report)) if arguments.out is not None else ()
     lines = {}
     with showing_progress("simulating") as work:
@@ -189,8 +191,9 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
     # The tilt and the offset from the apex have the same direction in the plane of the tips.
     direction = math.radians(arguments.towards or 0.0)
 
-    def components(length: float | None) -> tuple[float, float]:
-        return (length or 0.0) * math.cos(direction), (length or 0.0) * math.sin(direction)
+    def components(magnitude: float | None) -> tuple[float, float]:
+        """Return the components along and across the tips. A flag that is not given has the magnitude 0."""
+        return (magnitude or 0.0) * math.cos(direction), (magnitude or 0.0) * math.sin(direction)
 
     return replace(usual, **changes, tilt=components(arguments.tilt), off_centre=components(arguments.off_centre))
 
@@ -198,7 +201,8 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
 def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float]]:
     """Return the fractions [1] and times [s] by which the force relaxes, from the flag or else from the design.
 
-    Raises InputError if the flag does not hold valid pairs of numbers.
+    `text` is the value of `--relax`, such as 0.25:5,0.33:120, or None. Raises InputError if it does not hold valid
+    pairs of numbers.
     """
     if text is None:
         return report.design.fruit.relaxation or ()
@@ -213,10 +217,10 @@ def _simulated_unit(arguments: Namespace, report: Report, paths: dict[str, Path]
     """Return the unit that is simulated.
 
     This is the unit of `--unit` if the flag is given. Otherwise, the unit has random errors if a bench table is
-    requested, and is as designed if not. Raises InputError for `--unit` together with a bench table, because such a
-    table is written for a unit with random errors.
+    requested, and is as designed if not. `paths` maps the name of each flag to the path of its file. Raises InputError
+    for `--unit` together with a bench table, because such a table is written for a unit with random errors.
     """
-    bench_flags = [flag for flag in paths if flag != "out"]
+    bench_flags = [flag for flag in paths if flag != "out"]  # all flags but that of the log request a bench table
     if arguments.unit is None:
         return unit_of_seed(report, arguments.seed) if bench_flags else designed_unit(report)
     if bench_flags:
@@ -226,9 +230,12 @@ def _simulated_unit(arguments: Namespace, report: Report, paths: dict[str, Path]
 
 
 def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Iterator[str]:
-    """Yield the commands that calibrate the unit with the written tables, and that read the log of the presses."""
+    """Yield the commands that calibrate the unit with the written tables, and that read the log of the presses.
+
+    `paths` maps the name of each flag to the path of its file. A calibration needs the table of weights.
+    """
     folder = str(arguments.folder)
-    unit = None if arguments.unit is None else str(arguments.unit)
+    unit_path = None if arguments.unit is None else str(arguments.unit)
     if "weights" in paths:
         command = ["pipeline", "calibrate", folder, str(paths["weights"])]
         if "plate" in paths:
@@ -238,15 +245,14 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
             percent = (report.design.reading or ReadingRequirements()).ball_percent
             command += ["--ball", str(paths["ball"]), "--ball-reduced-modulus", f"{ball.reduced:.6g}"]
             command += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
-        unit = "unit.toml"
-        yield shlex.join([*command, "--out", unit])
-    # With bench tables, the log is that of a unit with random errors. It can be read only after a calibration, which
-    # needs the table of weights.
+        unit_path = "unit.toml"
+        yield shlex.join([*command, "--out", unit_path])
+    # With bench tables, the log is that of a unit with random errors, which can be read only after a calibration.
     has_bench_tables = bool(set(paths) - {"out"})
-    if "out" in paths and (unit is not None or not has_bench_tables):
+    if "out" in paths and (unit_path is not None or not has_bench_tables):
         command = ["pipeline", "read", folder, str(paths["out"])]
-        if unit is not None:
-            command += ["--unit", unit]
+        if unit_path is not None:
+            command += ["--unit", unit_path]
         if (arguments.presses or 1) > 1:
             command += ["--fruit-presses", "0"]
         yield shlex.join(command)
@@ -265,10 +271,14 @@ _HEADINGS = ("true MPa", "radii mm", "flesh mm", "tilt deg", "read MPa", "error"
 
 
 def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
-    """Yield the lines of a table of true and read values, and a summary of all presses."""
+    """Yield the lines of a table of true and read values, a summary of all presses, and whether the design is proved.
+
+    A press is outside if its error exceeds its 95 % error bar.
+    """
     rows = [_HEADINGS, *map(_reading_cells, proof.readings)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for *number_cells, flags_cell in rows:
+        # The flags are the last column, which is not aligned.
         cells = [cell.rjust(width) for cell, width in zip(number_cells, widths, strict=False)]
         yield "  ".join([*cells, flags_cell]).rstrip()
     yield (
@@ -280,7 +290,10 @@ def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
 
 
 def _reading_cells(reading: ProvedReading) -> tuple[str, ...]:
-    """Return the table cells of one press. The error and the error bar are relative to the true modulus."""
+    """Return the table cells of one press, in the order of `_HEADINGS`.
+
+    The error and the 95 % error bar are relative to the true modulus. The last cell holds the flags of the reading.
+    """
     result_cells = ("-", "-", "-")  # for a press from which no modulus could be read
     if reading.told is not None and reading.error is not None and reading.u is not None:
         result_cells = (

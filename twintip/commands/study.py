@@ -18,7 +18,7 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Solve the points of a study that are not stored yet. The exit code is 1 if a point failed.
+    """Solve the points of a study that are not stored yet. The exit code is 1 if a point failed or none is done.
 
     After the answer, MachineError is raised if points failed because of the machine, for instance a full disk.
     """
@@ -38,6 +38,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         messages = store.messages()
         machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
+        # The smallest and the largest value of each requested key that is a number.
         ranges = {key: span for key in study.wanted if (span := store.span(key)) is not None}
     lines = _summary_lines(summary, messages, indices)
     lines += ["{}: {:.5g} to {:.5g}".format(key, *span) for key, span in ranges.items()]

@@ -29,7 +29,11 @@ if TYPE_CHECKING:
 
 
 def run(arguments: Namespace) -> Answer:
-    """Search for the nearest design that passes, and verify it by a run. The exit code is 0 if there is one, else 1."""
+    """Search for the nearest design that passes, and verify it by a run. The exit code is 0 if there is one, else 1.
+
+    With `--fruit`, the search starts from the preset for the most similar fruit. If no design passes for this fruit,
+    the answer names the most similar fruit for which one passes.
+    """
     fruit, preset_or_file = _starting_point(arguments)
     settings = settings_of(arguments)
     design = load_design(preset_or_file, settings)
@@ -40,7 +44,7 @@ def run(arguments: Namespace) -> Answer:
     if fruit is not None and suggestion.changes is None:
         lines.append(_nearest_fruit_line(nearest_fruit, preset_or_file, arguments, settings))
     command = None
-    if suggestion.changes is not None:
+    if suggestion.changes is not None:  # a design passes
         if fruit is not None and fruit.thickness_mm is None:
             depth = f"{suggestion.changed.fruit.depth_mm:g} mm"
             lines.append(f"The flesh is taken to be {depth} thick. Give its range to --fruit, as in 'flesh 14 to 27'.")
@@ -68,8 +72,8 @@ def run(arguments: Namespace) -> Answer:
 def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     """Return the fruit given by `--fruit`, or None, and the preset or design file from which the search starts.
 
-    For a fruit, the search starts from the preset that is most similar to it. Raises InputError if both a fruit and a
-    design are given.
+    For a fruit, this is the preset that is most similar to it. Raises InputError if both a fruit and a design are
+    given, or if the fruit is invalid.
     """
     preset_or_file = named_design(arguments)
     if arguments.fruit is None:
@@ -102,8 +106,8 @@ def _run_command(preset_or_file: str, settings: dict[str, str], changes: list[Js
 
 
 def _check_flags(arguments: Namespace) -> None:
-    """Raise InputError for an unknown key, or for a file that could not be written after the search."""
-    refuse_gone(*arguments.keep)
+    """Raise InputError for an unknown key of `--keep`, or for a file that could not be written after the search."""
+    refuse_gone(*arguments.keep)  # its message says what replaces a removed key
     for key in arguments.keep:
         if key not in every_key():
             hint = f"did you mean {nearest(key, every_key())}?"
@@ -121,8 +125,9 @@ def _search(
 ) -> "tuple[Suggestion, FruitRange | None]":
     """Search for the nearest design that passes, starting from the given design or from a preset for the fruit.
 
-    For a fruit, the keys in `given` are not changed. `preset_or_file` names the design from which the search starts. If
-    no design passes for the fruit, the second result is the most similar fruit for which one passes, or None.
+    The keys of `--keep` are never changed, and for a fruit, the keys in `given` are not changed either.
+    `preset_or_file` names the design from which the search starts. If no design passes for the fruit, the second result
+    is the most similar fruit for which one passes, or None.
     """
     keep = frozenset(arguments.keep)
     with showing_progress("loading the solvers") as progress, solver_errors_as_input_errors():
@@ -144,7 +149,11 @@ def _search(
 def _nearest_fruit_line(
     nearest_fruit: "FruitRange | None", preset_or_file: str, arguments: Namespace, settings: dict[str, str]
 ) -> str:
-    """Return the line with the command for the most similar fruit that has a sensor, or state that there is none."""
+    """Return the line with the command for the most similar fruit that has a sensor, or state that there is none.
+
+    The command has all `settings`, kept keys and output path of this search. `preset_or_file` is the preset from which
+    the search started.
+    """
     if nearest_fruit is None:
         return f"no design was found for narrower ranges of the fruit either, from the preset {preset_or_file}"
     words = ["pipeline", "suggest", "--fruit", nearest_fruit.in_words]
@@ -160,8 +169,8 @@ def _nearest_fruit_line(
 def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str]:
     """Return the lines that state the outcome of a search.
 
-    They are the reason for the outcome, followed by a table of the changed keys. If no design passes, they end with the
-    verdicts that do not pass.
+    They are the reason for the outcome, followed by a table of the changed keys, or by the verdicts that do not pass if
+    no design passes. `changes` are the rows of the table, each with the key, its original value and its new value.
     """
     lines = [f"{suggestion.design.name}: {suggestion.reason}"]
     if suggestion.changes is None:

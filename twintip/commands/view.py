@@ -8,7 +8,7 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Answer:
-    """Show an output folder in a window, or write the pictures or the web page that the flags request."""
+    """Show an output folder in a window, or write the pictures, the web page or both, as the flags request."""
     written_data(arguments.folder)  # rejects any other folder before slow modules are loaded
     folder = arguments.folder
     written = []
