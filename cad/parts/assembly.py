@@ -60,7 +60,7 @@ def tagged_workplane(part: Part) -> cq.Workplane:
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
     """Draw the solids of a sensor. `housing` must be the housing that was sized for the design."""
-    seats = seats_of(design, housing)
+    seats = seats_of(design, housing)  # None without a Hall read-out
     return SensorSolids(
         housing=housing,
         part=finished_part(housing, seats),
@@ -73,26 +73,27 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
 
 
 def _add_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
-    """Add a pad to the back of a plate, and cut the holes for screws and dowels through both [mm].
+    """Add a pad to the back of a plate, and cut the holes for screws and dowels through plate and pad [mm].
 
     The pad is a frame that is open towards the tips. Like the rim of a cover, it lies on the posts and the bar. It is
-    set back from the edges beside moving parts.
+    set back from the edges beside moving parts. `pads` holds its height and the diameter of the dowel holes.
     """
     back = 0.5 * housing.depth
     height = pads.pad_height
-    foot_level = max(housing.cover_level, housing.protrusion)
+    lower_level = max(housing.cover_level, housing.protrusion)
     width = housing.right - housing.left
     post_width = housing.wall_width - SETBACK_MM
     bar_level = housing.cavity_level + SETBACK_MM
-    pad = cq.Solid.makeBox(width, height, housing.top_level - foot_level, cq.Vector(housing.left, back, foot_level))
+    pad = cq.Solid.makeBox(width, height, housing.top_level - lower_level, cq.Vector(housing.left, back, lower_level))
     opening = cq.Solid.makeBox(
         width - 2.0 * post_width,
         height + 2.0 * _MARGIN,
-        bar_level - foot_level + _MARGIN,
-        cq.Vector(housing.left + post_width, back - _MARGIN, foot_level - _MARGIN),
+        bar_level - lower_level + _MARGIN,
+        cq.Vector(housing.left + post_width, back - _MARGIN, lower_level - _MARGIN),
     )
     plate = plate.fuse(pad.cut(opening))
 
+    # The normal of the workplane "XZ" is -y, so the holes run from behind the pad to the front of the plate.
     behind_pad = cq.Workplane("XZ", origin=(0.0, back + height + _MARGIN, 0.0))
     hole_length = housing.depth + height + 2.0 * _MARGIN
     screw_holes = behind_pad.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(hole_length)
@@ -192,13 +193,17 @@ def dowel_length(housing: Housing) -> int | None:
 
 
 def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
-    """Add screws, nuts, washers and dowels to an assembly. The heads of the screws are on the front, at -y."""
+    """Add screws, nuts, washers and dowels to an assembly. The heads of the screws are on the front, at -y.
+
+    The names of the parts end in the number of their hole.
+    """
     housing = sensor.housing
     screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
         for name, (shape, y) in screw_set.items():
             location = cq.Location(cq.Vector(x, y, z))
             assembly.add(shape, name=f"{name}_{number}", loc=location, color=STEEL_COLOUR)
+    # If all standard dowels are too long, a dowel is drawn that is as long as both plates are thick.
     length = float(dowel_length(housing) or housing.stack)
     dowel = _cylinder(DOWEL_MM, -0.5 * length, length)
     for number, (x, z) in enumerate(housing.dowels, start=1):
@@ -209,8 +214,9 @@ def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
 def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
     """Return the screw, its nut and its washers on the y axis, each with the y [mm] at which its shape is placed.
 
-    The grip is centred on y = 0, and the head is on the front, at -y. If all standard screws are too short, a screw is
-    drawn that is just long enough, rounded up to 1 mm. It represents a threaded rod.
+    `grip_mm` [mm] is the thickness of the parts between the washers. They are centred on y = 0, and the head is on the
+    front, at -y. If all standard screws are too short, a screw is drawn that is just long enough, rounded up to 1 mm.
+    It represents a threaded rod.
     """
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm

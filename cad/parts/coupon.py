@@ -22,11 +22,12 @@ MAX_SAG_RATIO = 0.09
 
 
 def modulus_factor(flexure: Flexure) -> float:
-    """Return the factor C [1/mm] in E = C F / d, for a weight F [N] at the hole and the sag d [mm] of the hole.
+    """Return the factor C [1/mm] by which the modulus of a coupon follows from its sag, E = C F / d [MPa].
 
-    The leaf is an Euler-Bernoulli cantilever with a rigid pad. C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over
-    the leaf with its fillets. Here s is the distance from the block, and a is the value of s at the hole. The leaf has
-    the width w and the thickness t(s). See S. Timoshenko, Strength of Materials I, 1930, art. 34.
+    F [N] is the weight at the hole, and d [mm] is the sag of the hole. The leaf is an Euler-Bernoulli cantilever with a
+    rigid pad. C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over the leaf with its fillets. Here s is the distance
+    from the block, and a is the value of s at the hole [mm]. The leaf has the width w and the thickness t(s) [mm].
+    See S. Timoshenko, Strength of Materials I, 1930, art. 34.
     """
     r = flexure.fillet
     length = flexure.length
@@ -34,7 +35,7 @@ def modulus_factor(flexure: Flexure) -> float:
     factor = 0.0
     # The integral is split at the ends of the fillets, where the thickness is not smooth.
     for start, end in ((0.0, r), (r, length - r), (length - r, length)):
-        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)
+        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)  # the nodes are in -1..1
         distance_into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
         # Height of the circular fillet above the face of the straight leaf. Both faces have fillets.
         fillet_height = r - np.sqrt(np.maximum(r**2 - distance_into_fillet**2, 0.0))

@@ -20,7 +20,7 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     If `seats` of a Hall read-out are given, the cover has windows for the sensors. Their positions are right when the
     cover is mounted on the front.
     """
-    frame_face = 0.5 * housing.depth
+    frame_face = 0.5 * housing.depth  # y of the back of the frame, on which the rim lies
     width = housing.right - housing.left
     height = housing.top_level - housing.cover_level
     corner = cq.Vector(housing.left, frame_face, housing.cover_level)
@@ -51,7 +51,7 @@ def _window_boxes(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
     """Return the boxes that cut the windows into a back cover.
 
     Each window consists of a pocket from the outside, and of a slot in the bottom of the pocket. The ledges above and
-    below the slot hold the sensor. There are no boxes without a Hall read-out, for which `seats` is None.
+    below the slot hold the sensor. Without a Hall read-out, `seats` is None and there are no windows.
     """
     if seats is None:
         return []
@@ -62,7 +62,7 @@ def _window_boxes(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
     for centre in seats.windows:
         # The cover is drawn at the back but is mounted at the front, so the windows are mirrored here.
         left = 2.0 * middle - centre - 0.5 * seats.window_width
-        # The pocket begins at the marked face of the sensor. The slot goes through the cover.
+        # The pocket begins at the marked face of the sensor. The slot, lower by two ledges, goes through the cover.
         for start, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
             corner = cq.Vector(left, frame_face + start, lower_level + ledge)
             height = seats.window_height - 2.0 * ledge

@@ -34,7 +34,7 @@ class _Panel(NamedTuple):
 
 
 def engrave_name(part: Part, housing: Housing, name: str) -> Part:
-    """Engrave L, H and a name into the housing, 0.3 mm deep.
+    """Engrave L, H and a name into the solid of a housing, 0.3 mm deep, and return the engraved part.
 
     `name` consists of letters, digits, - and _. If it is too long, it is truncated. A panel that is too small for
     letters of 3 mm is left blank. The named faces of the part are kept.
@@ -77,15 +77,15 @@ def _engraving_cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) ->
     the face could leave a thin layer.
     """
     if housing.back_to_back:
-        direction = -1.0
+        x_sign = -1.0
         face_y = 0.5 * housing.depth + housing.back_to_back.pad_height
     else:
-        direction = 1.0
+        x_sign = 1.0
         face_y = -0.5 * housing.depth
 
     def make_wire(ring: shapely.LinearRing) -> cq.Wire:
         """Return a wire on the bottom of the engraving. The last point of a ring, a copy of the first, is omitted."""
-        points = [cq.Vector(panel.x + direction * x, face_y - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
+        points = [cq.Vector(panel.x + x_sign * x, face_y - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
     holes = [make_wire(ring) for ring in area.interiors]

@@ -44,9 +44,10 @@ def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:
 
 
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
-    """Return the solid of a curved fruit with its apex at the origin. `radius` [mm] is its radius along the tips.
+    """Return the solid of a curved fruit, a sphere or an ellipsoid within its box, with the apex at the origin.
 
-    The surface is oriented so that its poles and its seam are away from the top, which the tip outlines split.
+    `radius` [mm] is its radius along the tips. The surface is oriented so that its poles and its seam are away from the
+    top, which the outlines of the tips split.
     """
     if fruit.radius_across_mm is None:
         sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)

@@ -48,10 +48,10 @@ class HallSeats:
 
 
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
-    """Return the seats in a housing, with the magnets centred between the leaves.
+    """Return the seats of a Hall read-out in a housing, with the magnets centred between the leaves.
 
-    The sensors are higher than this by half the travel, so that they are in the middle of the magnets' motion. Pockets
-    and windows are wider than magnets and sensors by twice the accuracy of the process.
+    The sensors are half the travel higher than the centre, which is the middle of the magnets' motion. Pockets and
+    windows are wider than magnets and sensors by twice the accuracy of the process.
     """
     leaf_middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     clearance = 2.0 * process.accuracy_mm

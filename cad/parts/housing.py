@@ -170,7 +170,7 @@ class Housing:
     )
 
     def __post_init__(self) -> None:
-        """Raise InputError for tips, shuttles and pockets that are too large for the housing."""
+        """Raise InputError for a tip, a shuttle or a pocket whose size is not positive or too large for the housing."""
         largest_side = min(self.depth, self.shuttle_width)
         if not 0.0 < self.tip_side <= largest_side:
             raise _size_error("tip_side", self.tip_side, f"greater than 0 mm and at most {largest_side:g} mm")
@@ -179,6 +179,7 @@ class Housing:
             raise _size_error("shuttle_width", self.shuttle_width, bound)
         if self.pin is not None:
             half_foot = 0.5 * self.tip_side
+            # The tip of the gable of a pocket is at the distance `pocket_side` from the axis of the foot.
             if self.pin.pocket_side >= half_foot:
                 raise _size_error("pocket_side", self.pin.pocket_side, f"less than {half_foot:g} mm")
             if self.pin.pocket_depth >= self.neck_level:
@@ -198,10 +199,10 @@ class Housing:
         )
 
     def _arm(self, name: str, sign: float, flexure: Flexure, top_level: float) -> Arm:
-        """Return the arm on the left (`sign` = -1) or on the right (`sign` = 1).
+        """Return the arm on the left (`sign` = -1) or on the right (`sign` = 1), with its positions in x and z [mm].
 
-        `top_level` [mm] is the level of the top of its shuttle. In back-to-back plates, both posts are placed for the
-        longer leaf, so that the frame is symmetric and the plates fit together.
+        `flexure` is its spring, and `top_level` [mm] is the level of the top of its shuttle. In back-to-back plates,
+        both posts are placed for the longer leaf, so that the frame is symmetric and the plates fit together.
         """
         shuttle_x = sign * 0.5 * (self.spacing + self.shuttle_width)
         longest = max(self.low.length, self.high.length) if self.back_to_back else flexure.length

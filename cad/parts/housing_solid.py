@@ -19,6 +19,7 @@ from cad.parts.part import NEAR_MM, FaceTest, Part, fillet_edges_along_y, is_hol
 _MAX_CAP_HEIGHT_RATIO = 0.98
 _MARGIN = 1.0  # extension of a cut beyond the plate [mm]
 _BESIDE_TIP = 0.1  # extension of a cut beyond a tip or a face [mm]
+_BESIDE_SHUTTLE = 0.25  # extension of a cut beyond a shuttle, as a fraction of the radius of the inner corners
 
 
 @functools.lru_cache(maxsize=1)  # a run first needs the size of the part, and later the same part for the files
@@ -49,7 +50,8 @@ def housing_part(housing: Housing) -> Part:
 def _neck_cut(housing: Housing) -> cq.Workplane:
     """Return the solid that is cut from the plate, so that both necks taper in the direction of the depth [mm].
 
-    It consists of two wedges, one on the front and one on the back, which extend along x over both shuttles.
+    It consists of two wedges, one on the front and one on the back, which extend along x over both shuttles. They end
+    a little beyond the shuttles, because a cut along the sides of the shuttles could leave a thin layer.
     """
     half_depth = 0.5 * housing.depth
     half_tip = 0.5 * housing.tip_side
@@ -57,7 +59,7 @@ def _neck_cut(housing: Housing) -> cq.Workplane:
     shoulder = (half_tip, housing.tip_height)
     neck_end = (half_depth, housing.neck_level)
     section = [(half_tip, -_MARGIN), shoulder, neck_end, (outer_y, housing.neck_level), (outer_y, -_MARGIN)]  # (y, z)
-    half_length = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.corner
+    half_length = 0.5 * (housing.spacing + housing.shuttle_width) + _BESIDE_SHUTTLE * housing.corner
     wedge = cq.Workplane("YZ", origin=(-half_length, 0.0, 0.0)).polyline(section).close().extrude(2.0 * half_length)
     return wedge.union(wedge.mirror("XZ"))
 
@@ -65,8 +67,8 @@ def _neck_cut(housing: Housing) -> cq.Workplane:
 def cut_domes(part: Part, housing: Housing) -> Part:
     """Cut the tips of a housing to spherical caps with their apexes at z = 0. A housing without domes is not changed.
 
-    A tip remains square above its cap, because a round tip would overhang in print. The material that is removed from a
-    tip is a box around its end, minus a ball.
+    A tip remains square above its cap, because a round tip would overhang in print. A box around the end of the tip,
+    minus a ball, is cut away.
     """
     if housing.dome is None:
         return part
@@ -94,7 +96,7 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
     if seats is None:
         return part
     radius = 0.5 * seats.pocket_diameter
-    inward_axis = cq.Vector(0.0, 1.0, 0.0)
+    inward_axis = cq.Vector(0.0, 1.0, 0.0)  # from the front into the shuttle
     front = -0.5 * housing.depth
     shape = part.shape
     for arm, depth_below_top in itertools.product(housing.arms, seats.discs):
@@ -110,8 +112,9 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
 def named_housing(shape: cq.Shape, housing: Housing) -> Part:
     """Identify the named faces of a housing by their geometry, and return it as a part.
 
-    The solid may therefore have been cut, or read from a file. The side faces are those that covers or washers clamp.
-    Raises ValueError if a name matches no face.
+    The faces are `low_tip`, `high_tip`, `mounting_holes`, and `side_faces`, which covers or washers clamp. Because they
+    are found by their geometry, the solid may have been cut, or read from a file. Raises ValueError if a name matches
+    no face.
     """
     on_level = plane_face_test(2, 0.0)
     on_front = plane_face_test(1, -0.5 * housing.depth)

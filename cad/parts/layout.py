@@ -41,35 +41,35 @@ def housing_for(
     layout = tips.tip_layout
     depth = plate_depth(design, process)
     separation = layout.leaf_separation_mm
-    low, high = (
-        Flexure(thickness=thickness, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
-        for thickness, length in zip(process.leaf_thicknesses_mm, lengths, strict=True)
-    )
+    low, high = _flexures(process, lengths, depth, separation)
 
-    end = _shuttle_end(design, process, depth)
-    shuttle_width = max(end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
-    neck_level = end.height + _neck_height(depth, shuttle_width, end.side)
-    protrusion = max(_tip_protrusion(design, lengths, depth) - end.beyond_face, _MIN_PROTRUSION)
+    shuttle_end = _shuttle_end(design, process, depth)
+    # A shuttle is at least as wide as its end, and there must be a printable gap between the two shuttles.
+    shuttle_width = max(shuttle_end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
+    neck_level = shuttle_end.height + _neck_height(depth, shuttle_width, shuttle_end.side)
+    # The level of the frame is measured from the printed face, which pins extend downwards.
+    protrusion = max(_tip_protrusion(design, lengths, depth) - shuttle_end.beyond_face, _MIN_PROTRUSION)
 
     # Each leaf is separated from the next corner by a fillet and a straight ledge.
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
     lower_leaf_level = max(neck_level, protrusion) + LEDGE + half_leaf
-    # The gaps at the stops, rounded to 0.01 mm.
-    low_stop, high_stop = (round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
-    cavity_level = lower_leaf_level + separation + half_leaf + LEDGE + max(low_stop, high_stop)
-    pin = _pin(tips, end, neck_level - process.min_wall_mm)
+    # The gaps between the shuttles and their stops, rounded to 0.01 mm.
+    low_gap, high_gap = (round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
+    cavity_level = lower_leaf_level + separation + half_leaf + LEDGE + max(low_gap, high_gap)
+    pin = _pin(tips, shuttle_end, neck_level - process.min_wall_mm)
+    # A dome on a pin is a shape of the pin, not of the printed tip.
     dome = DomeCap(radius=tips.dome_radius_mm) if pin is None and tips.dome_radius_mm is not None else None
     return Housing(
         low=low,
         high=high,
-        tip_side=end.side,
-        tip_height=end.height,
+        tip_side=shuttle_end.side,
+        tip_height=shuttle_end.height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle_width,
         neck_level=neck_level,
         lower_leaf_level=lower_leaf_level,
-        low_top_level=cavity_level - low_stop,
-        high_top_level=cavity_level - high_stop,
+        low_top_level=cavity_level - low_gap,
+        high_top_level=cavity_level - high_gap,
         cavity_level=cavity_level,
         top_level=cavity_level + layout.top_bar_mm,
         protrusion=protrusion,
@@ -79,6 +79,18 @@ def housing_for(
         dome=dome,
         back_to_back=_back_to_back(process) if layout.is_back_to_back else None,
     )
+
+
+def _flexures(process: Process, lengths: tuple[float, ...], depth: float, separation: float) -> list[Flexure]:
+    """Return the low and the high flexure of a plate, whose leaves have these lengths [mm].
+
+    `depth` is the depth of the plate, and `separation` the distance between the two leaves of a flexure [mm]. The leaf
+    thicknesses and the fillets are those of the print process.
+    """
+    return [
+        Flexure(thickness=thickness, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
+        for thickness, length in zip(process.leaf_thicknesses_mm, lengths, strict=True)
+    ]
 
 
 def _back_to_back(process: Process) -> BackToBack:
@@ -102,31 +114,32 @@ class _ShuttleEnd(NamedTuple):
     pocket_side: float | None = None
 
 
-def _pin(tips: Tips, end: _ShuttleEnd, max_pocket_depth: float) -> Pin | None:
+def _pin(tips: Tips, shuttle_end: _ShuttleEnd, max_pocket_depth: float) -> Pin | None:
     """Return the pin at the end of a shuttle, or None for a printed tip.
 
     `max_pocket_depth` [mm] is the largest depth of the pocket for which a wall remains above it.
     """
-    if end.pocket_side is None:
+    if shuttle_end.pocket_side is None:
         return None
     return Pin(
         side=tips.side_mm,
         is_round=tips.tip_shape.is_round,
-        outside=end.beyond_face,
-        pocket_side=end.pocket_side,
+        outside=shuttle_end.beyond_face,
+        pocket_side=shuttle_end.pocket_side,
         pocket_depth=min(POCKET_SIDES * tips.side_mm, max_pocket_depth),
     )
 
 
 def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
-    """Return the dimensions of the end of a shuttle in a plate of this depth [mm].
+    """Return the dimensions of the end of a shuttle, a printed tip or a foot with a pin, in a plate of this depth [mm].
 
-    A tip or pin protrudes by at least 1.5 times the travel, so that no other part of the arm touches the fruit.
+    A tip or pin protrudes by at least 1.5 times the travel, so that no other part of the arm touches the fruit. It is
+    also at least as long as its dome or other shape at the end.
     """
     tips = design.tips
     mount = tip_mount(design, process)
     protrusion = max(min(tips.side_mm, LEDGE), _MIN_TIP_TRAVELS * design.press.travel_mm)
-    if mount.pocket_side is not None:
+    if mount.pocket_side is not None:  # the tips are pins
         outside = max(protrusion, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
         return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=outside, pocket_side=mount.pocket_side)
     side = _tip_side(tips, depth)

@@ -63,8 +63,8 @@ class Part:
 def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Part:
     """Name the faces of a shape, and return it as a part.
 
-    `faces` maps each name to a test that selects its faces. Raises ValueError if a name matches no face, or if two
-    names match the same face.
+    `name` is the name of the part. `faces` maps the name of each face to a test that selects all faces with this name.
+    Raises ValueError if a name matches no face, or if two names match the same face.
     """
     solids = shape.Solids()
     if len(solids) == 1:  # the result of a cut is a compound, even if it contains only one solid
@@ -127,9 +127,9 @@ def is_hole(face: cq.Face, diameter: float) -> bool:
 
 
 def fillet_edges_along_y(plate: cq.Workplane, corners: Sequence[Point], radius: float) -> cq.Workplane:
-    """Round the edges of a plate that run along y at the given corners (x, z), with a fillet of this radius [mm].
+    """Round the edges of a plate that run along y at the given corners (x, z) [mm], with a fillet of this radius [mm].
 
-    Raises ValueError unless there is exactly one edge for each corner.
+    Raises ValueError unless the number of edges there is the number of corners.
     """
     edges = []
     for edge in plate.findSolid().Edges():

@@ -25,17 +25,19 @@ def tip_accuracy_mm(tips: Tips, process: Process) -> float:
 def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
     """Return the additional compliance of a foot due to its glued pin [mm/N].
 
-    `E` [MPa] and `poisson` are the elastic constants of the foot. The compliance is the sum of three terms:
+    `E` [MPa] and `poisson` [1] are the elastic constants of the foot. The compliance is the sum of three terms:
 
-    - The protruding steel is a bar in compression, with the compliance l / (E_s A).
-    - The glue on three sides of the pin is a layer in shear, with the compliance t / (G A_g).
+    - The protruding steel is a bar in compression, with the compliance l / (E_s A). Here l is its length, A its
+      cross-sectional area, and E_s Young's modulus of steel.
+    - The glue on three sides of the pin is a layer in shear, with the compliance t / (G A_g). Here t is its thickness,
+      A_g its area, and G its shear modulus.
     - The foot deforms around the pin. The solution for the springs already contains a foot that is loaded on its whole
       face, so only the small difference is added here.
 
     A pin with a spherical end is treated as a cylinder. The error is half the compliance of the glue plus the spread of
     the third term.
     """
-    side = pin.side
+    side = pin.side  # side or diameter
     bar_compliance = pin.outside / (STEEL_MPA * pin.square_area_ratio * side**2)
     glue_thickness = 0.5 * (pin.pocket_side - side)
     glue_compliance = glue_thickness / (

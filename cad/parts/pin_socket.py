@@ -27,7 +27,7 @@ def cut_pin_sockets(part: Part, housing: Housing) -> Part:
     if housing.pin is None:
         return part
     half_width = 0.5 * housing.pin.pocket_side
-    eaves = gable_side(housing) * half_width
+    eaves = gable_side(housing) * half_width  # y at the two ends of the gable
     # The section of a pocket in x and y is a square with a gable of 45 degrees on the side that is up in print.
     section = [
         (-half_width, -eaves),
@@ -76,8 +76,8 @@ def _round_solid(shape: TipShape, top: float) -> cq.Shape:
     outline = cq.Workplane("XZ").moveTo(0.0, 0.0)  # the meridian begins at the apex
     for segment in shape.meridian:
         if isinstance(segment, Arc):
-            # CadQuery needs a third point on the arc. It is taken halfway between the ends in r. The circle of the arc
-            # touches the plane z = 0, so its centre is at z = radius.
+            # CadQuery needs a third point on the arc. Its r is halfway between the ends of the arc. The circle of the
+            # arc touches the plane z = 0, so the centre of the circle is at z = radius.
             middle_r = 0.5 * (segment.start.r + segment.end.r)
             middle_z = segment.radius - math.sqrt(segment.radius**2 - (middle_r - segment.centre_r) ** 2)
             outline = outline.threePointArc((middle_r, middle_z), segment.end)
