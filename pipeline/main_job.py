@@ -91,7 +91,7 @@ def run(
         with stopwatch.stage("fields"):
             fields_left_out = write_fields(pressed, result.press, options, folder)
             if options.out is not None:
-                prepare_page(result)  # here, while the worker is still making the solids
+                prepare_page(result)  # the worker is still making the solids, so this costs no extra time
         with stopwatch.stage("fabrication"):
             sideways_stiffness = sideways_verdicts(pressed.springs, options)
         with stopwatch.stage("solids"):
@@ -107,9 +107,10 @@ def run(
 
 
 def look(sensor: Sensor) -> SensorResult:
-    """Make a quick run without solids and files of parts, and return its result.
+    """Make a quick run of a sensor, without solids and without files of parts, and return its result.
 
-    Raises the same errors as `run`, and OutputError if the folder holds the files of a whole run.
+    The results are written to the folder `options.out` of the sensor, if it has one. Raises the same errors as `run`,
+    and OutputError if the folder holds the files of a whole run.
     """
     options = sensor.options
     if options.out is not None:
@@ -161,7 +162,10 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
 
 
 def evaluate_sensor(sensor: Sensor) -> SensorResult:
-    """Solve all stages of a sensor, and attach hints to verdicts that did not pass."""
+    """Solve all stages of a sensor that are not solved yet, and return them as a result without verdicts on files.
+
+    Hints are attached to verdicts that did not pass. Raises the same errors as `evaluate`.
+    """
     # These stages depend on each other in this order, so progress is reported for one stage after another.
     sensor.solve("contact", "sizing", "upright_springs", "springs")
     rough_note = (

@@ -35,7 +35,7 @@ from solve.contact.pose_forces import Pose
 from solve.halfspace.layered import base_compliance
 
 TILTS = 5  # number of tilts at which presses are solved for the page
-_LARGE_BIAS = 0.5  # only a bias above this fraction of the largest bias gets an error bar
+_LARGE_BIAS = 0.5  # only a bias of at least this fraction of the largest bias gets an error bar
 _LARGEST_POISSON = 0.499  # largest Poisson's ratio; at 0.5 the flesh would be incompressible
 NOISE_LIMIT = 0.1  # uncertainty of the modulus [1] at which the noise is reported
 FoundReadings = list[list[RiseReading | None]]
@@ -149,7 +149,8 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     model = rise_model(sensor)
     press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # a read-out may not allow presses as fast as `PRESS_S`
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
-    calibration = calibration_errors(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
+    stiffnesses = 1.0 / np.diag(sensor.C)  # [N/mm]
+    calibration = calibration_errors(design, presses.full_scale, stiffnesses, channels.noises)
     channels = channels.calibrated(calibration)
     press_readings, refused_text = _read_presses(model, presses, channels, design.tips.side_mm)
     analysis = ReadingAccuracy(
@@ -167,13 +168,14 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         return analysis
     try:
         moduli = _accuracy_by_modulus(sensor, model, presses, channels, press_readings)
-    except RiseError:  # a press with hardly enough rise may have no modulus after the change for a finite difference
+    except RiseError:  # a press with barely enough rise may lose its modulus if its forces change slightly
         return analysis
+    level_forces, flesh_changes = presses.F[:, 0], presses.flesh[:, 0]
     return replace(
         analysis,
         moduli=moduli,
         full_scale=tuple(presses.full_scale.tolist()),
-        flesh=max(map(model.change, presses.F[:, 0], presses.flesh[:, 0])) if presses.flesh.any() else 0.0,
+        flesh=max(map(model.change, level_forces, flesh_changes)) if presses.flesh.any() else 0.0,
     )
 
 
@@ -183,29 +185,32 @@ def _accuracy_by_modulus(
     """Compute for each modulus the largest bias over all placements, and the uncertainty of a reading.
 
     The uncertainty is a root mean square over the random placements, because these represent how often each pose
-    occurs. `press_readings` holds the readings of `presses`. Raises RiseError if a press has no modulus after a small
-    change.
+    occurs. `press_readings` holds the readings of `presses` by `model`, and `channels` the errors of springs and gains.
+    Raises RiseError if a press has no modulus after a small change of its forces.
     """
     design, placements = sensor.design, presses.placements
-    reading = design.reading or ReadingRequirements()
-    E_read = np.array([[math.nan if each is None else each.E for each in row] for row in press_readings])
+    reading = design.reading or ReadingRequirements()  # never None here, see `analyse_readings`
+    E_read = np.array([[math.nan if found is None else found.E for found in row] for row in press_readings])
     biases = E_read / np.array(presses.moduli)[:, None] - 1.0
     bias_errors = _bias_errors(model, presses, biases)
     pose_uncertainty = uncertainty_by_pose(biases, placements).tolist()
     thickness_uncertainty = uncertainty_by_thickness(biases, placements).tolist()
     random_presses, random_readings = _random_presses(presses, press_readings)
-    form_changes = [np.array([changes_by_form(design, model, press) for press in each]) for each in random_presses]
-    # Calibration on a reference ball removes the change of E that fruit and ball have in common.
+    # relative changes of E by modulus, each (presses, form errors)
+    form_changes = [np.array([changes_by_form(design, model, press) for press in row]) for row in random_presses]
+    # Calibration on a reference ball removes the change of E that fruit and ball have in common. The ball is assumed to
+    # have the modulus in the middle of the range.
     form_changes_on_ball: Floats | float = 0.0
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
-        mean_changes = np.array([each.mean(axis=0) for each in form_changes])
+        mean_changes = np.array([changes.mean(axis=0) for changes in form_changes])
         form_changes_on_ball = interpolate_to_middle(presses.moduli, mean_changes)
         channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, random_readings))
         ball_uncertainty = {"ball": 0.01 * reading.ball_percent}
     rows = []
     for i, (E, bias, error) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bias_errors, strict=True)):
-        worst, farthest = _index_of_largest(bias), _index_of_largest(np.abs(bias) + error)
+        worst = _index_of_largest(bias)
+        farthest = _index_of_largest(np.abs(bias) + error)  # the error bar that extends farthest from 0
         other_sources = {
             **heat_uncertainty(sensor.signal),
             **_form_uncertainty(form_changes[i] - form_changes_on_ball),
@@ -231,18 +236,18 @@ def _accuracy_by_modulus(
 def _random_presses(
     presses: SampledPresses, press_readings: FoundReadings
 ) -> tuple[list[list[Floats]], list[list[RiseReading]]]:
-    """Return for each modulus the forces (samples, tips) [N] and the readings of the presses in random placements.
+    """Return two lists by modulus: forces (samples, tips) [N] and readings of the presses in random placements.
 
-    Presses without a reading are omitted.
+    `press_readings` holds the readings of all `presses`. Presses without a reading are omitted.
     """
     # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
-    random_indices = [0, *(index for index, each in enumerate(presses.placements) if each.is_drawn)]
+    random_indices = [0, *(index for index, placement in enumerate(presses.placements) if placement.is_drawn)]
     random_presses = [
         [forces[index] for index in random_indices if row[index] is not None]
         for forces, row in zip(presses.F, press_readings, strict=True)
     ]
     random_readings = [
-        [each for each in (row[index] for index in random_indices) if each is not None] for row in press_readings
+        [found for found in (row[index] for index in random_indices) if found is not None] for row in press_readings
     ]
     return random_presses, random_readings
 
@@ -261,7 +266,7 @@ def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseRea
     The slopes at each modulus are averaged over its `readings` in random poses.
     """
     springs, gains = (
-        np.array([np.mean([getattr(each.slopes, name) for each in row], axis=0) for row in readings])
+        np.array([np.mean([getattr(reading.slopes, name) for reading in row], axis=0) for row in readings])
         for name in ("springs", "gains")
     )
     return SlopesOnBall(springs=interpolate_to_middle(moduli, springs), gains=interpolate_to_middle(moduli, gains))
@@ -272,8 +277,9 @@ def _read_presses(
 ) -> tuple[FoundReadings, str | None]:
     """Read a modulus from each press. Also return a text with the number of presses without a reading and one reason.
 
-    The text is None if every press has a reading. A press has no reading if its contact is wider than the face of a
-    dome, `side_mm` [mm].
+    The text is None if every press has a reading. `channels` determine the noise of the forces, and the force at which
+    a tip counts as touching. A press has no reading if its contact is wider than the face of a dome, `side_mm` [mm], or
+    if `model` cannot determine a modulus.
     """
     # A press is solved at fewer samples than a real press has. Their noise is reduced so that its effect on E is the
     # same.
@@ -303,8 +309,8 @@ def _read_presses(
 def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
     """Return the error of each bias [1], (moduli, placements), due to the error of the solved forces.
 
-    To save time, the error is computed only if the bias is more than half of the largest; otherwise it is 0. The errors
-    of the forces have the same sign under all tips, because all tips press the same fruit.
+    To save time, the error is computed only if the bias is at least half of the largest bias at this modulus; otherwise
+    it is 0. The errors of the forces have the same sign under all tips, because all tips press the same fruit.
     """
     magnitudes = np.abs(np.nan_to_num(biases))
     is_large = np.isfinite(biases) & (magnitudes >= _LARGE_BIAS * magnitudes.max(axis=1, keepdims=True))
@@ -322,23 +328,25 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
     The uncertainty is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli,
     placements); it is nan for a press without a reading.
     """
-    drawn_biases = biases[:, [each.is_drawn for each in placements]]
-    count = np.isfinite(drawn_biases).sum(axis=1)
-    return np.asarray(np.sqrt(np.nansum(drawn_biases**2, axis=1) / np.maximum(count, 1)))
+    random_biases = biases[:, [placement.is_drawn for placement in placements]]
+    count = np.isfinite(random_biases).sum(axis=1)
+    # with a count of 0, the sum is 0 too
+    return np.asarray(np.sqrt(np.nansum(random_biases**2, axis=1) / np.maximum(count, 1)))
 
 
 def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
     """Return the standard uncertainty of a reading [1] due to the unknown thickness of the flesh, (moduli,).
 
-    The uncertainty follows from the largest change of the bias at either end of the range of thicknesses. The thickness
-    is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7). `biases` [1] has the shape (moduli,
-    placements).
+    The uncertainty follows from the largest change of the bias, from the thickness of the design to either end of the
+    range of thicknesses. The thickness is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7).
+    `biases` [1] has the shape (moduli, placements).
     """
-    changes = [np.zeros(len(biases))]
-    for index, each in enumerate(placements):
-        if each.thickness_mm is not None:
-            nominal_index = placements.index(replace(each, thickness_mm=None))
+    changes = [np.zeros(len(biases))]  # remains the only row if the thickness does not vary
+    for index, placement in enumerate(placements):
+        if placement.thickness_mm is not None:
+            nominal_index = placements.index(replace(placement, thickness_mm=None))
             changes.append(biases[:, index] - biases[:, nominal_index])
+    # a change is nan if one of its two presses has no reading
     return np.asarray(BOUNDED * np.abs(np.nan_to_num(changes)).max(axis=0))
 
 
@@ -355,17 +363,17 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     fruit = design.fruit
     poisson = fruit.poisson
     other_poisson = poisson + 0.5 * fruit.poisson_spread
-    if other_poisson > _LARGEST_POISSON:
+    if other_poisson > _LARGEST_POISSON:  # one standard deviation lower is equally likely
         other_poisson = poisson - 0.5 * fruit.poisson_spread
     modulus_ratio = (1.0 - poisson**2) / (1.0 - other_poisson**2)
     if design.tips.dome_radius_mm is None:
         return abs(modulus_ratio - 1.0)
-    axes = np.array(design.tips.places_mm)
-    distances = np.linalg.norm(axes[:, None] - axes, axis=-1)
+    tip_axes = np.array(design.tips.places_mm)
+    distances = np.linalg.norm(tip_axes[:, None] - tip_axes, axis=-1)  # (tips, tips) [mm]
     base = base_compliance(fruit.depth_mm, poisson, distances)
-    change = modulus_ratio * base_compliance(fruit.depth_mm, other_poisson, distances) - base
+    base_change = modulus_ratio * base_compliance(fruit.depth_mm, other_poisson, distances) - base
     contrast = model.law.contrast
-    law = replace(model.law, contrast=replace(contrast, S=rows_of(np.array(contrast.S) + change)))
+    law = replace(model.law, contrast=replace(contrast, S=rows_of(np.array(contrast.S) + base_change)))
     base_ratio = replace(model, law=law).modulus(press) / model.modulus(press)
     return abs(modulus_ratio / base_ratio - 1.0)
 
@@ -431,7 +439,8 @@ def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
 def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[SkinPressure, ...]:
     """Return for each modulus of the fruit the largest mean pressure under a tip at full travel, and its pose.
 
-    The result is empty if the fruit has no bruise limit.
+    `presses` are reused if they were solved at the moduli of the fruit. The result is empty if the fruit has no bruise
+    limit.
     """
     fruit = sensor.design.fruit
     placements = presses.placements
@@ -439,16 +448,16 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
     if not limits:
         return ()
     if set(fruit.E_MPa) <= set(presses.moduli):
-        rows_of_fruit = [presses.moduli.index(E) for E in fruit.E_MPa]
-        pressures, errors = presses.mean_pressure[rows_of_fruit, :, -1], presses.pressure_error[rows_of_fruit, :, -1]
+        indices = [presses.moduli.index(E) for E in fruit.E_MPa]
+        pressures, errors = presses.mean_pressure[indices, :, -1], presses.pressure_error[indices, :, -1]
     else:  # readings of a fruit with few moduli are evaluated at other moduli, so the presses are solved here
         travel = sensor.design.press.travel_mm
-        poses = [Pose(E=E, travel=travel, stand=each) for E in fruit.E_MPa for each in placements]
+        poses = [Pose(E=E, travel=travel, stand=placement) for E in fruit.E_MPa for placement in placements]
         forces = sensor.forces_in_poses(poses)
         pressures, errors = forces.mean_pressure, forces.pressure_error
     shape = (len(limits), len(placements), -1)
     rows = []
-    by_modulus = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 if a tip is out of contact
+    by_modulus = (np.nan_to_num(array).reshape(shape) for array in (pressures, errors))  # 0 if a tip is out of contact
     for E, limit, pressure, error in zip(fruit.E_MPa, limits, *by_modulus, strict=True):
         # `pressure` has the shape (placements, tips), so the first index is the placement.
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
@@ -466,11 +475,12 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
 def reading_constants(sensor: PressedSensor, press: ScenePress, readings: ReadingAccuracy | None) -> ReadingConstants:
     """Return the constants from which a printed unit computes a modulus, given its forces.
 
-    The model error is the error of the solved contact or the error of the bias, whichever is larger. The error of the
-    bias is known only if the design has `readings`. Raises SolveError if a solution is not exact.
+    `press` is the press of the design's scene, whose forces are the full scale if the design has no `readings`. The
+    model error is the error of the solved contact or the error of the bias, whichever is larger. The error of the bias
+    is known only if the design has `readings`. Raises SolveError if a solution is not exact.
     """
     contact = sensor.contact
-    error = max(contact.error_own, contact.error_pair)
+    error = max(contact.error_own, contact.error_pair)  # relative errors of s11 and of s11 - s12
     full_scale = press.at_largest_E.F[-1, -1]  # forces of a level press; `readings` also cover tilted presses
     if readings is not None:
         if readings.full_scale is not None:
@@ -482,7 +492,7 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
         springs_mm_per_N=rows_of(sensor.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error_percent=100.0 * error,
-        level=(),
+        level=(),  # replaced below for a pair
         signal=sensor.signal,
         fastest_press_s=sensor.fastest_press_s,
     )

@@ -29,7 +29,8 @@ from sensor.theory.straight_line import ROUNDED, slope_error_of_resolution
 LEAST_ERROR = 1e-4
 """Lower bound of the relative error of a stiffness; no dial and no balance is more accurate."""
 _LARGEST_ERROR = 10.0  # relative error assigned to a spring that the bench cannot measure
-_STEEPEST = 1.5  # E is at most proportional to this power of a common factor of all deflections, as in Hertz's law
+# E is at most proportional to this power of a common factor of all deflections. Hertz's law has this exponent.
+_STEEPEST = 1.5
 
 
 def refuse_bench_that_cannot_weigh(design: Design) -> None:
@@ -39,12 +40,13 @@ def refuse_bench_that_cannot_weigh(design: Design) -> None:
     `PRESSED` of it must not exceed the largest load. Nothing is solved here, so only springs given in the design are
     checked.
     """
-    bench, softest = design.bench, design.springs.K_l_N_per_m
-    if bench is None or softest is None:
+    bench = design.bench
+    K_l = design.springs.K_l_N_per_m
+    if bench is None or K_l is None:
         return
     # A low tip deflects by at most the full travel, and by nearly as much on firm fruit.
-    grams = softest * design.full_travels_mm[0] / STANDARD_GRAVITY
-    weight_text = f"the weight that bends a low spring of {softest:g} N/m by the travel of a press"
+    grams = K_l * design.full_travels_mm[0] / STANDARD_GRAVITY  # [N/m * mm] is [mN], and 1 mN / (1 m/s^2) is 1 g
+    weight_text = f"the weight that bends a low spring of {K_l:g} N/m by the travel of a press"
     if not bench.balance_g < grams:
         bound = f"less than {grams:.3g} g, {weight_text}"
         raise validation_error(
@@ -89,10 +91,11 @@ def springs_on_plate(*, gains: Floats, deflections: Floats, travel: float, alike
     within which the true stiffness is uniformly distributed (JCGM 100:2008, 4.3.7).
     """
     # The errors of the springs are later combined as if they were independent. The error of the travel and the mean
-    # difference are common to all springs, so they are enlarged here.
-    common = _STEEPEST * np.sqrt(len(gains)) * np.hypot(travel, BOUNDED * alike)
-    causes = [gains, deflections, np.full(len(gains), common), BOUNDED * apart]
-    return np.asarray(np.linalg.norm(causes, axis=0))
+    # difference are common to all springs, so they change E more than independent errors of n springs would. The factor
+    # sqrt(n) and the steepest dependence of E on a common factor account for this.
+    common_error = _STEEPEST * np.sqrt(len(gains)) * np.hypot(travel, BOUNDED * alike)
+    contributions = [gains, deflections, np.full(len(gains), common_error), BOUNDED * apart]
+    return np.asarray(np.linalg.norm(contributions, axis=0))
 
 
 class _CalibrationErrors(NamedTuple):
@@ -110,15 +113,16 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
     and `stiffnesses` [N/mm] the stiffnesses of the springs. `noises` [N] is the standard deviation of one row of the
     calibration table. All three have the shape (tips,).
     """
-    reading, bench = design.reading or ReadingRequirements(), design.expected_bench or Bench()
-    pressed = PRESSED * np.nan_to_num(full_scale)
-    errors = _errors_after_weights(bench, pressed, stiffnesses, noises)
+    reading = design.reading or ReadingRequirements()
+    bench = design.expected_bench or Bench()
+    largest_forces = PRESSED * np.nan_to_num(full_scale)  # nan if every contact is too wide
+    errors = _errors_after_weights(bench, largest_forces, stiffnesses, noises)
     if reading.on_plate:
-        errors = _errors_after_plate(design, bench, errors, pressed, stiffnesses, noises)
+        errors = _errors_after_plate(design, bench, errors, largest_forces, stiffnesses, noises)
     worst = int(errors.springs.argmax())
     computed = {"stiffness_percent": errors.springs, "gain_percent": errors.gains}
     given = {key: percent for key in computed if (percent := getattr(reading, key)) is not None}
-    tip_count = len(pressed)
+    tip_count = len(largest_forces)
     return CalibrationErrors(
         balance_g=bench.balance_g,
         balance_max_g=bench.balance_max_g,
@@ -133,12 +137,18 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
     )
 
 
-def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, noises: Floats) -> _CalibrationErrors:
-    """Return the errors after a calibration by weights, up to forces `pressed` [N] or the balance's largest load."""
+def _errors_after_weights(
+    bench: Bench, largest_forces: Floats, stiffnesses: Floats, noises: Floats
+) -> _CalibrationErrors:
+    """Return the errors that remain after a calibration by weights.
+
+    Each spring is loaded up to its force in `largest_forces` (tips,) [N], or up to the largest load of the balance.
+    `stiffnesses` (tips,) are in N/mm. `noises` (tips,) [N] are standard deviations of one row of the table.
+    """
     # The relative error of a slope is `slope_error_factor` * resolution / largest value.
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY
-    loads = np.minimum(pressed, newtons_per_g * bench.balance_max_g)
+    loads = np.minimum(largest_forces, newtons_per_g * bench.balance_max_g)
     balance_error = _relative_error(slope_error_factor * newtons_per_g * bench.balance_g, loads)
     dial_error = _relative_error(slope_error_factor * bench.dial_mm, loads / stiffnesses)
     # `slope_error_factor` contains ROUNDED, the standard deviation of rounding, which does not apply to noise.
@@ -150,26 +160,34 @@ def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, no
 
 
 def _errors_after_plate(
-    design: Design, bench: Bench, weighed: _CalibrationErrors, pressed: Floats, stiffnesses: Floats, noises: Floats
+    design: Design,
+    bench: Bench,
+    weighed: _CalibrationErrors,
+    largest_forces: Floats,
+    stiffnesses: Floats,
+    noises: Floats,
 ) -> _CalibrationErrors:
     """Return the errors after a calibration by weights and then on a plate, which calibrates deflections.
 
     `weighed` are the errors after the calibration by weights. All tips have the same travel on the plate. The press
-    ends when the first tip reaches its force `pressed` [N]. The gains returned are the relative errors of the
-    deflections.
+    ends when the first tip reaches its force in `largest_forces` (tips,) [N]. `stiffnesses` (tips,) are in N/mm, and
+    `noises` (tips,) [N] are standard deviations of one row of the table. The gains returned are the relative errors of
+    the deflections.
     """
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)
-    deepest = float((pressed / stiffnesses).min())  # [mm]
-    largest_forces = deepest * stiffnesses
-    flattened = flattening(design, largest_forces) - flattening(design, PLATE_AT[0] * largest_forces)
-    scatter = _relative_error(slope_error_factor / ROUNDED * noises, largest_forces)
+    full_travel = float((largest_forces / stiffnesses).min())  # of the press on the plate [mm]
+    plate_forces = full_travel * stiffnesses
+    # change in the flattening of the domes from the first to the last row of the table [mm]
+    flattened = flattening(design, plate_forces) - flattening(design, PLATE_AT[0] * plate_forces)
+    scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)
     # The error of a gain after the weights is due to the balance and to noise; this is the part due to noise.
     noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
-    deflections = deflections_on_plate(scatter, flattened, design, deepest * (PLATE_AT[-1] - PLATE_AT[0]))
-    travel_error = float(_relative_error(slope_error_factor * bench.dial_mm, deepest))
-    # Both stiffnesses, by plate and by weights, contain the same error of the balance, so it cancels in their ratio.
+    deflections = deflections_on_plate(scatter, flattened, design, full_travel * (PLATE_AT[-1] - PLATE_AT[0]))
+    travel_error = float(_relative_error(slope_error_factor * bench.dial_mm, full_travel))
+    # The two stiffnesses, by plate and by weights, contain the same error of the balance, so it cancels in their ratio.
     ratio_errors = np.hypot(weighed.causes["dial"], noise_error)
-    # standard deviation of the mean of n independent ratios, and of the difference of each ratio from this mean
+    # The n ratios are independent, with standard deviations s_i. The variance of their mean is sum(s_i^2) / n^2. The
+    # variance of the difference of a ratio from the mean is s_i^2 (1 - 2 / n) plus the variance of the mean.
     mean_error = float(np.linalg.norm(ratio_errors)) / len(ratio_errors)
     deviations_from_mean = np.sqrt(np.maximum(ratio_errors**2 * (1.0 - 2.0 / len(ratio_errors)) + mean_error**2, 0.0))
     springs = springs_on_plate(
@@ -186,7 +204,9 @@ def _errors_after_plate(
 
 
 def _relative_error(deviation: Floats | float, largest: Floats | float) -> Floats:
-    """Return `deviation` divided by the largest value measured [1], but at most 10; 10 if that value is 0."""
-    values = np.asarray(largest, dtype=float)
-    relative = np.divide(deviation, values, out=np.full(values.shape, _LARGEST_ERROR), where=values > 0.0)
+    """Return `deviation` divided by the `largest` value measured [1], but at most 10; 10 if that value is 0."""
+    largest_values = np.asarray(largest, dtype=float)
+    relative = np.divide(
+        deviation, largest_values, out=np.full(largest_values.shape, _LARGEST_ERROR), where=largest_values > 0.0
+    )
     return np.asarray(np.minimum(relative, _LARGEST_ERROR))

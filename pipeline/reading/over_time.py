@@ -69,9 +69,9 @@ def refuse_unsolvable_time(design: Design) -> None:
 def _is_solvable(design: Design) -> bool:
     """Return whether presses of a design on fruit without a skin can be solved over time."""
     tips = design.tips
-    level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
-    domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
-    return scene_of(design).linear or (level and domes)
+    is_level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
+    has_domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
+    return scene_of(design).linear or (is_level and has_domes)
 
 
 def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
@@ -86,11 +86,12 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     first_touch = _first_touch_depth(sensor, law)
     t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
-    times, depths = (np.broadcast_to(each, (len(E), len(t))) for each in (t, first_touch + travel))
+    # each modulus has the same press: times [s] and depths of the tips [mm], (moduli, times)
+    times, depths = (np.broadcast_to(row, (len(E), len(t))) for row in (t, first_touch + travel))
     solution = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
     F = solution.F
     apparent = _apparent_moduli(law, F)
-    changes = _largest_changes(apparent[:, RAMP_STEPS:])
+    changes = _largest_changes(apparent[:, RAMP_STEPS:])  # the hold begins at index `RAMP_STEPS`
     steadiest = int(changes.argmin())
     change = float(changes[read_at])
     step_error = float((solution.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())  # relative error due to time steps
@@ -130,10 +131,11 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     decreases = []
     for E in design.fruit.E_MPa:
         times = np.outer([1.0, 2.0], design.press_s * ramp)  # a press of the usual duration, and of twice that
-        travel = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
-        forces = timed_forces(law, flesh, np.full(len(times), E), times, travel).F[:, 1:]
+        depths = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
+        # the first sample is omitted, because it is the first touch without a force
+        forces = timed_forces(law, flesh, np.full(len(times), E), times, depths).F[:, 1:]
         try:
-            E_once, E_twice = (_read_by_rise(sensor.law, each) for each in forces)
+            E_once, E_twice = (_read_by_rise(sensor.law, press) for press in forces)
         except ReadingError:
             continue
         decreases.append(uncorrected * (1.0 - E_twice / E_once))
@@ -173,15 +175,16 @@ def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
     beginning of the hold, so the time steps are shortest there.
     """
     ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
-    hold = design.press.hold_s or 0.0
-    wait = design.read_s - design.stop_s  # time from the beginning of the hold to the reading [s]
-    waits = hold * (np.arange(1 + HOLD_STEPS) / HOLD_STEPS) ** 3
-    # The nearest time step is moved to the time of the reading. Both ends of the hold keep their times.
-    read_at = int(np.abs(waits - wait).argmin())
-    if wait not in (0.0, hold):
+    hold_s = design.press.hold_s or 0.0
+    # times [s] in the hold, counted from its beginning: the time of the reading, and the time steps
+    reading_time = design.read_s - design.stop_s
+    hold_times = hold_s * (np.arange(1 + HOLD_STEPS) / HOLD_STEPS) ** 3
+    # The nearest time step is moved to the time of the reading. The two ends of the hold keep their times.
+    read_at = int(np.abs(hold_times - reading_time).argmin())
+    if reading_time not in (0.0, hold_s):
         read_at = min(max(read_at, 1), HOLD_STEPS - 1)
-        waits[read_at] = wait
-    times = np.concatenate([design.stop_s * ramp, design.stop_s + waits[1:]])
+        hold_times[read_at] = reading_time
+    times = np.concatenate([design.stop_s * ramp, design.stop_s + hold_times[1:]])
     return times, design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)]), read_at
 
 
@@ -207,7 +210,7 @@ def _largest_changes(held: Floats) -> Floats:
 
 
 def _elastic_error(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
-    """Return the relative error [1] of elastic forces by the contrast law at full travel, against solved forces.
+    """Return the relative error [1] of elastic forces by the contrast law at full travel, compared with solved forces.
 
     The error is 0 for flat tips, for which the law is exact. `first_touch` [mm] is the depth at which the first tip
     touches.

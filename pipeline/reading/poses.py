@@ -20,6 +20,7 @@ Vector = tuple[float, float]
 
 LEVEL: Vector = (0.0, 0.0)
 DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * k for k in range(8))]
+_DIAGONALS = DIRECTIONS[1::2]
 DRAWN = 48  # number of random placements
 SEED = 21
 FEWEST_MODULI = 4  # minimum number of moduli at which readings are evaluated
@@ -107,8 +108,8 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
             radius=reading.radius_mm,
             across=reading.radius_across_mm,
             thickness=reading.thickness_mm,
-            # along a principal direction, and midway between both, where the saddle of the skin under the tips is
-            # largest
+            # 0 is along a principal direction. The others are midway between the two principal directions, where the
+            # saddle of the skin under the tips is largest.
             azimuths=(0.0, 45.0, 135.0),
         )
     radius = None
@@ -131,23 +132,22 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
     level = Placement(from_touch=True)
     yield level
     if reading.tilt_deg:
-        yield from (replace(level, tilt_deg=_scale(each, reading.tilt_deg)) for each in DIRECTIONS)
+        yield from (replace(level, tilt_deg=_scale(direction, reading.tilt_deg)) for direction in DIRECTIONS)
     for shape in (level, *fruits.extremes()):
         for thickness in (None, *(fruits.thickness or ())):
             with_flesh = replace(shape, thickness_mm=thickness)
             if with_flesh != level:
                 yield with_flesh
             if shape != level and shape.azimuth_deg != 0.0:
-                diagonals = DIRECTIONS[1::2]
-                yield from (_tilt_and_shift(with_flesh, reading, direction) for direction in diagonals)
+                yield from (_tilt_and_shift(with_flesh, reading, direction) for direction in _DIAGONALS)
     yield from _sample_placements(fruits, reading)
 
 
 def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: Vector) -> Placement:
     """Return a placement with the largest distance from the apex, and the largest tilt at the end of the press.
 
-    Both are along `direction`, a unit vector. During the press, the tilt increases by the largest change in the design,
-    as in a press by hand.
+    `shape` is a level placement, which gives the fruit. The distance and the tilt are along `direction`, a unit vector.
+    During the press, the tilt increases by the largest change in the design, as in a press by hand.
     """
     tilt_change = min(reading.tilt_change_deg, reading.tilt_deg)
     return replace(
@@ -167,17 +167,18 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):
         # All random numbers are drawn even if a range is missing, so that the others remain the same.
-        radius, across, azimuth = rng.uniform(size=3).tolist()
-        tilt, position, tilt_change = (_sample_disc(rng) for _ in range(3))
+        radius_fraction, across_fraction, azimuth_fraction = rng.uniform(size=3).tolist()
+        tilt, position, tilt_change = (_sample_disc(rng) for _ in range(3))  # fractions of their largest values
         radii = None
         if fruits.radius is not None:
-            first = _interpolate(fruits.radius, radius)
-            radii = (first, fruits.aspect * first if fruits.across is None else _interpolate(fruits.across, across))
+            radius = _interpolate(fruits.radius, radius_fraction)
+            across = fruits.aspect * radius if fruits.across is None else _interpolate(fruits.across, across_fraction)
+            radii = (radius, across)
         yield Placement(
             from_touch=True,
             is_drawn=True,
             radii_mm=radii,
-            azimuth_deg=180.0 * azimuth if fruits.azimuths else None,
+            azimuth_deg=180.0 * azimuth_fraction if fruits.azimuths else None,  # an ellipsoid repeats after 180 deg
             tilt_deg=_scale(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
             off_centre_mm=_scale(position, reading.off_centre_mm),
             turned_deg=_scale(tilt_change, reading.tilt_change_deg),
@@ -221,4 +222,4 @@ def refuse_unsolvable_poses(design: Design) -> None:
         raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, hint)
     if not scene.on_domes:  # all poses are solved on the cells of the most tilted pose
         tilted = replace(scene.press, tilt_deg=reading.tilt_deg)
-        scene_footprints(replace(scene, press=tilted), design.press.travel_mm)
+        scene_footprints(replace(scene, press=tilted), design.press.travel_mm)  # only raises InputError

@@ -118,9 +118,10 @@ class PressedSensor(Record):
         return law
 
     def _dome_law(self, weights: tuple[float, ...]) -> ContrastLaw:
-        """Return the contrast law of domes with the given weights, linearized for a level press at the apex.
+        """Return the contrast law of domes, linearized for a level press at the apex.
 
-        The compliances are evaluated at the geometric mean of the smallest and the largest modulus.
+        `weights` (tips,) [1] are the weights of the tips in the contrast. The compliances are evaluated at the
+        geometric mean of the smallest and the largest modulus.
         """
         scene = scene_of(self.design, (), self.springs.sideways)
         middle_E = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
@@ -159,7 +160,7 @@ class PressedSensor(Record):
         times = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
         travel_by_hand = travel * (1.0 - (1.0 - times) ** 2)  # x = X (1 - (1 - t / T)^2): a hand slows to a stop
         least_forces = LEAST_OVER_NOISE * np.array(signal.errors_N)
-        press = np.column_stack([np.interp(travel_by_hand, x, row) for row in forces.T])
+        press = np.column_stack([np.interp(travel_by_hand, x, tip_forces) for tip_forces in forces.T])
         try:
             rise = rise_of(press, len(least_forces), least_forces, t=times)
             reading = read_rise(self.law, rise, np.zeros(len(least_forces)))
@@ -191,9 +192,10 @@ class PressedSensor(Record):
         Raises the same errors as `pose_forces`.
         """
         travel = self.design.press.travel_mm
-        x = travels(travel, RISE_TRAVELS).tolist()
-        stands = [(each, placement.after(each / travel)) for placement in placements for each in x]
-        poses = [Pose(E=E, travel=each, stand=stand) for E in moduli for each, stand in stands]
+        steps = travels(travel, RISE_TRAVELS).tolist()
+        # a placement may change its tilt in proportion to the travel x
+        stands = [(x, placement.after(x / travel)) for placement in placements for x in steps]
+        poses = [Pose(E=E, travel=x, stand=stand) for E in moduli for x, stand in stands]
         forces = self.forces_in_poses(poses)
         shape = (len(moduli), len(placements), RISE_TRAVELS)
         return SampledPresses(

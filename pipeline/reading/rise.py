@@ -24,9 +24,9 @@ def design_curvatures(design: Design) -> Curvatures:
 def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
     """Return the gaps [mm], (tips,), between level domes and the fruit, when a tip at the apex just touches.
 
-    The domes are spheres of radius r, and the fruit is a paraboloid with the principal radii R1 and R2. At the
-    principal coordinates (u, v) of an axis, the gap is u^2 / (2 (R1 + r)) + v^2 / (2 (R2 + r)). For tips without domes,
-    r = 0.
+    The domes are spheres of radius r, and the fruit is a paraboloid with the principal radii R1 and R2. The axis of a
+    dome has the coordinates (u, v) along the principal directions of the fruit. The gap under this dome is u^2 / (2 (R1
+    + r)) + v^2 / (2 (R2 + r)). For tips without domes, r = 0.
     """
     radius_sums = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
     principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)

@@ -29,7 +29,7 @@ from sensor.theory.creep import EFFECTIVE, NO_CREEP, CreepLaw
 NOISE_SOURCES = ("noise_percent", "noise_N", "readout_noise", "quantisation")
 """Sources whose errors are independent from sample to sample."""
 OF_DRIFT = "gain_drift"
-"""The source that stands for the drift of the gains with temperature."""
+"""The name of the source for the drift of the gains with temperature."""
 OF_FRUIT = ("pose", "thickness", "poisson")
 """Sources that depend on the fruit and not on the unit: shape and pose, thickness of the flesh, Poisson's ratio."""
 
@@ -132,13 +132,13 @@ class Channels:
         """Return the relative standard uncertainty of the modulus due to each cause except noise [1].
 
         `slopes` belong to whole presses that are equally likely; the result is a root mean square over them. A zero may
-        have an error from the first sample on, and it may drift by the same amount during the press. Both errors are
-        independent.
+        have an error from the first sample on, and it may drift by the same amount during the press. These two errors
+        are independent.
         """
 
         def slopes_of(cause: str) -> Floats:
             """Return the slopes of ln E with respect to one cause, (presses, tips)."""
-            return np.array([getattr(each, cause) for each in slopes])
+            return np.array([getattr(press_slopes, cause) for press_slopes in slopes])
 
         zeros = np.hypot(slopes_of("zeros"), slopes_of("drifts"))
         sources: Sources = {
@@ -169,11 +169,13 @@ class Channels:
         stiffness_slopes = corrected_springs + corrected_gains if self.on_plate else corrected_springs
         sources: Sources = {"stiffness": (self.springs, stiffness_slopes)}
         if self.creep:
+            # creep changes all forces by one factor, and the modulus is proportional to this factor
             sources["creep"] = (self.creep, np.ones(1))
         # The temperature may change between the presses on the ball and on the fruit, so the ball does not remove the
         # drift.
         gain_sources = {
-            cause: (each, gains if cause == OF_DRIFT else corrected_gains) for cause, each in self.gains.items()
+            cause: (deviation, gains if cause == OF_DRIFT else corrected_gains)
+            for cause, deviation in self.gains.items()
         }
         return standard_uncertainties(sources | gain_sources)
 
@@ -235,13 +237,13 @@ def uncertainty_sources(
     `samples` is the number of samples of the solved presses. A real press has `PRESS_SAMPLES`, which reduces the effect
     of noise. `other_sources` [1] are uncertainties by name that do not follow from these slopes.
     """
-    slopes = [each.slopes for each in readings]
-    noise_slopes = np.array([each.noise for each in slopes]) * math.sqrt(samples / PRESS_SAMPLES)
+    slopes = [reading.slopes for reading in readings]
+    noise_slopes = np.array([press_slopes.noise for press_slopes in slopes]) * math.sqrt(samples / PRESS_SAMPLES)
     noise_sources = standard_uncertainties(
         {cause: (deviation, noise_slopes) for cause, deviation in channels.noise.items()}
     )
     return UncertaintySources(
         contributions={**noise_sources, **channels.press_uncertainty(slopes), **other_sources},
-        stiffness_slope=_root_mean_square(np.array([each.springs for each in slopes])),
-        noise_slope=0.01 * _root_mean_square(noise_slopes * channels.full_scale),
+        stiffness_slope=_root_mean_square(np.array([press_slopes.springs for press_slopes in slopes])),
+        noise_slope=0.01 * _root_mean_square(noise_slopes * channels.full_scale),  # per 1 % of full scale
     )

@@ -23,22 +23,22 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     """
     fruit, tips = design.fruit, design.tips
     rolling = rolling_domes(design, model.law.contrast.weights)
-    axes = np.array(tips.places_mm)
-    distances = np.linalg.norm(axes[:, None] - axes, axis=-1)  # between contacts [mm]
-    if rolling is not None:
+    tip_axes = np.array(tips.places_mm)
+    distances = np.linalg.norm(tip_axes[:, None] - tip_axes, axis=-1)  # between contacts [mm]
+    if rolling is not None:  # the contacts of domes on a curved skin are closer together than their axes
         distances = distances / rolling.rolling_factor
-    waves, variance_fractions = wave_numbers(
-        *fruit.roughness_wave_mm
-    )  # [1/mm], and the fraction [1] of the variance in each
+    # wave numbers [1/mm], and the fraction [1] of the variance of the heights that each wave has
+    waves, variance_fractions = wave_numbers(*fruit.roughness_wave_mm)
     correlation = np.array([correlations(k, distances) for k in waves])  # (waves, tips, tips)
     relative_radius = 0.0 if rolling is None else rolling.relative_radius
     slopes = [model.uneven(press, waves, relative_radius) for press in presses]
-    # variances of ln E in each press, for a variance of the heights of 1 mm^2 and a relative scatter of the flesh of
-    # 1
+    # If the heights have a variance of 1 mm^2, the variance of ln E in a press is g^T R g, averaged over the waves.
+    # Here g are the slopes with respect to the heights under the tips, and R is the correlation of these heights.
     skin_variances = [
-        variance_fractions @ np.einsum("wi,wij,wj->w", each.heights, correlation, each.heights) for each in slopes
+        variance_fractions @ np.einsum("wi,wij,wj->w", press.heights, correlation, press.heights) for press in slopes
     ]
-    flesh_variances = [each.flesh @ each.flesh for each in slopes]
+    # the same for a relative standard deviation of the flesh of 1, which is independent between tips
+    flesh_variances = [press.flesh @ press.flesh for press in slopes]
     # A flat face averages the skin to one height, which is only an offset. The computed slope would be round-off.
     skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(skin_variances))
     flesh = fruit.flesh_scatter_percent * math.sqrt(np.mean(flesh_variances))

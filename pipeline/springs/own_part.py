@@ -65,11 +65,12 @@ _MIN_MESHES = 3  # minimum number of meshes for an extrapolation to element size
 _MAX_TETRAHEDRA_ERROR = 0.01  # relative error of K below which the refinement ends
 # largest accepted relative error of K from a swept mesh; above it, too much of the part is not swept
 _MAX_SWEPT_ERROR = 0.1
+_ROUND_OFF_MM = 1e-6  # mean difference in thickness between a swept mesh and the part that is only round-off [mm]
 MOST_SECONDS = 120.0  # limit of the CPU time for all tetrahedral meshes [s]
-MOST_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh
-_SECONDS_PER_UNKNOWN = 2e-4
-_BYTES_PER_UNKNOWN = 7e3
-_UP = (0.0, 0.0, 1.0)
+MOST_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh [bytes]
+_SECONDS_PER_UNKNOWN = 2e-4  # estimated CPU time [s]
+_BYTES_PER_UNKNOWN = 7e3  # estimated memory [bytes]
+_UP = (0.0, 0.0, 1.0)  # direction in which the fruit presses the tips of a housing
 
 Where = str | tuple[float, float, float] | Sequence[tuple[float, float, float]]
 """One or more faces: a tag, a point on a face, or points on several faces [mm]."""
@@ -183,7 +184,8 @@ def stiffness(
     Raises
     ------
     InputError
-        If the solid is not one closed body, if a face is not found, or if the solution would take too long.
+        If an argument is invalid, the solid is not one closed body, a face is not found or is both held and pressed,
+        the part has no leaves that bend, or the solution would take too long.
     MeshError, SolveError
         If a mesh or a solution is unreliable. Both are subclasses of RuntimeError.
 
@@ -198,19 +200,7 @@ def stiffness(
     """
     from cad.checks.own_part import combine_shapes, own_part, press_direction, require_one_solid
 
-    # The annotations are not enforced at run time, so the types of the arguments are checked here.
-    material: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
-    for name, value in material.items():
-        if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
-            raise validation_error(name, str(value), "", "a finite number", "as in E_MPa=2000, poisson=0.38")
-    if not E_MPa > 0.0:
-        raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
-    if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - Poisson's ratio of an incompressible material
-        raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
-    pressed_faces: object = pressed
-    if not isinstance(pressed_faces, Mapping) or not pressed or HELD in pressed:
-        hint = "as in {'tip': (20.5, -3, -3)}"
-        raise validation_error("pressed", str(pressed), "", "a mapping of names to one face or more", hint)
+    _refuse_wrong_arguments(pressed, E_MPa, poisson)
     body = require_one_solid(combine_shapes(solid), "solid")
     faces = {name: _find_faces(solid, body, f"pressed[{name!r}]", where) for name, where in pressed.items()}
     directions = {name: press_direction(body, f"pressed[{name!r}]", indices) for name, indices in faces.items()}
@@ -219,11 +209,33 @@ def stiffness(
     return _solve_part(own_part(body, faces), _Scene(presses=directions, material=(E_MPa, poisson), housing=None))
 
 
+def _refuse_wrong_arguments(pressed: Mapping[str, Where], E_MPa: float, poisson: float) -> None:
+    """Raise InputError for invalid material data, or if `pressed` is not a mapping from names to faces.
+
+    The annotations of `stiffness` are not enforced at run time, so the types of the arguments are checked too.
+    """
+    material: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
+    for name, value in material.items():
+        # bool is a subclass of int, so True would be accepted as 1
+        if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+            raise validation_error(name, str(value), "", "a finite number", "as in E_MPa=2000, poisson=0.38")
+    if not E_MPa > 0.0:
+        raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
+    if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - Poisson's ratio of an incompressible material
+        raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
+    pressed_faces: object = pressed
+    # The name `HELD` is reserved for the held faces.
+    if not isinstance(pressed_faces, Mapping) or not pressed or HELD in pressed:
+        hint = "as in {'tip': (20.5, -3, -3)}"
+        raise validation_error("pressed", str(pressed), "", "a mapping of names to one face or more", hint)
+
+
 def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> tuple[int, ...]:
     """Return the indices of the faces of a body that the user selects by a tag or by points.
 
-    `solid` is the object that the user passed, which may have tags. Raises InputError if the tag or a face is not
-    found, or if `where` is neither a tag nor points. The message names the `argument`.
+    `solid` is the object that the user passed, whose workplane may have tags, and `body` is the solid extracted from
+    it. Error messages name the `argument`. Raises InputError if the tag or a face is not found, or if `where` is
+    neither a tag nor points [mm].
     """
     from cad.checks.own_part import faces_at, tagged_faces
 
@@ -232,7 +244,7 @@ def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> t
     try:
         points = np.array(where, dtype=float)
     except (TypeError, ValueError):
-        points = np.empty(0)
+        points = np.empty(0)  # rejected below
     points = points[None] if points.ndim == 1 else points  # a single point becomes an array (1, 3)
     if not points.size or points.shape[1:] != (3,) or not np.isfinite(points).all():
         raise validation_error(argument, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
@@ -240,7 +252,10 @@ def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> t
 
 
 def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) -> None:
-    """Raise InputError if a face is both held and pressed; `flag` is the flag or argument with the pressed faces."""
+    """Raise InputError if a face is both held and pressed.
+
+    `faces` holds the indices of the faces by name. `flag` is the flag or argument that selects the pressed faces.
+    """
     for name, indices in faces.items():
         if name != HELD and set(indices) & set(faces[HELD]):
             quantity = f"{flag} {name}"
@@ -271,9 +286,10 @@ def file_stiffness(
 ) -> PartStiffness:
     """Compute the stiffness of the part in a STEP file, which is held and pressed at given points [mm].
 
-    Without points, the part is held and pressed at the same faces as the `housing` of a design. If that housing has
-    pins in its feet, their compliance is added. `material` is Young's modulus [MPa] and Poisson's ratio [1]. Raises
-    InputError if a face is not found, or if the part cannot be solved.
+    `held` are points on the faces that do not move. `pressed` has a point on each pressed face, keyed by a name.
+    Without one of them, the part is held or pressed like the `housing` of a design, which is then required. If that
+    housing has pins in its feet, their compliance is added. `material` is Young's modulus [MPa] and Poisson's ratio
+    [1]. Raises InputError if a face is not found or is both held and pressed, or if the part cannot be solved.
     """
     from cad.checks.own_part import (
         faces_at,
@@ -291,7 +307,7 @@ def file_stiffness(
         directions = {name: press_direction(solid, "--pressed", indices) for name, indices in faces.items()}
     else:
         tips = tip_points(housing) if housing is not None else {}
-        solid = fill_round_tips(solid, tips.values())
+        solid = fill_round_tips(solid, tips.values())  # the mesh of a housing has square tips too
         faces = {name: faces_at(solid, f"the {name} tip of the design", [point]) for name, point in tips.items()}
         directions = dict.fromkeys(tips, _UP)
     if held:
@@ -299,6 +315,7 @@ def file_stiffness(
     elif housing is not None:
         faces[HELD] = faces_at(solid, "a screw hole of the design", hole_points(housing))
     _refuse_held_and_pressed(faces, "--pressed")
+    # If the user marks the held faces, they do not move. Otherwise the part is in the elastic mount of the housing.
     scene = _Scene(presses=directions, material=material, housing=None if held else housing)
     part_stiffness = _solve_part(own_part(solid, faces), scene)
     if housing is None or housing.pin is None:
@@ -336,7 +353,7 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
     """Compute the stiffness of a part at its pressed faces, on a swept mesh if that is accurate, else on tetrahedra.
 
     If tetrahedra would need too much time or memory, the result on the swept mesh is returned despite its large error
-    bar. Raises InputError if neither method can solve the part.
+    bar. Raises InputError if neither method can solve the part, and MeshError if tetrahedra cannot be meshed.
     """
     from cad.checks.own_part import extrusion_of
 
@@ -366,7 +383,7 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
 def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     """Compute the stiffness of a solid of any shape, extrapolated from successively finer tetrahedral meshes.
 
-    Raises InputError if the limits of time and memory allow fewer than three meshes.
+    Raises InputError if the limits of time and memory allow fewer than three meshes, or if nothing bends.
     """
     solutions, layers = _refine_tetrahedra(part, scene)
     no_strain = "tetrahedra are too coarse at the roots of the leaves to resolve the strain"
@@ -391,22 +408,23 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
 
     K at element size 0 is extrapolated from K on all meshes. The refinement ends when the error of this value is small
     enough, or when the next mesh would exceed the limit of time or memory. The layers are empty if no mount holds the
-    part. Raises InputError if the limits allow fewer than three meshes.
+    part. Raises InputError if the limits allow fewer than three meshes, or if nothing bends.
     """
     from cad.checks.own_part import name_side_faces, walls_of
 
     layers = scene.layers
     if layers and scene.housing is not None:
+        # the mount touches the housing at its front and back faces, y = -depth / 2 and y = depth / 2
         part, has_sides = name_side_faces(part, SIDES, 0.5 * scene.housing.depth)
         layers = layers if has_sides else ()
     walls = walls_of(part)
     solutions: list[PartCompliance] = []
-    cost = 0.0
+    total_seconds = 0.0  # estimated CPU time of all meshes up to this one
     for scale in _SCALES:
         mesh = tetrahedral_mesh(part, walls, scale)
-        unknowns = 3 * int(mesh.doflocs.shape[1])
-        cost += _SECONDS_PER_UNKNOWN * unknowns
-        if cost > MOST_SECONDS or _BYTES_PER_UNKNOWN * unknowns > MOST_BYTES:
+        unknowns = 3 * int(mesh.doflocs.shape[1])  # three displacements at each node
+        total_seconds += _SECONDS_PER_UNKNOWN * unknowns
+        if total_seconds > MOST_SECONDS or _BYTES_PER_UNKNOWN * unknowns > MOST_BYTES:
             break
         if not solutions:  # only a mesh shows whether the mount touches the part
             layers = layers if _is_covered(mesh, layers) else ()
@@ -444,9 +462,8 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     presses = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
     # The layers of the mount (covers or washers) apply only to a part in the same orientation as the housing.
     layers = scene.layers if np.allclose(extrusion.turn, np.eye(3)) else ()
-    # `elements` counts layers of elements through half the depth
-    (coarse_scale, coarse_elements), (fine_scale, fine_elements) = _MESHES
-    mesh = swept_part(extrusion, coarse_scale, coarse_elements, presses.values())
+    (coarse_scale, coarse_depth_elements), (fine_scale, fine_depth_elements) = _MESHES
+    mesh = swept_part(extrusion, coarse_scale, coarse_depth_elements, presses.values())
     layers = layers if _is_covered(mesh.mesh, layers) else ()
     coarse = swept_compliance(mesh, scene.material, presses, layers)
     _refuse_block(coarse, extrusion.part, scene)
@@ -459,18 +476,18 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
         unrefined, coarse = coarse, swept_compliance(mesh, scene.material, presses, layers)
         neglected_errors = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
     fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
-    mesh = swept_part(extrusion, fine_scale, fine_elements, presses.values(), fine_corners)
+    mesh = swept_part(extrusion, fine_scale, fine_depth_elements, presses.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, presses, layers)
     # for comparison, the walls of the screw holes are held instead of the mount
-    held = swept_compliance(mesh, scene.material, presses) if layers else fine
+    holes_held = swept_compliance(mesh, scene.material, presses) if layers else None
     neglected_errors += left_out(mesh, fine)
     volumes = mesh.excess * mesh.area  # volume that the sweep adds or leaves out at each place of the section [mm^3]
     largest_place = None
-    if volumes.sum() > 1e-6 * mesh.area.sum():  # a smaller volume is round-off
-        x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volumes))]
+    if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
+        x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volumes))]  # in the coordinates of the part
         largest_place = (float(x), float(y), float(z))
     return PartStiffness(
-        faces=_pressed_faces(scene.presses, (coarse, fine), neglected_errors, held if layers else None),
+        faces=_pressed_faces(scene.presses, (coarse, fine), neglected_errors, holes_held),
         material=scene.material,
         method="section in quadratic hexahedra, swept",
         held_by="the design's covers" if layers else "the faces that are held",
@@ -483,44 +500,48 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
 def _coarse_mesh_with_fine_corners(
     extrusion: Extrusion, presses: Mapping[str, tuple[float, ...]], numbers: tuple[int, ...]
 ) -> SweptPart:
-    """Return the coarse mesh with smaller elements at the sharp corners that have these `numbers`; raises MeshError.
+    """Return the coarse mesh with smaller elements at the sharp corners that have these `numbers`.
 
-    Coarse quadrilaterals may fold where the element size grows quickly away from a corner. If they do, the mesh is made
-    at a scale between the coarse and the fine one.
+    `presses` holds the unit vectors of the presses in the coordinates of the sweep. Coarse quadrilaterals may fold
+    where the element size grows quickly away from a corner. If they do, the mesh is made at a scale between the coarse
+    and the fine one. Raises MeshError if that fails too.
     """
-    (coarse, layers), (fine, _) = _MESHES
+    (coarse_scale, depth_elements), (fine_scale, _) = _MESHES
     fine_corners = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
     try:
-        return swept_part(extrusion, coarse, layers, presses.values(), fine_corners)
+        return swept_part(extrusion, coarse_scale, depth_elements, presses.values(), fine_corners)
     except MeshError:
-        return swept_part(extrusion, 0.5 * (coarse + fine), layers, presses.values(), fine_corners)
+        middle_scale = 0.5 * (coarse_scale + fine_scale)
+        return swept_part(extrusion, middle_scale, depth_elements, presses.values(), fine_corners)
 
 
 def _pressed_faces(
     names: Iterable[str],
-    meshes: tuple[PartCompliance, PartCompliance],
+    solutions: tuple[PartCompliance, PartCompliance],
     neglected: Floats,
-    held: PartCompliance | None,
+    holes_held: PartCompliance | None,
 ) -> dict[str, PressedFace]:
-    """Return the stiffness and the largest strain of each pressed face, with errors from the coarse and the fine mesh.
+    """Return the stiffness and the largest strain of each pressed face, with their error bars.
 
-    `meshes` are the solutions on the coarse and the fine mesh. `neglected` (faces,) [1] is the relative error of K due
-    to sharp corners and to features that both meshes leave out. `held` is a second solution on the fine mesh, with the
-    walls of the screw holes held. It is None if no mount holds the part.
+    `names` are the names of the pressed faces. `solutions` are the solutions on the coarse and the fine mesh. Their
+    difference determines the error of K due to the mesh. `neglected` (faces,) [1] is the relative error of K due to
+    sharp corners and to features that the two meshes leave out. `holes_held` is a second solution on the fine mesh,
+    with the walls of the screw holes held. It is None if no mount holds the part.
     """
-    coarse, fine = meshes
+    coarse, fine = solutions
     faces = {}
     for i, name in enumerate(names):
         change = abs(coarse.K[i] / fine.K[i] - 1.0)
         # The strain is extrapolated to element edges. Its error is estimated from the strain inside the elements.
-        strain, inside = fine.strain_per_N[i], fine.strain_inside_per_N[i]
+        strain = fine.strain_per_N[i]
+        inner_strain = fine.strain_inside_per_N[i]
         is_known = math.isfinite(strain) and strain > 0.0
         faces[name] = PressedFace(
             K=float(fine.K[i]),
             K_error=float(ERROR_SHARE * change + ERROR_FLOOR + neglected[i]),
-            K_held=None if held is None else float(held.K[i]),
+            K_held=None if holes_held is None else float(holes_held.K[i]),
             strain_per_N=strain if is_known else None,
-            strain_error=STRAIN_ERROR_SHARE * abs(inside / strain - 1.0) if is_known else None,
+            strain_error=STRAIN_ERROR_SHARE * abs(inner_strain / strain - 1.0) if is_known else None,
             no_strain=""
             if is_known
             else "the largest strain is not at a rounded inner corner, and at a sharp corner it is unbounded",
@@ -539,8 +560,8 @@ def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
 def _refuse_block(solution: PartCompliance, part: Part, scene: _Scene) -> None:
     """Raise InputError for a part without leaves, in which nothing bends between the pressed and the held faces.
 
-    Such a part is as stiff as a solid block, so K / (E * distance between the pressed and the held faces) exceeds
-    `_MAX_BLOCK_RATIO`.
+    Such a part is nearly as stiff as a solid block, so K / (E * distance between the pressed and the held faces)
+    exceeds `_MAX_BLOCK_RATIO`. `solution` has the stiffness K [N/mm] of each pressed face on the first mesh.
     """
     for name, K in zip(scene.presses, solution.K.tolist(), strict=True):
         distance = part.face_distance(name, HELD)
