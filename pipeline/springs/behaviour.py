@@ -15,8 +15,8 @@ LONGEST_FRACTION = 0.5  # largest deflection for which the elastica is evaluated
 def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
     """Compute the tilt, stiffening, natural frequency and crosstalk of the printed springs; None without a housing.
 
-    The tilt is computed for the largest force on each spring, and the stiffening for its deflection at full travel. The
-    natural frequency is Rayleigh's quotient of a shuttle on its leaves, in closed form.
+    The tilt is computed for the largest force on each spring in `press` at full travel, and the stiffening for its
+    deflection there. The natural frequency is Rayleigh's quotient of a shuttle on its leaves, in closed form.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -35,7 +35,7 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehavio
             large_deflection_stiffening=float(stiffening(leaf, springs.deflections[i])),
             natural_frequency_Hz=natural_frequency(stiffness.K[i], density * housing.shuttle_volume(arm), leaf_mass),
         )
-    C = stiffness.C
+    C = stiffness.C  # compliance of one plate, with the low tip first and the high tip last
     return SpringBehaviour(crosstalk_C12_over_C22=float(C[0, -1] / C[-1, -1]), **arms)
 
 

@@ -22,7 +22,7 @@ class ArmBehaviour:
 
 @dataclass(frozen=True, kw_only=True)
 class SpringBehaviour:
-    """The behaviour of both springs, and the crosstalk between them."""
+    """The behaviour of the two springs, and the crosstalk between them."""
 
     crosstalk_C12_over_C22: float = report_field(
         "1",

@@ -32,7 +32,7 @@ from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import LateralCompliance
 from solve.linear import SolveError
 
-SpringKind = Literal["sized", "leaning", "fitted"]
+SpringAccuracy = Literal["sized", "leaning", "fitted"]
 BeginSolid = Callable[[Housing, tuple[float, ...]], Future[PartSize]]
 """A function that starts making the solid of a housing for given deflections [mm], and returns a future of its size."""
 
@@ -148,7 +148,7 @@ class FittedSprings(Record):
 def springs_for(
     design: Design,
     sizing: SpringSizing,
-    as_: SpringKind,
+    accuracy: SpringAccuracy,
     tolerance: float = TOLERANCE,
     begin_solid: BeginSolid | None = None,
 ) -> FittedSprings:
@@ -166,24 +166,16 @@ def springs_for(
     """
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
-    springs = FittedSprings(
-        springs={"low": MadeSpring(target=sizing.springs.K_l), "high": MadeSpring(target=sizing.springs.K_h)},
-        printable=printable_leaves(design, sizing),
-        process=process,
-        deflections=sizing.deflections(design.full_travels_mm),
-        fitted=None,
-        tips=design.tips,
-        ideal=as_ != "fitted" or not has_housing,
-    )
-    needs_housing = {"sized": False, "leaning": design.tips.tip_shape.obeys_hertz, "fitted": True}[as_]
+    springs = _unsolved_springs(design, sizing, ideal=accuracy != "fitted" or not has_housing)
+    needs_housing = {"sized": False, "leaning": design.tips.tip_shape.obeys_hertz, "fitted": True}[accuracy]
     is_unprintable = any(leaves.passed is False for leaves in springs.printable.values())
     if is_unprintable or not (has_housing and needs_housing):
         return springs
-    lengths = tuple(leaves.length_mm for leaves in springs.printable.values())
+    lengths = tuple(leaves.length_mm for leaves in springs.printable.values())  # by the beam law [mm]
     targets = sizing.springs.stiffnesses
     try:
         housing = housing_for(design, process, lengths, springs.deflections)
-        if as_ == "leaning":
+        if accuracy == "leaning":
             of_plate = solve_lateral_compliance(housing, process.E_MPa, process.poisson, targets, rough=True)
             return replace(springs, of_plate=of_plate)
         begin = None if begin_solid is None else (lambda housing: begin_solid(housing, springs.deflections))
@@ -194,11 +186,28 @@ def springs_for(
     return _add_solution(springs, design, sizing, fitted)
 
 
+def _unsolved_springs(design: Design, sizing: SpringSizing, *, ideal: bool) -> FittedSprings:
+    """Return the springs as sized: their target stiffnesses, and whether the beam law allows them to be printed.
+
+    `ideal` springs have exactly these stiffnesses.
+    """
+    return FittedSprings(
+        springs={"low": MadeSpring(target=sizing.springs.K_l), "high": MadeSpring(target=sizing.springs.K_h)},
+        printable=printable_leaves(design, sizing),
+        process=design.process,
+        deflections=sizing.deflections(design.full_travels_mm),
+        fitted=None,
+        tips=design.tips,
+        ideal=ideal,
+    )
+
+
 def with_lateral_compliance(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
     """Return the springs with the lateral compliance of their plate; unchanged if no force on the tips is inclined.
 
-    If the compliance cannot be solved, the verdicts on the springs are undecided. The compliance is cached. The housing
-    does not depend on it, so the solids can be started before this function is called.
+    Forces are inclined under domes and on a curved fruit. If `options` request a rough answer, the compliance is solved
+    on a rough mesh. If it cannot be solved, the verdicts on the springs are undecided. The compliance is cached. The
+    housing does not depend on it, so the solids can be started before this function is called.
     """
     fitted = springs.fitted
     is_inclined = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
@@ -231,13 +240,14 @@ def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolv
 def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
     """Return the springs with stiffness and root strain by FE, and with printability checked for the fitted lengths.
 
-    The root strain is the strain at full travel on the firmest fruit.
+    `fitted` is the housing with its solution. The root strain is the strain at full travel on the firmest fruit. It is
+    0 for a spring that is not deflected, which has no safety factor.
     """
     solution = fitted.stiffness
     arms = fitted.housing.arms
     springs_by_name = {}
     for i, arm in enumerate(arms):
-        strain = solution.K[i] * springs.deflections[i] * solution.strain_per_N[i]
+        strain = solution.K[i] * springs.deflections[i] * solution.strain_per_N[i]  # force times strain per force
         springs_by_name[arm.name] = replace(
             springs.springs[arm.name],
             K=solution.K[i],
@@ -266,23 +276,23 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 
     The displacement is positive if the sensor presses down, and negative if it presses up. If the sensor is held
     sideways, its weight acts across the press, in an unknown direction. Weight along the plate then moves a tip by at
-    most the error, in either direction. By symmetry, weight across the plate does not move it. The result is empty
-    without a housing.
+    most the error, in either direction. By symmetry, weight across the plate does not move it. The result has one entry
+    for each spring, and is empty without a housing.
     """
     fitted = springs.fitted
     if fitted is None:
         return ()
     density = springs.process.density_g_per_cm3
-    weight = GRAVITY * density  # [N/mm^3]
-    solution = fitted.stiffness
+    specific_weight = GRAVITY * density  # [N/mm^3]
+    solution = fitted.stiffness  # its sags are for a specific weight of 1 N/mm^3, and their errors are relative
     if attitude == "side":
-        return tuple(Estimate(0.0, weight * abs(sag), "mm") for sag in solution.weight_sag_lengthwise)
+        return tuple(Estimate(0.0, specific_weight * abs(sag), "mm") for sag in solution.weight_sag_lengthwise)
     pin = fitted.housing.pin
     pin_weight = 0.0 if pin is None else GRAVITY * pin_mass(pin, density)
     sign = 1.0 if attitude == "down" else -1.0
     sags = []
-    for sag_per_weight, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):
-        sag = weight * sag_per_weight + pin_weight / K  # due to the weight of the flexure, and of a pin at its end
+    for unit_sag, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):
+        sag = specific_weight * unit_sag + pin_weight / K  # due to the weight of the flexure, and of a pin at its end
         sags.append(Estimate(sign * sag, error * sag, "mm"))
     return tuple(sags)
 
@@ -298,5 +308,5 @@ def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[floa
     sags = [sag.value for sag in weight_sag(springs, attitude)]
     if not any(sags):
         return ()
-    offsets = {name: sag - max(sags) for name, sag in zip(springs.springs, sags, strict=True)}
-    return tuple(offsets[kind] for kind in springs.tips.springs)
+    offsets = {spring: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
+    return tuple(offsets[spring] for spring in springs.tips.springs)

@@ -71,7 +71,7 @@ class MeshPair:
     least_tolerance: float
 
     def stiffness_with_errors(self, housing: Housing, fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
-        """Return the stiffness of a housing [N/mm], with error bars from its solutions on both meshes."""
+        """Return the stiffness of a housing [N/mm], with error bars from its solutions on the two meshes."""
         stiffness = housing_stiffness(fine, coarse)
         errors = []
         for arm, error in zip(housing.arms, stiffness.error, strict=True):
@@ -83,9 +83,9 @@ class MeshPair:
 
 
 DEFAULT = MeshPair(fine=1.0, coarse=2.0, fraction=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
-# Observed ratio of the error to the difference between both meshes. First pair: 0.27, in comparison with meshes of
-# 112,000 dofs for 30 random designs. Last pair: 0.024, in comparison with 2.7 times the dofs for one arm of five
-# designs, and 0.026 in comparison with four times the dofs. Source: tests/reference/fits/test_housing.py
+# Observed ratio of the error to the difference between the two meshes. The first pair has 0.27, compared with meshes of
+# 112,000 dofs for 30 random designs. The last pair has 0.024, compared with meshes of 2.7 times the dofs for one arm of
+# five designs, and 0.026, compared with four times the dofs. Source: tests/reference/fits/test_housing.py
 MESH_PAIRS = (
     MeshPair(fine=2.0, coarse=4.0, fraction=0.3, floor=2e-4, least_tolerance=1e-2),
     DEFAULT,
@@ -99,7 +99,7 @@ def odd_shape_factor(flexure: Flexure) -> float:
     For such leaves, the difference between two meshes underestimates the error, for two reasons. All meshes have the
     same fans of elements at the roots, whose error matters if a leaf is hardly deeper than it is thick. The meshes also
     have few layers through the depth, which are not enough if a leaf is deeper than it is long. The factor is 2.5 for a
-    leaf as thick as it is deep, where the observed factor was 2.
+    long leaf as thick as it is deep, for which the observed factor was 2.
     """
     shallow = min(1.0, flexure.thickness / flexure.depth)
     short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
@@ -132,8 +132,9 @@ class HousingSolver:
     def solve(self, housing: Housing, scale: float) -> TipCompliance:
         """Compute the compliance of the tips of a housing [mm/N] on a mesh of the given scale.
 
-        The coarse mesh of the previous housing is stretched to fit this one, which is faster than a new mesh. On a fine
-        mesh, the solid is started too, because this housing may be the final one.
+        A `scale` above 1 means larger elements. The mesh of scale `COARSE` of the previous housing is stretched to fit
+        this one, if possible, which is faster than a new mesh. On a finer mesh, the solid is started too, because this
+        housing may be the final one.
         """
         if self._begin_solid is not None and scale < COARSE:
             self._begin_solid(housing)
@@ -221,9 +222,10 @@ class MeshFit(NamedTuple):
         compliance = self.compliance
         pairs = zip(self.secants, housing.arms, strict=True)
         K = np.array([secant.stiffness(arm.flexure.length) for secant, arm in pairs])
-        scale = np.sqrt(compliance.K / K)  # factor of the row and of the column of each tip
-        sag = tuple((scale**2 * compliance.weight_sag).tolist())
-        return dataclasses.replace(compliance, C=compliance.C * np.outer(scale, scale), weight_sag=sag)
+        # Each row and each column of C is multiplied by this factor, so the compliance of each tip has its square.
+        factors = np.sqrt(compliance.K / K)
+        weight_sag = tuple((factors**2 * compliance.weight_sag).tolist())
+        return dataclasses.replace(compliance, C=compliance.C * np.outer(factors, factors), weight_sag=weight_sag)
 
 
 def fit_on_mesh(
@@ -238,8 +240,8 @@ def fit_on_mesh(
 
     `targets` are the target stiffnesses [N/mm], and `max_deviation` [1] is the largest accepted relative deviation from
     them. `solve` computes the compliance of a housing on the mesh. It is called at most `max_solves` times. `slopes`
-    holds the initial slope of the secant of each spring. Raises InputError if a leaf would be shorter than its two
-    fillets, and SolveError if the targets are not met after `max_solves` solutions.
+    holds the initial slope d length / d K^(-1/3) of each spring, for example by the beam law. Raises InputError if a
+    leaf would be shorter than its two fillets, and SolveError if the targets are not met after `max_solves` solutions.
     """
     secants = tuple(Secant(slope=slope) for slope in slopes)
     for _ in range(max_solves):
@@ -267,11 +269,12 @@ def largest_deviation(stiffnesses: Sequence[float], targets: Floats) -> float:
 def fit_lengths(
     housing: Housing, targets: Sequence[float], solver: HousingSolver, tolerance: float = TOLERANCE
 ) -> FittedHousing:
-    """Fit the leaf lengths of a housing so that each spring has its target stiffness [N/mm].
+    """Fit the leaf lengths of a housing so that each spring has its target stiffness in `targets` [N/mm].
 
     `housing` is the initial guess. Finer meshes are used until the relative error bars of the stiffnesses are within
     `tolerance` [1], or until no finer mesh is left. The stiffnesses meet the targets within 0.1 %. A larger tolerance
-    also applies to the targets, up to 0.5 %. Pins glued into the feet are in series with the springs.
+    also applies to the targets, up to 0.5 %. At `ROUGH_TOLERANCE` and above, one rough mesh is used, on which the
+    targets are met within 0.5 %. Pins glued into the feet are in series with the springs.
 
     Raises InputError if a leaf would be shorter than its two fillets, and SolveError if the targets are not met. Raises
     MeshError if a mesh differs from its solid.
@@ -303,35 +306,37 @@ def _fit_on_pairs(
 ) -> tuple[Housing, HousingStiffness]:
     """Fit a housing to targets [N/mm] on the cheapest mesh pair that meets the tolerance; return it with its stiffness.
 
-    The lengths are fitted on the coarse mesh first, so that one solution on the fine mesh is usually enough. If no pair
-    meets the tolerance, the result on the finest pair is returned.
+    The lengths are fitted on the mesh of scale `COARSE` first, so that one solution on a finer mesh is usually enough.
+    If no pair has error bars within `tolerance` [1], the result on the finest pair is returned. Raises MeshError if the
+    last mesh differs from the solid of its housing.
     """
-    slopes = _beam_slopes(housing, solver.E)
+    beam_slopes = _beam_slopes(housing, solver.E)
     max_deviation = min(max(tolerance, TOLERANCE), MAX_DEVIATION)
-    coarse = None
+    coarse_fit = None  # the fit on the mesh of scale `COARSE`, which all finer meshes reuse
     for pair in (pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance):
         solve = functools.partial(solver.solve, scale=pair.fine)
         if pair.fine == COARSE:
-            coarse = fine = fit_on_mesh(housing, slopes, targets, solve, max_deviation)
-            coarser_solution = solver.solve(fine.housing, pair.coarse)
+            coarse_fit = fine_fit = fit_on_mesh(housing, beam_slopes, targets, solve, max_deviation)
+            coarser_solution = solver.solve(fine_fit.housing, pair.coarse)
         else:
             # On the coarse mesh the springs are too stiff by a known factor, so the targets are multiplied by this
             # factor.
             coarse_targets = targets * [coarse_lift(arm.flexure) for arm in housing.arms]
-            if coarse is None:
-                coarse = fit_on_mesh(housing, slopes, coarse_targets, functools.partial(solver.solve, scale=COARSE))
-            coarse_slopes = [secant.slope for secant in coarse.secants]
-            fine = fit_on_mesh(
-                coarse.housing_for_targets(coarse_targets),
+            if coarse_fit is None:
+                solve_coarse = functools.partial(solver.solve, scale=COARSE)
+                coarse_fit = fit_on_mesh(housing, beam_slopes, coarse_targets, solve_coarse)
+            coarse_slopes = [secant.slope for secant in coarse_fit.secants]
+            fine_fit = fit_on_mesh(
+                coarse_fit.housing_for_targets(coarse_targets),
                 coarse_slopes,
                 targets,
                 solve,
                 max_deviation,
                 MAX_FINE_SOLVES,
             )
-            coarser_solution = coarse.scaled_compliance(fine.housing)
-        housing = fine.housing
-        stiffness = pair.stiffness_with_errors(housing, fine.compliance, coarser_solution)
+            coarser_solution = coarse_fit.scaled_compliance(fine_fit.housing)
+        housing = fine_fit.housing
+        stiffness = pair.stiffness_with_errors(housing, fine_fit.compliance, coarser_solution)
         if max(stiffness.error) <= tolerance:
             break
     solver.check(pair.fine)
@@ -352,7 +357,7 @@ def _beam_slopes(housing: Housing, E: float) -> list[float]:
 
 
 def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver) -> tuple[Housing, HousingStiffness]:
-    """Fit a housing to targets [N/mm] on the rough mesh; return it with its stiffness.
+    """Fit the leaf lengths of a housing to targets [N/mm] on the rough mesh; return the housing and its stiffness.
 
     A rough answer makes no solid, so the mesh is not compared with one.
     """

@@ -30,7 +30,7 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
     A cover is a layer of the housing's material; a flat metal plate holds its outer face. A washer is a thin layer
     under its disc. The result is empty if the walls of the holes are fixed.
     """
-    holes = discs_at(housing, housing.hole_diameter)
+    holes = discs_at(housing, housing.hole_diameter)  # the layers do not cover the screw holes
     if housing.mount == "covers":
         thickness = RECESS_MM + PLATE_FRACTION * PLATE_MM
         layer = ElasticLayer(name=SIDES, thickness=thickness, rectangles=rim(housing), holes=holes)
@@ -71,15 +71,16 @@ def solve_lateral_compliance(
     """Compute the lateral compliance of the tips of a plate under inclined forces, on a coarse mesh; E is in MPa.
 
     The forces act at the centre of the sphere of a dome, or at a flat face. The error is the relative difference
-    between the stiffness along the press on this mesh and K [N/mm], which comes from finer meshes. Raises MeshError if
-    the mesh cannot be made, and SolveError if it cannot be solved.
+    between the stiffness along the press on this mesh and K [N/mm], which comes from finer meshes. `rough` selects the
+    mesh of a rough answer. Raises MeshError if the mesh cannot be made, and SolveError if it cannot be solved.
     """
+    # Distance [mm] of the force from the face of the tip in the mesh, which has neither a dome nor a pin.
     height_of_force = housing.dome.radius if housing.dome else 0.0
     lever = height_of_force - housing.beyond_face
     half = coarse_half(housing, E, poisson, rough=rough)
     compliance = lever_compliance(half, lever)
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
-    # the springs' matrix C already contains the compliance along the press due to forces along it
+    # The matrix C of the springs already contains the displacement along the press (z) due to forces along z.
     compliance[..., 2, 2] = 0.0
     return LateralCompliance(compliance, error)
 
@@ -93,9 +94,10 @@ def walls(housing: Housing) -> tuple[Rectangle, ...]:
 def rim(housing: Housing) -> tuple[Rectangle, ...]:
     """Return the rectangles where a cover's rim or a pad touches the frame [mm], set back from the edges of the frame.
 
-    These are the posts, the left one first, and the bar above the cavity.
+    These are the posts, the left one first, and the bar above the cavity. A rectangle holds its range in x and its
+    range in z.
     """
-    foot = max(housing.cover_level, housing.protrusion)
+    foot = max(housing.cover_level, housing.protrusion)  # lower end of the cover on the posts, z [mm]
     top = housing.top_level
     rectangles = []
     for arm in housing.arms:

@@ -64,8 +64,8 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     fruit = design.fruit
     pair = contact.as_pair(*design.tips.spring_groups)
     at_E_max = pair.at(fruit.E_max_MPa)
-    by_hayes = options.fruit_stiffness == "hayes"
-    if by_hayes:
+    is_hayes = options.fruit_stiffness == "hayes"
+    if is_hayes:
         K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * design.tips.side_mm)
         sizing_ratio = 1.0
     else:
@@ -73,7 +73,8 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         sizing_ratio = at_E_max.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
     stiffening = fruit_stiffening(fruit.E_max_MPa, pair)
-    springs = _given_or_sized(design, K_m_max, sizing_ratio, () if by_hayes else stiffening)
+    # The formula has no skin, so K_m is then proportional to E.
+    springs = _choose_springs(design, K_m_max, sizing_ratio, () if is_hayes else stiffening)
     return SpringSizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
@@ -100,29 +101,31 @@ def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
     )
 
 
-def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
+def _choose_springs(design: Design, K_m_max: float, stiffness_ratio: float, stiffening: tuple[float, ...]) -> Springs:
     """Return the springs that the design gives, or else size springs for its targets.
 
-    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `ratio` [1] is the stiffness under the
-    high tip divided by it. `stiffening` is the result of `fruit_stiffening`. Raises InputError if P hardly rises with
-    the modulus for the given springs, or if no springs meet the targets.
+    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is the stiffness
+    under the high tip divided by it. On a very soft fruit, the force ratio P equals this ratio. `stiffening` is the
+    result of `fruit_stiffening`. Raises InputError if P hardly rises with the modulus for the given springs, or if no
+    springs meet the targets.
     """
     given = design.springs
     targets = design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
-        if force_ratio(springs, K_m_max, ratio) < (1.0 + LEAST_RISE) * ratio:
+        if force_ratio(springs, K_m_max, stiffness_ratio) < (1.0 + LEAST_RISE) * stiffness_ratio:
             bound = f"small enough that P rises by {LEAST_RISE:g} with this springs.K_h_N_per_m on the stiffest fruit"
             hint = "choose a softer low spring"
             raise validation_error("springs.K_l_N_per_m", given.K_l_N_per_m, "N/m", bound, hint)
         return springs
-    if targets.P_max <= ratio:
+    if targets.P_max <= stiffness_ratio:
         bound = (
-            f"greater than {ratio:.4g}, the ratio of the fruit's stiffness under the high tip to that under the low tip"
+            f"greater than {stiffness_ratio:.4g}, the ratio of the fruit's stiffness under the high tip to that under "
+            "the low tip"
         )
         raise validation_error("targets.P_max", targets.P_max, "1", bound, "move the tips to the middle of the fruit")
     try:
-        return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio, stiffening)
+        return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, stiffness_ratio, stiffening)
     except ValueError as error:
         msg = f"targets.{error}"
         raise InputError(msg, field="targets.NL", value=targets.NL) from error
