@@ -23,10 +23,10 @@ def report_passed(report: Json) -> bool | None:
 
 
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
-    """Yield the parts of an answer that fits on one screen, for `print_parts`.
+    """Yield the tables and lines of an answer that fits on one screen, for `print_parts`.
 
-    The answer has the outcome, the verdicts on the targets, the springs, the first reasons and notes, and the files in
-    `folder`.
+    `report` is the data of report.json. The answer has the outcome, the verdicts on the targets, the springs, the first
+    reasons and notes, and the files in `folder`.
     """
     verdicts = _verdicts(report)
     table = verdict_table("", [verdict for verdict in verdicts if not is_on_the_part(verdict)])
@@ -42,9 +42,10 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     if len(problems) > _REASONS:
         yield f"and {len(problems) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]
-    # The lines on verdicts, including the line that counts further ones, replace notes, so that the answer fits on one
+    # Each line on a verdict, including the line that counts further ones, replaces a note. The answer then fits on one
     # screen.
-    for note in notes[: _NOTES - min(len(problems), _REASONS + 1)]:
+    verdict_lines = min(len(problems), _REASONS + 1)
+    for note in notes[: _NOTES - verdict_lines]:
         yield f"- {escape(note)}"
     out = escape(str(folder))
     yield f"files in {out}: response.csv is the table P -> E, report.json has every number"
@@ -53,9 +54,10 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
 
 
 def every_section(report: Json) -> Iterator[RenderableType]:
-    """Yield the parts of the whole answer, as with --verbose, for `print_parts`.
+    """Yield the tables and lines of the whole answer, which --verbose shows, for `print_parts`.
 
-    The answer has every verdict, the springs, the sources of the errors, the paper's springs, all notes, and the times.
+    `report` is the data of report.json. The answer has every verdict, the springs, the sources of the errors, the
+    paper's springs, all notes, and the times.
     """
     verdicts = _verdicts(report)
     yield _headline(report, verdicts)
@@ -65,8 +67,8 @@ def every_section(report: Json) -> Iterator[RenderableType]:
     yield _error_table(report)
     paper = report["paper"]
     if paper is not None:
-        springs = f"{paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m"
-        yield verdict_table(f"the paper's springs, {springs}, under the same contact", _verdicts(paper))
+        stiffnesses = f"{paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m"
+        yield verdict_table(f"the paper's springs, {stiffnesses}, under the same contact", _verdicts(paper))
     for line in (*report["notes"], *_method_lines(report), *_scatter_lines(report), _cost_line(report)):
         yield escape(line)
 
@@ -97,15 +99,15 @@ def _spring_lines(report: Json) -> Iterator[str]:
         return
     process = report["material"]["process"]
     for name, spring in report["flexures"].items():
-        target = f"{spring['target_N_per_m']:.6g} N/m"
         leaf = spring["dimensions_mm"]
-        strain = spring["root_strain"]
         if leaf is None:
-            yield f"{name} spring: {target}, not made"
+            yield f"{name} spring: {spring['target_N_per_m']:.6g} N/m, not made"
             continue
         K = spring["stiffness_N_per_m"]
-        size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
         stiffness = f"{value_with_bar(K, 0.01 * spring['error_percent'] * K, 'N/m')} by FE"
+        size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
+        strain = spring["root_strain"]
+        # the safety factor is the strain limit divided by the strain
         limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
         leaf_text = f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
         yield escape(f"{name} spring: {stiffness}, {leaf_text}")
@@ -122,10 +124,10 @@ def _error_table(report: Json) -> Table:
     for name, budget in report["errors"].items():
         if budget is None:
             continue
-        contributions = [*budget["model"], *budget["inputs"]]
-        contributions.sort(key=lambda contribution: abs(contribution["size_percent"]), reverse=True)
-        largest = [f"{part['effect']} {part['size_percent']:+.2g}" for part in contributions[:2]]
-        totals = (budget[f"{kind}_percent"] for kind in ("discretisation", "model", "inputs"))
+        causes = [*budget["model"], *budget["inputs"]]
+        causes.sort(key=lambda cause: abs(cause["size_percent"]), reverse=True)
+        largest = [f"{cause['effect']} {cause['size_percent']:+.2g}" for cause in causes[:2]]
+        totals = (budget[f"{column}_percent"] for column in ("discretisation", "model", "inputs"))
         table.add_row(name, *(shown(total, digits=2) for total in totals), ", ".join(largest))
     return table
 
@@ -140,9 +142,9 @@ def _method_lines(report: Json) -> Iterator[str]:
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:
-    """Yield lines with the scatter of prints before calibration, as bands, and the error of E after calibration.
+    """Yield a line with the scatter of prints before calibration, and a line with the error of E after calibration.
 
-    Only reports written by `pipeline design` have these bands.
+    Only reports written by `pipeline design` have this scatter.
     """
     scatter = report.get("tolerance")
     if scatter is None:

@@ -18,18 +18,17 @@ from sensor.verdict import READABLE, Verdict, judge
 
 SECONDS = 300.0  # limit of the wall time for a file or a folder [s]; a whole folder takes a few seconds
 # loky reports these signals if the operating system ends a worker, for example to free memory; files do not cause them
-_FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
+_OUTSIDE_SIGNALS = ("SIGKILL", "SIGTERM")
 
 
 def check_path(
     path: Path, process: Process | None, designed: tuple[Design, Housing] | None = None
 ) -> tuple[Verdict, ...]:
-    """Check one file, or an output folder if `process` is None, and return the verdicts.
+    """Check one file by the rules of a print `process`, or an output folder if `process` is None; return the verdicts.
 
-    A file is checked by the rules of the print process. If `designed` gives a design and its housing, the file is also
-    compared with the part of this design. The verdict geometry.readable fails for a file that crashes the CAD kernel or
-    takes longer than `SECONDS`. Raises InputError if a folder has no valid report, and BrokenExecutor if the operating
-    system ends the worker.
+    If `designed` gives a design and its housing, a file is also compared with the part of this design. The verdict
+    geometry.readable fails for a file that crashes the CAD kernel or takes longer than `SECONDS`. Raises InputError if
+    a folder has no valid report, and BrokenExecutor if the operating system ends the worker.
     """
     unchanged = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
@@ -43,7 +42,7 @@ def check_path(
         else:
             geometry = (judge(READABLE, None, f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
     except BrokenExecutor as error:
-        if any(signal in str(error) for signal in _FROM_OUTSIDE):
+        if any(signal in str(error) for signal in _OUTSIDE_SIGNALS):  # the file is not the cause
             raise
         geometry = (judge(READABLE, None, f"reading {path.name} ended the CAD kernel; export it again"),)
     finally:
@@ -82,7 +81,8 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     """Measure the files of an output folder and return the geometry verdicts.
 
     Some verdicts are evaluated on the solid of the design in the folder's report, others on the files themselves. If
-    files of a whole run are missing, a single verdict names them. Raises InputError if the report is invalid.
+    files of a whole run are missing, a single verdict names them. The result is empty for a layout without a housing.
+    Raises InputError if the report is invalid.
     """
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
@@ -108,9 +108,10 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     names = [name for name in file_shapes(sensor) if is_regular(folder / name)]
     verdicts = check_sensor(sensor, report.deflections_mm, folder)
     verdicts += _verdicts_or_unreadable(lambda: (files_as_designed(sensor, folder, names),))
-    evaluated = {verdict.name for verdict in verdicts}
+    # The solid already has some of the verdicts on the 3MF file, so only the others are added.
+    evaluated_names = {verdict.name for verdict in verdicts}
     file_verdicts = check_file(folder / "housing.3mf", process)
-    verdicts += tuple(verdict for verdict in file_verdicts if verdict.name not in evaluated)
+    verdicts += tuple(verdict for verdict in file_verdicts if verdict.name not in evaluated_names)
     if "cover.step" in names:  # only `pipeline design` writes a cover and a bracket
         verdicts += _verdicts_or_unreadable(lambda: cover_verdicts(sensor, read_step(folder / "cover.step"), process))
     if "mount.step" in names:

@@ -31,8 +31,8 @@ class ReportKey:
 def report_key(name: str) -> ReportKey | None:
     """Return the key with a dotted name such as "contact.error_percent"; None if no report has this key.
 
-    The parts of the name are followed through the types of the fields of `Report`. An element of a list is selected by
-    its index. A verdict is selected by its name, which may contain dots: "verdicts.reading.bias.value".
+    The name is resolved through the types of the fields of `Report`, without any report. An element of a list is
+    selected by its index. A verdict is selected by its name, which may contain dots: "verdicts.reading.bias.value".
     """
     path = name.split(".")
     if path[0] == "verdicts" and len(path) > 1:  # all verdicts have the same keys, so the first represents them all
@@ -71,8 +71,8 @@ def report_keys() -> Iterator[ReportKey]:
 def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
     """Yield the key of a field, then the keys of the record that it holds, depth first.
 
-    `field_type` is the type of the field, and `name` is its dotted name. A field without a level inherits `level` from
-    the enclosing record.
+    `item` is the field with its metadata, `field_type` its type, and `name` its dotted name. The level is the stage
+    that a study must solve to obtain the key. A field without a level inherits `level` from the enclosing record.
     """
     level = item.metadata.get("level", level)
     while get_origin(field_type) is tuple:  # a single `[]` represents both indices of a matrix
@@ -80,26 +80,28 @@ def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iter
         field_type = _element_type(field_type)
     if get_origin(field_type) is dict:
         field_type = _value_type(field_type)
-    each = item.metadata.get("each")
-    name = name if each is None else f"{name}.{each}"
-    below = {} if each == "KEY" else _fields(field_type)  # KEY: these keys are listed on a different page
+    placeholder = item.metadata.get("each")  # word that represents the keys of a mapping, which depend on the run
+    name = name if placeholder is None else f"{name}.{placeholder}"
+    # The keys that KEY represents are listed on a different page.
+    inner_fields = {} if placeholder == "KEY" else _fields(field_type)
     metadata = item.metadata
-    yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=not below)
-    # If a record has entries of the same type for both springs, they are described once, as SPRING.
-    both_springs = {"low", "high"} <= below.keys() and below["low"][1] == below["high"][1]
-    for part, (inner, inner_type) in below.items():
-        if both_springs and part == "high":
+    is_value = not inner_fields
+    yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=is_value)
+    # If a record has entries of the same type for the two springs, they are described once, as SPRING.
+    has_two_springs = {"low", "high"} <= inner_fields.keys() and inner_fields["low"][1] == inner_fields["high"][1]
+    for key, (inner_item, inner_type) in inner_fields.items():
+        if has_two_springs and key == "high":
             continue
-        if both_springs and part == "low":
+        if has_two_springs and key == "low":
             # omits the key of the spring itself
-            _, *keys_of_spring = _walk_keys(inner, inner_type, f"{name}.SPRING", level)
+            _, *keys_of_spring = _walk_keys(inner_item, inner_type, f"{name}.SPRING", level)
             yield from keys_of_spring
         else:
-            yield from _walk_keys(inner, inner_type, f"{name}.{part}", level)
+            yield from _walk_keys(inner_item, inner_type, f"{name}.{key}", level)
 
 
 def value_at(report: object, name: str) -> object:
-    """Return the value at a dotted key of a report, or of a mapping whose parts are solved on first use.
+    """Return the value at the dotted key `name` of a report, or of a mapping whose parts are solved on first use.
 
     A verdict is selected by its name, and an element of a list by its index. Raises KeyError if there is no such key,
     and the errors of the solvers if a part cannot be solved.
@@ -119,7 +121,10 @@ def value_at(report: object, name: str) -> object:
 
 
 def _get_part(value: Any, part: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
-    """Return the value in a mapping, list or record at one `part` of the dotted key `name`; raises KeyError."""
+    """Return the value in a mapping, a tuple or a record at one `part` of a dotted key.
+
+    An element of a tuple is selected by its index. Raises KeyError with the whole key `name` if there is no such part.
+    """
     if isinstance(value, Mapping):
         if part in value:
             return value[part]

@@ -39,10 +39,10 @@ class Note(NamedTuple):
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes on a result as text, the notes on the largest changes first.
+    """Return the notes on a result as sentences, the notes on the largest changes of a number first.
 
-    Sentences on unusual moduli and on files that were not written come before all others. The last sentence states the
-    method of the response.
+    Sentences on an unusual modulus and on files that were not written come before all others. The last sentence states
+    the method by which the response was solved.
     """
     info = result.press.table.info
     main_notes = _ratio_notes(result) if result.readings is None else _reading_notes(result.pressed, result.readings)
@@ -76,15 +76,16 @@ def _advice_notes(budgets: Budgets) -> Iterator[Note]:
 
     Several causes may have the same advice. The note names only the cause with the largest change.
     """
-    largest: dict[str, Note] = {}
+    note_by_advice: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
         budget = getattr(budgets, number)
         for cause in () if budget is None else (*budget.model, *budget.inputs):
             percent = 100.0 * abs(cause.size)
-            if cause.advice and (cause.advice not in largest or percent > largest[cause.advice].percent):
+            is_largest = cause.advice not in note_by_advice or percent > note_by_advice[cause.advice].percent
+            if cause.advice and is_largest:
                 text = f"{cause.advice}: {cause.reason} moves {number} by {rounded(percent, 2):g} %."
-                largest[cause.advice] = Note(percent, text)
-    yield from largest.values()
+                note_by_advice[cause.advice] = Note(percent, text)
+    yield from note_by_advice.values()
 
 
 def _given_springs_note(result: SensorResult) -> Iterator[Note]:
@@ -99,10 +100,10 @@ def _given_springs_note(result: SensorResult) -> Iterator[Note]:
 
 
 def _ratio_notes(result: SensorResult) -> Iterator[Note]:
-    """Yield the notes on a sensor that measures a force ratio.
+    """Yield the notes on a sensor that measures a force ratio, which a design without `[reading]` does.
 
-    The first note appears if the design has no bruise limit. The second states the fruit stiffness for which the
-    springs were sized.
+    The first note appears if the design has no bruise limit. The second states the fruit stiffness divided by the
+    modulus, K_m / E, for which the targets hold.
     """
     design = result.design
     if design.fruit.bruise_limit_MPa is None:
@@ -119,9 +120,12 @@ def _ratio_notes(result: SensorResult) -> Iterator[Note]:
 
 
 def _noise_note(readings: ReadingAccuracy) -> Note:
-    """Return the note on the largest noise of the forces at which the uncertainty of E is within its limit."""
+    """Return the note on the largest noise of the forces at which the uncertainty of E is within its limit.
+
+    If the uncertainty exceeds its limit even without noise, the note states this instead.
+    """
     worst = readings.worst_uncertainty
-    percent = 100.0 * COVERAGE * worst.uncertainty_limit
+    percent = 100.0 * COVERAGE * worst.uncertainty_limit  # half width of the interval that holds 95 % of readings
     noise = worst.sources.noise_to_reach(worst.uncertainty_limit)
     if noise is None:
         text = f"even without noise the uncertainty of E is above its limit, {percent:.3g} % (95 %)."
@@ -143,7 +147,8 @@ def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator
         yield _noise_note(readings)
     uneven = readings.uneven
     if uneven is not None:
-        one_press, mean_of_presses = (COVERAGE * each for each in (uneven.one_press_percent, uneven.presses_percent))
+        one_press = COVERAGE * uneven.one_press_percent
+        mean_of_presses = COVERAGE * uneven.presses_percent
         yield Note(
             one_press,
             f"Press {uneven.presses:g} places of a fruit: uneven skin and flesh move E by {one_press:.2g} % in one "
@@ -194,18 +199,20 @@ def _relaxation_note(result: SensorResult) -> Note:
         remaining = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to  # fraction of the force that remains
         fruit = "an orange" if name is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
         E = np.array(result.design.fruit.E_MPa)
-        P = np.interp([E, remaining * E], curve.E, curve.P[:, -1])
-        change = 100.0 * (P[1] / P[0] - 1.0)
+        # Flesh that has relaxed to this fraction presses like elastic flesh whose modulus is the same fraction of E.
+        P_before, P_after = np.interp([E, remaining * E], curve.E, curve.P[:, -1])
+        change = 100.0 * (P_after / P_before - 1.0)
         return Note(
             100.0 * (1.0 - remaining),
             f"Read soon after the touch or set fruit.relaxation: {fruit} relaxes to {100.0 * remaining:g} %, so "
             f"P moves by {change.max():.2g} to {change.min():.2g} %.",
         )
-    apparent_shares = over_time.apparent[:, over_time.at] / over_time.E
+    # apparent modulus at the time of the reading, divided by the instantaneous modulus
+    apparent_fractions = over_time.apparent[:, over_time.at] / over_time.E
     return Note(
         _ALWAYS_LAST,
         f"Read by `pipeline read`, which corrects for relaxation: {over_time.t[over_time.at]:.3g} s after touch E "
-        f"has fallen to {apparent_shares.min():.3g} to {apparent_shares.max():.3g} times its first value.",
+        f"has fallen to {apparent_fractions.min():.3g} to {apparent_fractions.max():.3g} times its first value.",
     )
 
 
@@ -216,10 +223,10 @@ def _skin_note(result: SensorResult) -> Iterator[Note]:
     """
     if result.contact.skin is None:
         return
-    without_skin = result.contact.K_m_over_E()
+    stiffness_without_skin = result.contact.K_m_over_E()
     increases = []
     for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
-        increases.append((100.0 * (result.contact.at(E).K_m_over_E() / without_skin - 1.0), E))
+        increases.append((100.0 * (result.contact.at(E).K_m_over_E() / stiffness_without_skin - 1.0), E))
     texts = [f"{percent:+.3g} % at {E:g} MPa" for percent, E in increases]
     yield Note(
         max(percent for percent, _ in increases),
@@ -242,7 +249,8 @@ def _weight_note(result: SensorResult) -> Iterator[Note]:
 def _support_note(result: SensorResult) -> Iterator[Note]:
     """Yield the note on the support of a whole fruit, which flattens on a table; the solution neglects this.
 
-    In the solution, the fruit is held at its base. Nothing is yielded for a piece of fruit, which cannot roll.
+    In the solution, the fruit is held at its base. The note states the flattening as a percentage of the travel, for
+    the firmest fruit. Nothing is yielded for a piece of fruit, which cannot roll.
     """
     fruit = result.design.fruit
     if fruit.can_roll:

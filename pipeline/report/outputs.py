@@ -32,6 +32,7 @@ class EarlierAnswer(NamedTuple):
 
         `command` is the command of the new run. The result is None if every file of the earlier run still exists.
         """
+        # `LATEST` is not a result, and only a run with --look writes it
         lost_names = [name for name in self.names if name != LATEST and not (folder / name).exists()]
         if not lost_names:
             return None
@@ -50,8 +51,9 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     report.json is written last, because it contains the digests of all other files. With `page`, report.html is written
     too. It shows the report without the digest of the page itself. Raises ValueError if a number is nan or infinite.
     """
-    design = f"# {result.options.command}\n{design_as_toml(result.design)}"
-    (folder / "design.toml").write_text(design, encoding="utf-8")
+    # `earlier_answer` reads the command in the first line
+    design_text = f"# {result.options.command}\n{design_as_toml(result.design)}"
+    (folder / "design.toml").write_text(design_text, encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     report = report_of_result(result)
     if result.options.look:
@@ -59,7 +61,7 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     report = replace(report, files=listed_files(folder))
     if page:
         (folder / PAGE).write_text(make_page(report, result, folder), encoding="utf-8")
-    data = report_data(replace(report, files=listed_files(folder)))
+    data = report_data(replace(report, files=listed_files(folder)))  # now with the page
     text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
     return data

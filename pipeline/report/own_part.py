@@ -57,15 +57,19 @@ def part_notes(part: PartStiffness) -> list[str]:
 
 
 def _part_notes(part: PartStiffness) -> Iterator[str]:
-    """Yield the sentences of `part_notes`."""
+    """Yield a sentence on the method, and sentences on the meshes, the faces, and features that the mesh leaves out.
+
+    The sentences on a face state its stiffness with an error bar, unless a verdict states it. They also state its
+    largest strain.
+    """
     E, poisson = part.material
     material = f"E {E:g} MPa, Poisson's ratio {poisson:g}"
     yield f"solved as {part.method}: {part.dofs} unknowns, {part.seconds:.1f} s, held by {part.held_by}; {material}"
     if part.not_swept:
         yield f"not swept: {part.not_swept}"
-    for unknowns, seconds, *K in part.curve:
-        stiffnesses = ", ".join(f"{value:.5g}" for value in K)
-        yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {stiffnesses} N/m"
+    for unknowns, seconds, *stiffnesses in part.curve:
+        stiffness_text = ", ".join(f"{K:.5g}" for K in stiffnesses)
+        yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {stiffness_text} N/m"
     for name, face in part.faces.items():
         if name not in _VERDICTS:  # the verdicts on low and high state their stiffness
             yield f"{name}: {value_with_bar(face.estimate.value, face.estimate.error)} N/m"

@@ -126,8 +126,8 @@ class ContactReport:
             skin = SkinReport(E_MPa=tuple(contact.skin.E.tolist()), compliance_per_mm=matrices)
         info = contact.info
         return cls(
-            error_percent=100.0 * contact.error_pair,
-            s11_error_percent=100.0 * contact.error_own,
+            error_percent=100.0 * contact.error_pair,  # relative error of s11 - s12
+            s11_error_percent=100.0 * contact.error_own,  # relative error of s11
             method=info.method,
             dofs=info.dofs,
             seconds=info.seconds,
@@ -189,8 +189,8 @@ class ResponseReport:
         """Return the response for each modulus of a table of forces.
 
         `spring_errors` has a row (tips,) for each modulus. It holds the relative error of each tip's force [1] due to
-        the numerical error of the spring stiffness. The errors of P include the sum of a row, and the errors of the
-        forces its maximum.
+        the numerical error of the spring stiffness. The errors of the forces include the maximum of a row. P is a
+        ratio of forces, so its errors include the sum of a row.
         """
         columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
         rows = []
@@ -229,9 +229,10 @@ class CurveReport:
 
     @classmethod
     def from_stage(cls, table: "ReadingTable", tips: "Tips") -> Self:
-        """Return P at full travel as a function of the modulus, and the error band of the modulus for each P.
+        """Return the last travel of a table, which is the full travel, as lists of P and of the band's ends by modulus.
 
-        The first modulus of the table represents the softest possible fruit. Its P becomes `P_softest`.
+        The first modulus of the table represents the softest possible fruit. Its P becomes `P_softest`. The layout of
+        `tips` determines which tips are on the low and on the high spring.
         """
         bands = band_columns(table)
         columns = force_columns(table.response, tips) | bands
@@ -409,7 +410,7 @@ class AccuracyReport:
     def from_stage(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
         """Return the requested tolerance [1], and the largest errors of springs and contact [%] with their methods.
 
-        `fitted` is None if no housing was made.
+        `fitted` is the housing with the error bars of its springs; it is None if no housing was made.
         """
         springs = None
         if fitted is not None:
@@ -459,13 +460,13 @@ class RelaxationReport:
         """
         moduli = []
         for i, E in enumerate(over_time.E.tolist()):
-            row = RelaxingModulusReport(
+            modulus = RelaxingModulusReport(
                 E_MPa=E,
-                F_N=tuple(numbers(row) for row in over_time.F[i].T),
+                F_N=tuple(numbers(tip_forces) for tip_forces in over_time.F[i].T),
                 P=numbers(over_time.P[i]),
                 E_apparent_MPa=numbers(over_time.apparent[i]),
             )
-            moduli.append(row)
+            moduli.append(modulus)
         moves, error = numbers(100.0 * np.array([over_time.moves.value, over_time.moves.error]))
         return cls(
             t_s=tuple(over_time.t.tolist()),

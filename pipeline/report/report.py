@@ -82,7 +82,7 @@ class Report(Record):
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run --out outputs/mine
     >>> [tip.name for tip in report.tips]
     ['low', 'high']
     """
@@ -209,7 +209,7 @@ def report_data(report: Report) -> Plain:
 
 
 def read_report(folder: Path) -> Report:
-    """Read the report of an output folder.
+    """Read the report of a run from its output folder.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def read_report(folder: Path) -> Report:
     Returns
     -------
     Report
-        Every number of the run.
+        The report, whose fields are the keys of `report.json`.
 
     Raises
     ------
@@ -228,7 +228,7 @@ def read_report(folder: Path) -> Report:
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run --out outputs/mine
     >>> report.design.tips.layout
     'pair'
     """
@@ -269,17 +269,18 @@ def read_data(folder: Path) -> Plain:
 def structure_report(folder: Path, data: Plain) -> Report:
     """Build a report from the JSON data of a folder's report.json; raises InputError if they are invalid.
 
-    A report of version 0.2 may have keys that no longer exist; these are ignored.
+    The message names the `folder`. A report of version 0.2 may have keys that no longer exist; these are ignored.
     """
     design = data.get("design")
     try:
+        # The design is checked first only for its error message. It is built below, with the rest of the report.
         design_from_mapping(design if isinstance(design, dict) else {})
     except InputError as error:
         raise _report_error(folder, f"its design must be valid in this version: {error}") from error
     try:
         # cattrs would turn a string into a tuple of characters, so each list is checked first.
-        for key, kind in get_type_hints(Report).items():
-            if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):
+        for key, field_type in get_type_hints(Report).items():
+            if get_origin(field_type) is tuple and not isinstance(data.get(key, []), list):
                 msg = f"expected a JSON list @ report.{key}"
                 raise ValueError(msg)
         return from_plain(Report, _drop_removed_keys(data), "report", _CONVERTER)

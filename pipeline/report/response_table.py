@@ -50,7 +50,8 @@ def response_csv(table: "ReadingTable", tips: Tips) -> str:
         **{f"F_{tip + 1}_N": response.F[:, :, tip] for tip in tips.own_columns},
     }
     digits = {**dict.fromkeys(columns, _FORCE_DIGITS), **dict.fromkeys(bands, _BAND_DIGITS), **_DIGITS}
-    # Row 0 of each grid is for the softest possible fruit, which is only a limit. It is not written.
+    # Each grid (moduli, travels) becomes a column. Row 0 of a grid is for the softest possible fruit, which is only a
+    # limit, so it is not written.
     cells = [[shown(value, digits=digits[name]) for value in grid[1:].flat] for name, grid in columns.items()]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")

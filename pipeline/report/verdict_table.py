@@ -48,13 +48,13 @@ def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = l
     If `in_table` is false for a verdict, the line also has its value and limit, because no table shows them. A hint
     that is already in an earlier line is replaced by a reference to the verdict of that line.
     """
-    first_with: dict[str, str] = {}  # name of the first verdict with each hint
+    first_verdicts: dict[str, str] = {}  # name of the first verdict with each hint
     lines = []
     for verdict in verdicts:
         hint = ""
         if verdict.remedy is not None:
-            first = first_with.setdefault(verdict.remedy, verdict.name)
-            hint = f"; hint: {verdict.remedy if first == verdict.name else f'as for {first}'}"
+            first_verdict = first_verdicts.setdefault(verdict.remedy, verdict.name)
+            hint = f"; hint: {verdict.remedy if first_verdict == verdict.name else f'as for {first_verdict}'}"
         numbers = "" if in_table(verdict) else value_and_limit(verdict)
         lines.append(f"{OUTCOME[verdict.passed]} {verdict.name}: {escape(numbers + verdict.reference + hint)}")
     return tuple(lines)

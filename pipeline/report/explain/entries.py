@@ -61,6 +61,7 @@ def entries() -> tuple[Entry, ...]:
         aliases = tuple(table.pop("aliases", ()))
         key = report_key(table.get("key", ""))
         if key is not None:
+            # a meaning in the file comes later, so it replaces the meaning of the key
             table = {"meaning": _meaning_of(key), **table, "unit": key.unit}
         table |= {column: _fill_in(table[column], _CONSTANTS) for column in ("meaning", "formula")}
         loaded.append(Entry(name=name, is_verdict=False, aliases=aliases, **table))
@@ -68,7 +69,10 @@ def entries() -> tuple[Entry, ...]:
 
 
 def _verdict_entry(row: VerdictRow) -> Entry:
-    """Return the entry of a verdict, whose limit and tolerances are filled into its texts."""
+    """Return the entry of a verdict from its row in `sensor/verdicts.toml`.
+
+    The limit and the tolerances replace their names in braces in the meaning and the formula.
+    """
     numbers = {
         "limit": row.limit,
         "tolerance": row.tolerance,
@@ -98,6 +102,7 @@ def find_entry(name: str) -> Entry:
     The name is looked up in this order. Raises InputError for an unknown name, with the closest known name as a hint,
     and for a name that was removed.
     """
+    # these calls only raise InputError for a removed name
     refuse_gone(f"verdicts.{name}")
     refuse_gone_key(name)
     names_by_lower_case = {}

@@ -46,8 +46,8 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     """
     file_names = {file.path for file in report.files}
     bodies, missing = _draw_bodies(report, result, folder)
-    sorted_names = sorted(file_names, key=lambda name: Path(name).stem)
-    drawings = [folder / name for name in sorted_names if name.endswith(".svg")]
+    names_by_stem = sorted(file_names, key=lambda name: Path(name).stem)
+    drawings = [folder / name for name in names_by_stem if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in file_names else []
     verdicts = [as_read(verdict) for verdict in report.verdicts]
     problems = not_passed(verdicts)
@@ -57,19 +57,10 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     paper = () if report.paper is None else report.paper.verdicts
     # If all verdicts passed, the first notes are shown beside the answer; otherwise the problems are shown there.
     limiting = [] if problems else report.notes[:_LIMITING_NOTES]
-    page_data = {
-        "report": report_data(report),
-        "coverage": COVERAGE,
-        "usual_sliders": _USUAL_SLIDERS,
-        "verdicts": [as_data(verdict) | {"sense": verdict.limit_sense} for verdict in verdicts],
-        **page_tables(report, result),
-        "bodies": bodies,
-        "drawings": [{"name": path.name, "content": pack_bytes(path.read_bytes())} for path in drawings],
-    }
     return render_page(
         TEMPLATE,
         (*FIGURES, *BODIES, "tables.js", "page.js"),
-        page_data,
+        _script_data(report, result, bodies, drawings),
         latest=result.options.look,
         report=report,
         command=result.options.command,
@@ -95,8 +86,28 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     )
 
 
+def _script_data(report: Report, result: SensorResult, bodies: list[Plain], drawings: list[Path]) -> Plain:
+    """Return the data that the scripts of the page read.
+
+    `bodies` are the 3-D bodies as page data, and `drawings` are the paths of SVG files.
+    """
+    verdicts = [as_read(verdict) for verdict in report.verdicts]
+    return {
+        "report": report_data(report),
+        "coverage": COVERAGE,
+        "usual_sliders": _USUAL_SLIDERS,
+        "verdicts": [as_data(verdict) | {"sense": verdict.limit_sense} for verdict in verdicts],
+        **page_tables(report, result),
+        "bodies": bodies,
+        "drawings": [{"name": path.name, "content": pack_bytes(path.read_bytes())} for path in drawings],
+    }
+
+
 def _draw_bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
-    """Return the bodies as page data, and for each body that cannot be drawn the reason by its name."""
+    """Return the 3-D bodies as page data, and a dict from the name of each body that cannot be drawn to the reason.
+
+    A layout without a housing has no bodies.
+    """
     draws: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
         draws["springs under load"] = partial(flexure_body, report, result)

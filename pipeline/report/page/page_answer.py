@@ -37,8 +37,8 @@ def brief(verdict: Verdict) -> str:
     is_error = verdict.name in _ERRORS and verdict.passed is not None
     if value is None or not is_error or not isinstance(limit, int | float):
         return measured(verdict)
-    texts = (f"{value:.{digits}g}" for digits in range(2, _MOST_DIGITS))
-    on_the_same_side = (text for text in texts if (float(text) <= limit) == (value <= limit))
+    rounded_texts = (f"{value:.{digits}g}" for digits in range(2, _MOST_DIGITS))
+    on_the_same_side = (text for text in rounded_texts if (float(text) <= limit) == (value <= limit))
     return f"{next(on_the_same_side, f'{value:g}')} {verdict.unit}"
 
 
@@ -52,7 +52,8 @@ class Closest(NamedTuple):
 def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
     """Return the passed verdict that uses the largest fraction of a one-sided limit; None without such a limit.
 
-    The fraction is value / limit for an upper limit, and limit / value for a lower limit.
+    The fraction is value / limit for an upper limit, and limit / value for a lower limit. Verdicts whose value or limit
+    is not positive are omitted, because this fraction then has no meaning.
     """
     candidates = []
     for verdict in verdicts:

@@ -31,11 +31,9 @@ _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the lengt
 # outward shift of a tip's label, as a fraction of the length of the part; labels are wider than the gap between the
 # tips
 _LABEL_ASIDE = 0.08
+# Colours from the smallest to the largest value. They are viridis, by S. van der Walt and N. Smith (CC0), which readers
+# with colour blindness can distinguish.
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
-"""From the least to the largest value: viridis by S.
-
-Van der Walt and N. Smith, legible to colour-blind readers; CC0.
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +48,7 @@ class ColourScale:
 
     def colours(self, values: Floats) -> Floats:
         """Return the colours of `values` (n,) as red, green and blue components from 0 to 1, (n, 3)."""
+        # red, green and blue of "#rrggbb"
         shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in self.palette])
         span = self.high - self.low if self.high > self.low else 1.0
         positions = np.clip((values - self.low) / span, 0.0, 1.0) * (len(shades) - 1)
@@ -101,42 +100,52 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     # The model is the half with y >= 0. Its plane of symmetry is inside the housing and is not drawn.
     surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
     quads = mesh.facets[:, surface].T
-    corners = np.unique(quads)
-    at_rest = mesh.p.T[corners]
-    length = float(np.ptp(at_rest[:, 0]))
-    displacement = fields.displacement[corners]
-    stress = fields.von_mises[corners]
+    nodes = np.unique(quads)  # numbers of the nodes on the surface
+    positions = mesh.p.T[nodes]  # without load [mm]
+    length = float(np.ptp(positions[:, 0]))
+    displacement = fields.displacement[nodes]
+    stress = fields.von_mises[nodes]
     exaggeration = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
     process = result.springs.process
     scale = ColourScale(
         label="von Mises stress [MPa]", low=0.0, high=float(stress.max()), limit=process.E_MPa * process.strain_limit
     )
-    safety_factors = [
-        f"{name} spring {spring.safety_factor:.3g}" for name, spring in report.flexures.items() if spring.safety_factor
-    ]
-    housing = result.springs.housing
-    part = "One of the two equal plates of the square. " if housing and housing.back_to_back else ""
-    caption = (
-        f"{part}At full travel on the firmest fruit, deflection drawn {exaggeration:g} times. "
-        f"The largest von Mises stress is {scale.high:.3g} MPa, its limit {scale.limit:.3g} MPa (E of {process.name} "
-        f"times its strain limit). Safety against the strain limit: {', '.join(safety_factors)}. "
-        f"The mesh is coarse: the largest stress may be up to {100.0 * STRESS_OFF:g} % off, mostly too high."
-    )
-    # The corners of mirrored quadrilaterals are in reverse order, so that these face outwards too.
-    half_quads = np.searchsorted(corners, quads)
+    caption = _stress_caption(report, result, scale, exaggeration)
+    # The other half is the mirror image. The corners of its quadrilaterals are in reverse order, so that these face
+    # outwards too.
+    half_quads = np.searchsorted(nodes, quads)
     mirror = np.array([1.0, -1.0, 1.0])
     body = GlbBody(
         name="housing",
-        vertices=np.concatenate([at_rest, at_rest * mirror]),
-        triangles=_triangles(np.concatenate([half_quads, len(corners) + half_quads[:, ::-1]])),
+        vertices=np.concatenate([positions, positions * mirror]),
+        triangles=_triangles(np.concatenate([half_quads, len(nodes) + half_quads[:, ::-1]])),
         colour=scale.colours(np.concatenate([stress, stress])),
         displacement=exaggeration * np.concatenate([displacement, displacement * mirror]),
     )
     return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
 
 
+def _stress_caption(report: Report, result: SensorResult, scale: ColourScale, exaggeration: float) -> str:
+    """Return the caption of the housing coloured by stress: the largest stress, its limit, and the safety factors.
+
+    `scale` holds the largest stress and its limit [MPa]. `exaggeration` [1] is the factor on the drawn deflection.
+    """
+    process = result.springs.process
+    safety_factors = [
+        f"{name} spring {spring.safety_factor:.3g}" for name, spring in report.flexures.items() if spring.safety_factor
+    ]
+    housing = result.springs.housing
+    part = "One of the two equal plates of the square. " if housing and housing.back_to_back else ""
+    return (
+        f"{part}At full travel on the firmest fruit, deflection drawn {exaggeration:g} times. "
+        f"The largest von Mises stress is {scale.high:.3g} MPa, its limit {scale.limit:.3g} MPa (E of {process.name} "
+        f"times its strain limit). Safety against the strain limit: {', '.join(safety_factors)}. "
+        f"The mesh is coarse: the largest stress may be up to {100.0 * STRESS_OFF:g} % off, mostly too high."
+    )
+
+
 def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
-    """Return the labels of the tips and springs as page data.
+    """Return the labels of the tips and springs as page data, at their positions in the mesh of `half` the housing.
 
     The labels of the tips are shifted outwards by `aside` [mm], because they are wider than the gap between the tips.
     """

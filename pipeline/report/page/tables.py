@@ -29,6 +29,7 @@ _LABELS = {
     "tilt": ("Tilt along the tips", "degrees"),
 }
 _NOISE_PERCENT = 0.5  # initial noise for a design without `[reading]`
+_NOISE_RANGE = 4.0  # end of the slider for the noise, divided by the initial noise
 
 Reader = Callable[[Floats], tuple[float, Floats]]
 """A function that returns for forces [N] the modulus [MPa] and its relative change per noise in each force [1/N]."""
@@ -49,8 +50,9 @@ class Axis(NamedTuple):
 def page_tables(report: Report, result: SensorResult) -> Plain:
     """Return the data of the section "Try it" of the page: tables, sliders, their initial values, and bruise limits.
 
-    A table has two axes, and holds the numbers of the presses at their nodes. The other variables have the fixed values
-    in `held`. Moduli are in MPa, travels in mm, tilts in degrees, and noise in % of full scale.
+    A table has two axes, the modulus and either the travel or the tilt. It holds the numbers of the presses at the
+    nodes of the axes. The other variables have the fixed values in `held`. Moduli are in MPa, travels in mm, tilts in
+    degrees, and noise in % of full scale.
     """
     design = report.design
     tables = [_travel_table(design, report.read_out, result.press)]
@@ -63,11 +65,12 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     firmest = min(nodes[-1] for nodes in moduli)
     middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
     noise = noise_percent(report)
-    ends = {"E": (softest, firmest)}
-    ends |= {axis["key"]: (axis["nodes"][0], axis["nodes"][-1]) for axis in (table["axes"][1] for table in tables)}
-    sliders = [_slider(key, *_LABELS[key], *interval) for key, interval in ends.items()]
+    ranges = {"E": (softest, firmest)}
+    ranges |= {axis["key"]: (axis["nodes"][0], axis["nodes"][-1]) for axis in (table["axes"][1] for table in tables)}
+    sliders = [_slider(key, *_LABELS[key], *interval) for key, interval in ranges.items()]
     if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
-        sliders.append(_slider("noise", "Noise of each force", "% of full scale", 0.0, 4.0 * (noise or _NOISE_PERCENT)))
+        largest_noise = _NOISE_RANGE * (noise or _NOISE_PERCENT)
+        sliders.append(_slider("noise", "Noise of each force", "% of full scale", 0.0, largest_noise))
     start = {
         "E": min(max(middle_E, softest), firmest),
         "travel": design.press.travel_mm,
@@ -97,15 +100,16 @@ def noise_percent(report: Report) -> float:
 
 
 def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
-    """Return the table of forces, pressures and readings as functions of modulus and travel.
+    """Return the table of forces, pressures and readings as functions of modulus and travel, as page data.
 
-    The first modulus of the curve is only a limit, and is omitted. Forces on flat faces are nearly linear in the
-    travel, and forces on other tips are nearly a power of the travel. A level pair is read by the force ratio at one
-    moment. Other sensors are read by whole presses, so this table has no readings for them.
+    `read_out` holds the constants from which a modulus is computed. A level pair is read by the force ratio at one
+    moment. Other sensors are read by whole presses, so this table has no readings for them. The first modulus of the
+    curve of `press` is only a limit, and is omitted.
     """
     curve = press.curve
     F = curve.F[1:]
     is_read = design.tips.tip_layout.is_pair and press.level
+    # Forces on flat faces are nearly linear in the travel, and forces on other tips are nearly a power of the travel.
     return _grid_table(
         curve.E[1:].tolist(),
         Axis("travel", curve.x.tolist(), log=not design.tips.tip_shape.has_flat_face),
@@ -119,8 +123,8 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
 def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
     """Return the table of forces, pressures and readings as functions of modulus and tilt, at full travel.
 
-    The result is None if the design has no readings, allows no tilt, has a roll, or has too few moduli for an
-    interpolation.
+    `read_out` holds the constants from which a modulus is computed. The result is None if the design has no readings,
+    allows no tilt, has a roll, or has too few moduli for an interpolation.
     """
     design, presses = result.design, result.tilted
     if result.readings is None or presses is None or design.press.roll_deg != 0.0:
@@ -162,12 +166,13 @@ def _grid_table(
 
 
 def read_presses(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
-    """Read the modulus of each press [MPa], and its ratio to its standard deviation for noise of 1 % of full scale.
+    """Read the modulus E of each press [MPa], and its ratio to its standard deviation for noise of 1 % of full scale.
 
-    `presses` holds forces [N] of the shape (moduli, nodes, ...); `reader` is called with the forces of one press. The
-    result has the shape (moduli, nodes, 2), with nan for a press without a reading.
+    `presses` holds forces [N] of the shape (moduli, nodes, ...); `reader` is called with the forces of one press.
+    `read_out` has the full scale of each force. The result has the shape (moduli, nodes, 2), with nan for a press
+    without a reading.
     """
-    one_percent = 0.01 * np.array(read_out.full_scale_N)
+    one_percent = 0.01 * np.array(read_out.full_scale_N)  # [N]
     readings = np.full((*presses.shape[:2], 2), np.nan)
     for index in np.ndindex(presses.shape[:2]):
         if np.isfinite(presses[index]).all():
