@@ -120,9 +120,9 @@ def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool
 def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, ...]:
     """Return the indices in `solid.Faces()` of the faces on which the points [mm] lie, each index once.
 
-    If a point lies on a cylindrical wall that is divided into several faces, the indices of all of them are returned.
-    In error messages, `flag` names the command-line flag that holds the points. Raises InputError if a point is not on
-    a face, or if it is on an edge.
+    A point lies on a face if it is at most 0.05 mm away from it. If a point lies on a cylindrical wall that is divided
+    into several faces, the indices of all of them are returned. In error messages, `flag` names the command-line flag
+    that holds the points. Raises InputError if a point is not on a face, or if it is on an edge.
     """
     faces = solid.Faces()
     indices: list[int] = []
@@ -226,7 +226,8 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
     """Return the direction in which a press acts on faces: the unit vector opposite to their mean outer normal.
 
     `indices` are the indices of the faces in `solid.Faces()`. In the error message, `flag` names the command-line flag
-    that selected the faces. Raises InputError if the normals cancel, as they do on a closed ring.
+    that selected the faces. Raises InputError if the mean normal is shorter than 0.5, because the normals cancel as on
+    a closed ring.
     """
     faces = solid.Faces()
     area_vector = np.zeros(3)  # sum of area times mean outer normal [mm^2]
@@ -297,14 +298,13 @@ def hole_points(housing: Housing) -> tuple[Place, ...]:
 class Extrusion:
     """A part described as one section that is swept along y.
 
-    `part` is the part in the coordinates of the sweep. `turn` (3, 3) is the rotation from the coordinates of the
-    original part to the coordinates of the sweep. `lines` holds the
-    straight edges of slanted faces, projected onto the section: ((x, z), (x, z)) [mm]. The sweep extends from y = `low`
-    to y = `high` [mm]. The section was cut at y = `plane` [mm].
+    `part` is the part in the coordinates of the sweep. `rotation` (3, 3) maps the coordinates of the original part to
+    the coordinates of the sweep. `lines` holds the straight edges of slanted faces, projected onto the section:
+    ((x, z), (x, z)) [mm]. The sweep extends from y = `low` to y = `high` [mm]. The section was cut at y = `plane` [mm].
     """
 
     part: Part
-    turn: Floats
+    rotation: Floats
     section: cq.Face
     lines: tuple[_Segment, ...]
     low: float
@@ -528,7 +528,7 @@ def _extrude_largest_section(part: Part, rotation: Floats) -> Extrusion | None:
         return None
     return Extrusion(
         part=part,
-        turn=rotation,
+        rotation=rotation,
         section=section.Faces()[0],
         lines=slanted_edges,
         low=low,
@@ -632,7 +632,7 @@ class Walls:
     sizes: Floats
 
 
-def walls_of(part: Part) -> Walls:
+def sample_wall_thickness(part: Part) -> Walls:
     """Return points on every face of a part, and the element size required at each: at most the wall thickness.
 
     At each point, a ray is cast into the material. The wall thickness is the distance to the face at which the ray

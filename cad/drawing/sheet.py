@@ -198,17 +198,9 @@ def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str])
     usable = Box(
         frame.left + _CLEARANCE_MM, frame.bottom + _CLEARANCE_MM, frame.right - _CLEARANCE_MM, frame.top - _CLEARANCE_MM
     )
-    views = Box(*(scale * side for side in _bounding_box(scaled_views.views)))
-    for shift_x, shift_y in _shifts_to_try(views, usable, note_box, table_box):
-        shifted_views = [
-            Box(
-                scale * box.left + shift_x,
-                scale * box.bottom + shift_y,
-                scale * box.right + shift_x,
-                scale * box.top + shift_y,
-            )
-            for box in scaled_views.views
-        ]
+    all_views = Box(*(scale * side for side in _bounding_box(scaled_views.views)))
+    for shift_x, shift_y in _shifts_to_try(all_views, usable, note_box, table_box):
+        shifted_views = [_box_on_paper(view, scale, shift_x, shift_y) for view in scaled_views.views]
         is_clear = not any(
             _boxes_overlap(box, occupied, _CLEARANCE_MM) for box in shifted_views for occupied in (note_box, table_box)
         )
@@ -216,6 +208,16 @@ def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str])
             # A shift of the views moves the corner of the sheet the other way in the drawing.
             return -shift_x / scale, -shift_y / scale
     return None
+
+
+def _box_on_paper(box: Box, scale: float, shift_x: float, shift_y: float) -> Box:
+    """Return a box of the drawing [mm] as it is on paper, shifted to the right and up [mm on paper]."""
+    return Box(
+        scale * box.left + shift_x,
+        scale * box.bottom + shift_y,
+        scale * box.right + shift_x,
+        scale * box.top + shift_y,
+    )
 
 
 def _shifts_to_try(views: Box, usable: Box, note_box: Box, table_box: Box) -> tuple[Point, ...]:

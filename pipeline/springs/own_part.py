@@ -410,14 +410,14 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
     enough, or when the next mesh would exceed the limit of time or memory. The layers are empty if no mount holds the
     part. Raises InputError if the limits allow fewer than three meshes, or if nothing bends.
     """
-    from cad.checks.own_part import name_side_faces, walls_of
+    from cad.checks.own_part import name_side_faces, sample_wall_thickness
 
     layers = scene.layers
     if layers and scene.housing is not None:
         # the mount touches the housing at its front and back faces, y = -depth / 2 and y = depth / 2
         part, has_sides = name_side_faces(part, SIDES, 0.5 * scene.housing.depth)
         layers = layers if has_sides else ()
-    walls = walls_of(part)
+    walls = sample_wall_thickness(part)
     solutions: list[PartCompliance] = []
     total_seconds = 0.0  # estimated CPU time of all meshes up to this one
     for scale in _SCALES:
@@ -459,9 +459,9 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     Otherwise the faces named `HELD` do not move. Raises MeshError if the section cannot be meshed.
     """
     # The mesh is swept along y, so the directions of the loads are rotated into the axes of the extrusion.
-    presses = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
+    presses = {name: tuple((extrusion.rotation @ direction).tolist()) for name, direction in scene.presses.items()}
     # The layers of the mount (covers or washers) apply only to a part in the same orientation as the housing.
-    layers = scene.layers if np.allclose(extrusion.turn, np.eye(3)) else ()
+    layers = scene.layers if np.allclose(extrusion.rotation, np.eye(3)) else ()
     (coarse_scale, coarse_depth_elements), (fine_scale, fine_depth_elements) = _MESHES
     mesh = swept_part(extrusion, coarse_scale, coarse_depth_elements, presses.values())
     layers = layers if _is_covered(mesh.mesh, layers) else ()
@@ -484,7 +484,7 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     volumes = mesh.excess * mesh.area  # volume that the sweep adds or leaves out at each place of the section [mm^3]
     largest_place = None
     if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
-        x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volumes))]  # in the coordinates of the part
+        x, y, z = extrusion.rotation.T @ mesh.places[:, int(np.argmax(volumes))]  # in the coordinates of the part
         largest_place = (float(x), float(y), float(z))
     return PartStiffness(
         faces=_pressed_faces(scene.presses, (coarse, fine), neglected_errors, holes_held),
