@@ -187,6 +187,7 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     longest = side_lengths.max(axis=1)
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
+    # `row_triangles` holds the index of the triangle of each row, and `rows` below the index of the row of each point.
     row_triangles, row_fractions = _spread_evenly(1 + np.ceil(heights / _SPACING_MM).astype(np.int64))
     starts = a[row_triangles] + row_fractions[:, None] * (c - a)[row_triangles]
     ends = b[row_triangles] + row_fractions[:, None] * (c - b)[row_triangles]

@@ -31,7 +31,7 @@ KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
-    """Return geometry.valid and geometry.one_solid for a shape.
+    """Return the verdicts geometry.valid and geometry.one_solid for a shape.
 
     Their values are the number of faulty faces, edges and vertices, and the number of solids.
     """
@@ -55,15 +55,15 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
 def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return every verdict on a triangle mesh [mm]: closed surface, number of bodies, size, wall, gap and overhang.
 
-    `poses` are the names in `POSES` of the print poses to consider. Wall, gap and overhang are omitted if the mesh is
-    not closed, because it then has no inside.
+    `process` is the print process, which sets the limits, and `poses` are the names in `POSES` of the print poses to
+    consider. Wall, gap and overhang are omitted if the mesh is not closed, because it then has no inside.
     """
-    mesh = drop_collapsed_triangles(mesh)
-    closed_surface = closed_verdicts(mesh)
-    verdicts = (*closed_surface, body_verdict(mesh), *size_verdicts(mesh, process))
+    cleaned = drop_collapsed_triangles(mesh)
+    closed_surface = closed_verdicts(cleaned)
+    verdicts = (*closed_surface, body_verdict(cleaned), *size_verdicts(cleaned, process))
     if any(verdict.passed is not True for verdict in closed_surface):
         return verdicts
-    return (*verdicts, *printability_verdicts(mesh, process, poses))
+    return (*verdicts, *printability_verdicts(cleaned, process, poses))
 
 
 def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict, ...]:

@@ -67,6 +67,7 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
     Raises InputError if a file has no mesh.
     """
     scenes: list[FieldPicture] = []
+    # A run without --fields writes only a mesh. The scenes of the springs also need the marked nodes of the tip faces.
     if (folder / FLEXURE).is_file():
         half = read_mesh(folder / FLEXURE)
         if DISPLACEMENT in half.point_data and tip_face("low") in half.point_data:

@@ -33,6 +33,7 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     if not bodies:
         bound = "an output folder with an assembly, or with fields"
         raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
+    # The scripts are embedded in the page, so that it needs no other file.
     page = render_page("scenes.html.j2", (*FIGURES, *BODIES, "scenes.js"), {"bodies": bodies}, name=report.design.name)
     write_files({path: page.encode()}, FLAG, force=force)
     return path
