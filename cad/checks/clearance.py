@@ -47,6 +47,7 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     necks = sensor.part.shape.intersect(
         box_through(housing.depth, (-half_width, half_width), (tip_height, housing.neck_level))
     )
+    # A second plate is a copy, rotated by half a turn about the press axis, and has the same clearances.
     placement = plate_places(housing)[0]
     return (
         fruit_clearance_verdict("geometry.frame_clearance", sensor, frame.moved(placement)),
@@ -95,9 +96,9 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     """Return the headings [deg] in which a tilted shape may come closest to the box of a fruit.
 
     `shape` is lowered by `travel` [mm] from the first touch, and tilted by `tilt` [deg] towards each heading. The CAD
-    kernel measures distances slowly, so headings are preselected by the gaps between triangles. A triangle
-    deviates from its face by at most `_CHORD_MM`. Therefore a heading is kept if its gap exceeds the smallest gap by at
-    most twice this deviation. All headings are kept if the triangles do not enclose a body.
+    kernel measures distances slowly, so headings are preselected by the gaps between triangles. A triangle deviates
+    from its face by at most `_CHORD_MM`. Therefore a heading is kept if its gap exceeds the smallest gap by at most
+    twice this deviation. All headings are kept if the triangles do not enclose a body.
     """
     corners, triangles = _triangulate(shape)
     body = _enclosed_body(corners, triangles)
@@ -187,6 +188,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     limit_text = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
     stop_text = f"lines from shuttle and leaf to the frame; limit is {limit_text}; the {first_member} touches first"
     stop = judge(stop_name, min(shuttle_stop, leaf_stop), stop_text, limit=limit)
+    # With the shuttle at its stop, each point of the leaf has closed its gap by the deflection of this point.
     smallest_gap = min(gap - shuttle_stop * deflection_ratio for deflection_ratio, gap in leaf_gaps.items())
     gap_text = f"smallest distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
     return stop, judge(gap_name, smallest_gap, gap_text)

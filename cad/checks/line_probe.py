@@ -54,6 +54,7 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
     s + t d = o + u a + v b. This equation is solved for t, u and v by the method of T. Moller and B. Trumbore,
     J. Graphics Tools 2 (1997) 21.
     """
+    # o, a and b of every triangle, each of shape (triangles, 3)
     corners = np.asarray(mesh.triangles)
     origin = corners[:, 0]
     first_side = corners[:, 1] - origin

@@ -476,7 +476,7 @@ def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[
     cap_areas: dict[float, float] = {}  # area of the perpendicular faces [mm^2], keyed by their level [mm]
     for face in faces:
         if face.is_cap(direction):
-            level = round(float(face.middle @ direction), 4)
+            level = round(float(face.middle @ direction), 4)  # levels that differ only by round-off become equal
             cap_areas[level] = cap_areas.get(level, 0.0) + face.area
     end_area = sum(sorted(cap_areas.values())[-2:])
     side_area = sum(face.area for face in faces if face.is_side(direction))
@@ -550,7 +550,7 @@ def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float],
     for face in shape.Faces():
         normals = _FaceNormals(face)
         if normals.is_cap(y_axis):
-            level = round(face.Center().y, 6)
+            level = round(face.Center().y, 6)  # levels that differ only by round-off become equal
             levels.append(level)
             cap_areas[level] = cap_areas.get(level, 0.0) + normals.area
         elif not normals.is_side(y_axis):
@@ -636,8 +636,8 @@ def sample_wall_thickness(part: Part) -> Walls:
     """Return points on every face of a part, and the element size required at each: at most the wall thickness.
 
     At each point, a ray is cast into the material. The wall thickness is the distance to the face at which the ray
-    leaves the part. A point is omitted if its ray hits no face. At a cylindrical face, the element size is limited
-    further by `_max_element_size`.
+    leaves the part. A point is omitted if its ray hits no face. At a cylindrical face, the element size is also at most
+    a quarter of half its circumference.
     """
     shape = part.shape
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
@@ -647,6 +647,7 @@ def sample_wall_thickness(part: Part) -> Walls:
     for face in shape.Faces():
         largest_size = _max_element_size(face)
         for point, normal in _points_and_normals(face, spacing):
+            # The ray starts slightly inside the material and runs against the outer normal.
             ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
             intersector.Perform(ray, 0.0, LONGEST_MM)
             # The first hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.

@@ -67,7 +67,7 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
 
 
 def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict, ...]:
-    """Return every verdict on a STEP, STL or 3MF file of any origin, for a print process.
+    """Return every verdict on a STEP, STL or 3MF file of any origin, with the limits of a print process.
 
     An STL or 3MF file is assumed to be in its print pose; a STEP file is checked in the best of six poses. A file that
     cannot be read fails geometry.readable. Raises FileNotFoundError if there is no file, and InputError if the file is

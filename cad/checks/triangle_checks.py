@@ -195,13 +195,14 @@ def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, 
 
 
 def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:
-    """Return the width [mm] of the widest overhang: the widest connected patch of faces that need support in printing.
+    """Return the width [mm] of the widest overhang: the widest connected patch of faces that need support when printed.
 
     A face overhangs if its angle from the vertical exceeds `limit_deg` and the face does not lie on the print bed. The
     width of a patch is the short side of the smallest rectangle around it in plan view. The unit vector `up` is
     parallel to one of the axes.
     """
     heights = np.asarray(mesh.triangles) @ up
+    # If a face points down, its normal has the vertical component -sin(angle of the face from the vertical).
     is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(np.radians(min(limit_deg + _FACET_ERROR_DEG, 90.0)))
     is_overhang = is_steep & (heights.max(axis=1) - heights.min() > _BED_MM)
     neighbours = np.asarray(mesh.face_adjacency)

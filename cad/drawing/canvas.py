@@ -287,7 +287,7 @@ class Canvas:
         start, end = sorted((start, end), key=lambda point: point[index])
         distance = end[index] - start[index]
         dimension = self.space.add_linear_dim(
-            base=(text.at[0], level) if axis == "x" else (level, text.at[1]),
+            base=(text.at[0], level) if axis == "x" else (level, text.at[1]),  # a point on the dimension line
             p1=start,
             p2=end,
             location=text.at,
@@ -295,7 +295,7 @@ class Canvas:
             angle=0.0 if axis == "x" else 90.0,
             text_rotation=text.rotation,
             dimstyle=_STYLE,
-            override={"dimdec": self._decimals(text.label, distance)},
+            override={"dimdec": self._decimals(text.label, distance)},  # the number of decimals
             dxfattribs={"layer": "DIMENSIONS"},
         )
         dimension.render()

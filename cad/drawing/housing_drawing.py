@@ -446,11 +446,12 @@ def _pad_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) 
     post_edge = housing.right - housing.wall_width + SETBACK_MM
     pad_foot = to_view(housing.right, foot_level)
     dimensions = [
-        LinearDimension("bottom", pad_foot, to_view(post_edge, foot_level), f"2x {MEASURED}"),
+        LinearDimension("bottom", pad_foot, to_view(post_edge, foot_level), f"2x {MEASURED}"),  # both posts
         LinearDimension(
             "left", to_view(post_edge, housing.cavity_level + SETBACK_MM), to_view(housing.right, housing.top_level)
         ),
     ]
+    # Its level is drawn only if the foot is above the lower edge of the frame, at the lower edge of a cover.
     if foot_level - housing.protrusion > NEAR_MM:
         dimensions.append(LinearDimension("left", to_view(housing.right, housing.protrusion), pad_foot))
     return dimensions
