@@ -70,8 +70,8 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
 def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
     """Return the dimensions to be measured on a housing, keyed by name.
 
-    They are in the order of the table, and their letters are assigned in this order. The tolerances come from `process`
-    or from the general tolerance.
+    They are in the order of the table, and their letters are assigned in this order. The tolerance of a dimension is
+    the accuracy of `process` or the general tolerance, except for pins.
     """
     housing = sensor.housing
     dimensions = {

@@ -31,13 +31,14 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
     are made if fabrication is not requested, or if no housing can be made.
 
     OSError is raised if a file cannot be written, and ExportError if the volume read back from a file is wrong. If
-    there is a worker, the future raises them.
+    there is a worker, the future raises them. Raises InputError or SolveError if the press that limits the speed of a
+    hand cannot be computed.
     """
     design, springs = sensor.design, sensor.springs
     housing = springs.housing
     if not options.fabrication or housing is None:
         return finished_future(KeptFiles())
-    springs_read = springs_to_read(springs)  # stiffness and deflection of each spring
+    readable_springs = springs_to_read(springs)  # stiffness and deflection of each spring
     fastest_s = sensor.fastest_press_s  # shortest duration of a press by hand [s]
     folder = "OUT" if options.out is None else str(options.out)
     # The cache key is computed from these inputs, so they must include everything on which the files depend.
@@ -45,13 +46,13 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
         "design": design_as_mapping(design),
         "process": springs.process,
         "housing": housing,
-        "springs": springs_read,
+        "springs": readable_springs,
         "fastest press": fastest_s,
         "folder": folder,
     }
     bench = design.expected_bench
     read_out = SpringReadOut(
-        springs=springs_read, signal=sensor.signal, bench=bench, fastest_s=fastest_s, folder=folder
+        springs=readable_springs, signal=sensor.signal, bench=bench, fastest_s=fastest_s, folder=folder
     )
     write = partial(write_fabrication_files, design, housing, read_out)
     return begin_files("maker files", inputs, write, executor)
