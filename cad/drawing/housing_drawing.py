@@ -388,8 +388,8 @@ def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: 
     canvas.circle(sensor_centre, _SENSOR_MARK_MM / canvas.scale, "NOTES")
     return [
         *dimensions,
-        LinearDimension("right", sensor_centre, top_corner),
-        LinearDimension("bottom", (front, housing.protrusion), sensor_centre),
+        LinearDimension("right", sensor_centre, top_corner),  # sensor from the upper edge of the frame
+        LinearDimension("bottom", (front, housing.protrusion), sensor_centre),  # sensor from the front of the plate
     ]
 
 

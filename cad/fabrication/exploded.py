@@ -120,7 +120,7 @@ def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, 
     """
     shapes = [placed_shape(part) for part in group]
     right_edge = max(shape.BoundingBox().xmax for shape in shapes)
-    # The chord serves as the tolerance of the comparison too.
+    # The chord height also serves as the tolerance of this comparison.
     visible = [
         shape for shape in shapes if position not in _PARTLY_HIDDEN or shape.BoundingBox().xmax > right_edge - _CHORD_MM
     ]

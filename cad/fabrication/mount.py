@@ -62,10 +62,9 @@ def bracket_solid(sensor: SensorSolids) -> cq.Solid:
     """
     housing = sensor.housing
     back = back_of(sensor)
-    hole_length = PLATE_MM + 2.0 * _MARGIN_MM
+    hole_length = PLATE_MM + 2.0 * _MARGIN_MM  # a cut extends beyond the plate, so that no thin layer remains
     bracket = cq.Workplane(obj=upright(sensor).fuse(shelf(sensor)).clean())
     # A workplane XZ extrudes along -y, so the screw holes are cut from behind.
-    # All cuts begin and end `_MARGIN_MM` outside the plate, so that no thin layer remains.
     rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN_MM, 0.0))
     screw_holes = rear_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     bracket = bracket.cut(screw_holes.extrude(hole_length))
