@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from sensor.arrays import Floats
+from sensor.arrays import Flags, Floats
 from sensor.quantity import validation_error
 from sensor.record import Record
 from sensor.tips.layouts import SpringGroups
@@ -146,9 +146,27 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     """Return the forces [N] and their derivatives with respect to the travel [N/mm], both (travels, tips).
 
     `compliance` (tips, tips) [mm/N] is the compliance of springs and fruit in series. `travel` (travels, tips) [mm] is
+    the travel of each tip. The forces of the tips in contact solve compliance F = travel.
+    """
+    is_touching = _find_contacts(compliance, travel)
+    # All travels at which the same tips touch have the same stiffness matrix.
+    F = np.zeros(is_touching.shape)
+    rates = np.zeros(is_touching.shape)
+    for touching_tips in np.unique(is_touching, axis=0):
+        rows = (is_touching == touching_tips).all(axis=1)
+        entries = np.ix_(rows, touching_tips)
+        stiffness = np.linalg.inv(compliance[np.ix_(touching_tips, touching_tips)])
+        F[entries] = np.maximum(travel[entries] @ stiffness.T, 0.0)
+        rates[entries] = stiffness.sum(axis=1)
+    return F, rates
+
+
+def _find_contacts(compliance: Floats, travel: Floats) -> Flags:
+    """Return whether each tip is in contact at each travel, shape (travels, tips).
+
+    `compliance` (tips, tips) [mm/N] is the compliance of springs and fruit in series. `travel` (travels, tips) [mm] is
     the travel of each tip. Contact is unilateral: F >= 0 and compliance F >= travel, and for each tip one of the two
-    holds with equality. If all tips touch, the forces solve a linear system. Otherwise, nonnegative least squares on
-    the Cholesky factor finds the tips in contact.
+    holds with equality. If not all tips touch, nonnegative least squares on the Cholesky factor solves for F.
     """
     # All tips touch if the forces are compressive under the assumption that all tips touch.
     is_touching = travel @ np.linalg.inv(compliance).T > 0.0
@@ -160,14 +178,4 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
         for row in np.flatnonzero(is_partial):
             forces, _ = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))
             is_touching[row] = forces > 0.0
-
-    # All travels at which the same tips touch have the same stiffness matrix.
-    F = np.zeros(is_touching.shape)
-    rates = np.zeros(is_touching.shape)
-    for touching_tips in np.unique(is_touching, axis=0):
-        rows = (is_touching == touching_tips).all(axis=1)
-        entries = np.ix_(rows, touching_tips)
-        stiffness = np.linalg.inv(compliance[np.ix_(touching_tips, touching_tips)])
-        F[entries] = np.maximum(travel[entries] @ stiffness.T, 0.0)
-        rates[entries] = stiffness.sum(axis=1)
-    return F, rates
+    return is_touching

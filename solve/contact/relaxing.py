@@ -73,11 +73,7 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
     tolerance = RESIDUAL_LIMIT * np.abs(travel).max()
 
     # The deflection is a concave function of the force, so Newton's method converges monotonically from below.
-    positive_overlap = np.where(is_touching, overlap, 1.0)
-    own_compliance = np.einsum("pii->pi", compliance)
-    F = np.where(
-        is_touching, INITIAL_GUESS / ((hertz / positive_overlap) ** 1.5 + own_compliance / positive_overlap), 0.0
-    )
+    F = _guess_forces(overlap, hertz, compliance)
     identity = np.eye(len(law.gaps))
     for _ in range(MOST_STEPS):
         cube_root = np.cbrt(F)
@@ -95,6 +91,20 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
     largest_residual = np.abs(residual).max()
     msg = f"tips over time: residual {largest_residual:.1e} mm must be at most {tolerance:.0e} mm; press less deeply"
     raise SolveError(msg)
+
+
+def _guess_forces(overlap: Floats, hertz: Floats, compliance: Floats) -> Floats:
+    """Return initial forces (presses, tips) [N] below the solution, and 0 for tips without overlap.
+
+    `overlap` (presses, tips) [mm] is the overlap of the undeformed tips with the fruit. A force F flattens the contact
+    by `hertz` F^(2/3), with `hertz` (presses, 1) [mm/N^(2/3)]. `compliance` (presses, tips, tips) [mm/N] is the
+    compliance of springs and fruit.
+    """
+    is_touching = overlap > 0.0
+    positive_overlap = np.where(is_touching, overlap, 1.0)  # avoids division by zero
+    own_compliance = np.einsum("pii->pi", compliance)
+    inverse_force = (hertz / positive_overlap) ** 1.5 + own_compliance / positive_overlap
+    return np.where(is_touching, INITIAL_GUESS / inverse_force, 0.0)
 
 
 def forces_over_time(

@@ -14,9 +14,10 @@ from solve.contact.domes.fruit_under_domes import fruit_under_domes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import SensorResponse, TipForces, linear_response, response_of_forces
+from solve.contact.pressure_cells import ContactCells
 from solve.contact.scene import Scene, check_scene, values_in_words
 from solve.contact.scene_cells import SceneCells, explain_skin_error, scene_cells
-from solve.contact.unilateral import UnilateralContact
+from solve.contact.unilateral import ContactState, UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
@@ -185,12 +186,20 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
             solution = contact.solve(interference, modulus * C + grid.compliance_correction)
             F[i, j] = modulus * solution.F
             rates[i, j] = solution.slope  # divided by E; only ratios of these rates are used
-            # The edge of the contact crosses cells only under tips whose face touches in part.
-            tip_count = len(C)
-            touching_cells = np.bincount(grid.cells.owner, solution.pressure > 0.0, minlength=tip_count)
-            face_cells = np.bincount(grid.cells.owner, np.isfinite(solution.gap), minlength=tip_count)
-            is_partial = (touching_cells > 0) & (touching_cells < face_cells)
-            edge_error[i, j] = np.max(RIM / touching_cells[is_partial], initial=0.0)
+            edge_error[i, j] = _edge_error(grid.cells, solution)
     info = SolveInfo(method="unilateral", dofs=len(grid.gap), seconds=0.0, status="one grid")
     response = response_of_forces(moduli, x, TipForces(F, rates), scene.tips.spring_groups, info)
     return replace(response, F_error=response.F_error + edge_error, P_error=response.P_error + edge_error)
+
+
+def _edge_error(cells: ContactCells, solution: ContactState) -> float:
+    """Return the largest relative error [1] of a force because the edge of its contact crosses cells.
+
+    The edge crosses cells only under tips whose face touches in part. The error is RIM divided by the number of
+    touching cells.
+    """
+    tip_count = len(cells.centres)
+    touching_cells = np.bincount(cells.owner, solution.pressure > 0.0, minlength=tip_count)
+    face_cells = np.bincount(cells.owner, np.isfinite(solution.gap), minlength=tip_count)
+    is_partial = (touching_cells > 0) & (touching_cells < face_cells)
+    return float(np.max(RIM / touching_cells[is_partial], initial=0.0))

@@ -160,13 +160,20 @@ def node_remainder(
         compliance += np.outer(sign, sign) * load_compliance[np.ix_(load_of_node, load_of_node)]
     compliance /= 2 ** mirrored.sum()
 
-    # The nodal polynomials of each footprint interpolate from the few loaded nodes to all nodes.
+    interpolation = _interpolation_matrix(footprints, counts)
+    return interpolation @ compliance @ interpolation.T, dofs
+
+
+def _interpolation_matrix(footprints: Sequence[Footprint], counts: NodeCounts) -> Floats:
+    """Return the matrix (all nodes, loaded nodes) [1] that interpolates with the nodal polynomials of each footprint.
+
+    From `counts.within` loaded nodes per side of a footprint, it interpolates to `counts.between` nodes per side.
+    """
     interpolations = []
     for footprint in footprints:
         interaction_nodes = footprint.punch(counts.between).nodes
         interpolations.append(footprint.punch(counts.within).interpolate(interaction_nodes))
-    interpolation = block_diag(*interpolations)
-    return interpolation @ compliance @ interpolation.T, dofs
+    return np.asarray(block_diag(*interpolations))
 
 
 @functools.lru_cache(maxsize=2)

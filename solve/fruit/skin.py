@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
@@ -271,14 +272,27 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> F
         forces = body.forces(parity, body.normals)
         fixed = body.fixed_dofs(parity)
         compliance_without_skin = forces.T @ factorise(matrix_without_skin, fixed).solve(forces)
-        # Galerkin's method with an orthonormal basis of the solved fields.
         fields = [factorise(flesh_matrix + modulus * skin_matrix, fixed).solve(forces) for modulus in solved_moduli]
-        reduced_basis, _ = np.linalg.qr(np.hstack(fields))
-        reduced_forces = reduced_basis.T @ forces
-        reduced_flesh = reduced_basis.T @ (flesh_matrix @ reduced_basis)
-        reduced_skin = reduced_basis.T @ (skin_matrix @ reduced_basis)
-        for i, modulus in enumerate(moduli):
-            compliance = reduced_forces.T @ np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
-            # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
-            change[i] += (compliance - compliance_without_skin) / 2.0 ** np.abs(parity).sum()
+        compliances = _reduced_compliances(flesh_matrix, skin_matrix, np.hstack(fields), forces, moduli)
+        # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
+        change += (compliances - compliance_without_skin) / 2.0 ** np.abs(parity).sum()
     return change
+
+
+def _reduced_compliances(
+    flesh_matrix: csc_matrix, skin_matrix: csc_matrix, fields: Floats, forces: Floats, moduli: Floats
+) -> Floats:
+    """Return F.(K_flesh + m K_skin)^-1 F (moduli, loads, loads) for each relative skin modulus m, by Galerkin's method.
+
+    `flesh_matrix` and `skin_matrix` are K_flesh and K_skin, and `forces` (dofs, loads) are F. The solution is
+    approximated by linear combinations of the displacement `fields` (dofs, n).
+    """
+    reduced_basis, _ = np.linalg.qr(fields)  # orthonormal
+    reduced_forces = reduced_basis.T @ forces
+    reduced_flesh = reduced_basis.T @ (flesh_matrix @ reduced_basis)
+    reduced_skin = reduced_basis.T @ (skin_matrix @ reduced_basis)
+    compliances = []
+    for modulus in moduli:
+        solution = np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
+        compliances.append(reduced_forces.T @ solution)
+    return np.array(compliances)

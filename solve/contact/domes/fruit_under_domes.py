@@ -10,7 +10,7 @@ from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.footprints import half_space_compliance
+from solve.fruit.footprints import Footprint, half_space_compliance
 from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
 from solve.halfspace.layered import RoundContact, base_compliance, round_contact
@@ -55,16 +55,10 @@ def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequenc
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
-    # Compliance of a half-space under the flat circles for which the fruit's compliance was solved.
-    half_space = half_space_compliance(footprints, block.poisson)
     skin_contact = None
     if compliance.flesh_E is not None:
-        half_space = half_space.copy()  # the cached array is read-only
         skin_contact = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
-        for tip, footprint in enumerate(footprints):
-            # Replace the compliance of bare flesh under a circle, (1 - nu^2) / side, by the compliance with the skin.
-            with_skin = 1.0 / skin_contact.flat_stiffness(0.5 * footprint.side)
-            half_space[tip, tip] += with_skin - (1.0 - block.poisson**2) / footprint.side
+    half_space = _half_space_part(block.poisson, footprints, skin_contact)
     contact_points = np.array([(footprint.x, footprint.y) for footprint in footprints])
     change_of_poses, change_bound = _changes_of_poses(scene, compliance, contact_points, fruits)
     error = max(compliance.error_pair, compliance.error_own)
@@ -77,6 +71,23 @@ def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequenc
         contact_points=contact_points,
         skin_contact=skin_contact,
     )
+
+
+def _half_space_part(poisson: float, footprints: tuple[Footprint, ...], skin_contact: RoundContact | None) -> Floats:
+    """Return the compliance of a half-space under flat circles, times E [1/mm], shape (tips, tips).
+
+    The circles, `footprints`, are those for which the fruit's compliance was solved. `skin_contact` describes the
+    contact of a circle on flesh under a skin; without a skin, it is None.
+    """
+    half_space = half_space_compliance(footprints, poisson)
+    if skin_contact is None:
+        return half_space
+    half_space = half_space.copy()  # the cached array is read-only
+    for tip, footprint in enumerate(footprints):
+        # Replace the compliance of bare flesh under a circle, (1 - nu^2) / side, by the compliance with the skin.
+        with_skin = 1.0 / skin_contact.flat_stiffness(0.5 * footprint.side)
+        half_space[tip, tip] += with_skin - (1.0 - poisson**2) / footprint.side
+    return half_space
 
 
 def _changes_of_poses(
