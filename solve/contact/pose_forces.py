@@ -98,8 +98,8 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
 
     `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] is the compliance of the springs.
     A fruit with another radius is represented by the block of the scene's fruit. Raises InputError if a tip meets the
-    fruit at more than 20 deg, or a pose is outside the domain of the contact solver. Raises SolveError if a solve does
-    not converge.
+    fruit at more than 20 deg, or a pose is outside the domain of the contact solver. Also raises InputError if the skin
+    is too stiff or too soft for the model, and SolveError if a solve does not converge.
     """
     # Many poses share a stand, so the scene of each stand is made only once.
     scenes_of_stands: dict[Stand, Scene] = {}

@@ -38,7 +38,7 @@ def scene_response(
     estimates cover the compliance of the fruit, and the grid of cells or the dome law. They exclude the error of the
     small-slope approximation, which the status reports. Raises InputError if a tip meets the fruit at more than 20 deg,
     or the scene is outside the domain of the contact solver. Also raises InputError if a contact reaches the edge of a
-    dome's face, and SolveError if a solve does not converge.
+    dome's face, or the skin is too stiff or too soft for the model. Raises SolveError if a solve does not converge.
     """
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)

@@ -98,9 +98,9 @@ def scene_cells(
 ) -> tuple[SceneCells, SceneCells]:
     """Return a coarse and a fine grid of cells for travels up to `largest_travel` [mm].
 
-    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. If it
-    is None, half the cells are solved for a mirror-symmetric scene. Raises InputError if a tip meets the fruit at more
-    than 20 deg, or the scene is outside the domain of the `split` method.
+    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. By
+    default, this is done if the scene is symmetric about y = 0. Raises InputError if a tip meets the fruit at more than
+    20 deg, or the scene is outside the domain of the `split` method. Raises SolveError if a solve does not converge.
     """
     footprints = scene_footprints(scene, largest_travel)
     block = scene.fruit.equivalent_block
@@ -115,10 +115,17 @@ def scene_cells(
             correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
         else:
             correction = compliance.shape_change
-        edges = footprints[0].side * np.array(layout.edges)
-        grids.append(SceneCells(cells, edges, gap, middle, correction, layout.is_half))
-    coarse, fine = grids
-    return coarse, fine
+        grid = SceneCells(
+            cells=cells,
+            edges=footprints[0].side * np.array(layout.edges),
+            gap=gap,
+            middle=middle,
+            compliance_correction=correction,
+            is_half=layout.is_half,
+        )
+        grids.append(grid)
+    coarse_grid, fine_grid = grids
+    return coarse_grid, fine_grid
 
 
 def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_GridLayout]:
