@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -242,11 +242,11 @@ def read_print_table(
         bound = f"the counts of all channels, {', '.join(count_names)}, or of none"
         found_columns = ", ".join([*count_columns, *unknown_columns])
         raise validation_error(place, found_columns, "", bound, f"for instance {','.join([_EXAMPLE, *count_names])}")
-    table = _complete_names(table, [tip.name for tip in report.tips])
+    named_table = _complete_names(table, [tip.name for tip in report.tips])
     if not count_columns:
         refuse_without_counts(counts_as, table.source)
-        return table
-    return with_signed_counts(table, count_names, counts_as, saturation_of(report))
+        return named_table
+    return with_signed_counts(named_table, count_names, counts_as, saturation_of(report))
 
 
 def _complete_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
@@ -361,6 +361,46 @@ def _fit_weights(
     return deflections, calibrate_channels(table, report, lines, weighing.forces)
 
 
+class _CalibratedSprings(NamedTuple):
+    """The springs of a unit, and the method by which they were measured.
+
+    `stiffnesses` [N/mm] and `gain_percent` [%] hold one number for each tip. `gain_percent` is the standard deviation
+    of a force, or of a deflection after a calibration on a plate. `lacks_of_fit` are the errors of the compliances.
+    """
+
+    method: str
+    stiffnesses: Sequence[Estimate]
+    gain_percent: Sequence[float]
+    lacks_of_fit: Sequence[LackOfFit]
+
+
+def _calibrated_springs(
+    report: Report,
+    deflections: Sequence[Line],
+    channels: ChannelCalibration | None,
+    plate_springs: Sequence[PressedSpring] | None,
+) -> _CalibratedSprings:
+    """Return the springs measured on a plate, or by weights if there was no plate.
+
+    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None
+    without counts, and `plate_springs` is None without a plate.
+    """
+    if plate_springs is not None:
+        return _CalibratedSprings(
+            method="counts of weights, and a hard plate",
+            stiffnesses=[spring.K for spring in plate_springs],
+            gain_percent=[spring.deflection_percent for spring in plate_springs],
+            lacks_of_fit=[spring.lack_of_fit for spring in plate_springs],
+        )
+    uncalibrated_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
+    return _CalibratedSprings(
+        method="weights and deflections" + (", counts of the same weights" if channels else ""),
+        stiffnesses=[stiffness_of_line(line) for line in deflections],
+        gain_percent=channels.gain_percent if channels else len(deflections) * [uncalibrated_percent],
+        lacks_of_fit=[line.bend.lack_of_fit for line in deflections],
+    )
+
+
 def _printed_unit(
     report: Report,
     weighing: Weighing,
@@ -374,30 +414,20 @@ def _printed_unit(
     without counts, and `plate_springs` is None without a plate. The springs from the plate replace the springs from the
     weights. With them, the field `gain_percent` of the unit is the error of the deflection that each channel measures.
     """
-    if plate_springs is not None:
-        method = "counts of weights, and a hard plate"
-        springs = [spring.K for spring in plate_springs]
-        gain_errors: Sequence[float] = [spring.deflection_percent for spring in plate_springs]
-        spring_bends = [spring.lack_of_fit for spring in plate_springs]
-    else:
-        method = "weights and deflections" + (", counts of the same weights" if channels else "")
-        springs = [stiffness_of_line(line) for line in deflections]
-        uncalibrated_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
-        gain_errors = channels.gain_percent if channels else len(springs) * [uncalibrated_percent]
-        spring_bends = [line.bend.lack_of_fit for line in deflections]
-    drifts = report.read_out.channels.gain_drift_percent
+    springs = _calibrated_springs(report, deflections, channels, plate_springs)
+    # The gain drift is equally likely anywhere within its bound, so BOUNDED turns it into a standard deviation.
+    drifts = BOUNDED * np.array(report.read_out.channels.gain_drift_percent)
     force_bend, force_bend_per_N = _split_bends(channels.lacks_of_fit if channels else ())
-    deflection_bend, deflection_bend_per_N = _split_bends(spring_bends)
+    deflection_bend, deflection_bend_per_N = _split_bends(springs.lacks_of_fit)
     return PrintedUnit(
         design=report.design.name,
         design_sha256=design_digest(report.design),
         tips=tuple(tip.name for tip in report.tips),
-        method=method,
-        K_N_per_m=tuple(1e3 * spring.value for spring in springs),  # from N/mm
-        K_percent=tuple(spring.percent for spring in springs),
-        gain=(1.0,) * len(springs),  # the calibrated channels need no further correction
-        # The gain drift is equally likely anywhere within its bound, so BOUNDED turns it into a standard deviation.
-        gain_percent=tuple(math.hypot(*errors) for errors in zip(gain_errors, BOUNDED * np.array(drifts), strict=True)),
+        method=springs.method,
+        K_N_per_m=tuple(1e3 * K.value for K in springs.stiffnesses),  # from N/mm
+        K_percent=tuple(K.percent for K in springs.stiffnesses),
+        gain=(1.0,) * len(springs.stiffnesses),  # the calibrated channels need no further correction
+        gain_percent=tuple(math.hypot(*errors) for errors in zip(springs.gain_percent, drifts, strict=True)),
         newtons_per_count=channels.newtons_per_count if channels else (),
         zero_counts=tuple(channels.zero_counts.tolist()) if channels else (),
         saturation_counts=channels.saturation if channels else 0,
@@ -514,9 +544,10 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     if report.housing is None:
         hint = "run pipeline design with springs that can be printed"
         raise validation_error("coupon", None, "", "a coupon of a design with a housing", hint)
-    table = _complete_names(table, [arm.name for arm in report.housing.arms])
-    weighed_arms = [arm for arm in report.housing.arms if arm.name in table.texts["coupon"]]
-    lines = fit_weight_lines(table, [arm.name for arm in weighed_arms], [], table.numbers["force"])
+    named_table = _complete_names(table, [arm.name for arm in report.housing.arms])
+    weighed_arms = [arm for arm in report.housing.arms if arm.name in named_table.texts["coupon"]]
+    forces = named_table.numbers["force"]  # not corrected for creep
+    lines = fit_weight_lines(named_table, [arm.name for arm in weighed_arms], [], forces)
     stiffnesses = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in weighed_arms]
     factors = np.array([modulus_factor(arm.flexure) for arm in weighed_arms])  # modulus per stiffness [1/mm]
     moduli = factors * [stiffness.value for stiffness in stiffnesses]

@@ -72,8 +72,8 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
     reading times under load. The time from hanging a weight to its reading is the column `t` of the table. Without this
     column it is `after_s` [s] for all rows, by default `WEIGHED_AFTER_S`, and no correction is needed.
 
-    Raises InputError for invalid times, for times given both in the table and by `after_s`, and for a compliance that
-    decreases with time.
+    Raises InputError for invalid times, and for times given both in the table and by `after_s`. It is also raised for a
+    compliance that decreases with time, or that at least doubles in a decade.
     """
     process_creep = report.creep
     forces = table.numbers["force"]

@@ -74,7 +74,7 @@ def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequen
 
     `columns` are the names of columns of counts. `forces` (rows,) [N] are the weights corrected for creep to one common
     time. Raises InputError for a tip or leaf with fewer than three rows or only one weight. It is also raised for a
-    deflection that does not fit a line, or does not increase with the weight.
+    deflection that does not fit a line, does not increase with the weight, or is too uncertain.
     """
     lines = {}
     for name in names:

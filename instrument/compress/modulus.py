@@ -154,26 +154,26 @@ def measured_modulus(
     implausible modulus, and for an error bar that contains 0. Raises SolveError if the force law has no solution.
     """
     test = split_phases(specimen, compression_negative=compression_negative)
-    specimen = test.specimen  # without the rows after the first return
-    curve = without_frame(specimen, test.loading, geometry.compliance_um_per_N)
-    _check_travel(specimen, curve, geometry)
+    measured = test.specimen  # without the rows after the first return
+    curve = without_frame(measured, test.loading, geometry.compliance_um_per_N)
+    _check_travel(measured, curve, geometry)
     law = solved_law(geometry, count)
-    chosen = _plausible_fit(specimen, curve, law)
+    chosen = _plausible_fit(measured, curve, law)
     E = chosen.modulus.value
     random_errors, bounds = _error_shares(test, curve, law, chosen, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
-    _check_error_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
+    _check_error_bar(measured, u_percent, max(shares, key=lambda name: shares[name]))
     apparent_law = hertz_law(geometry)  # None if no tool touches the body at a point
-    hertz = None if apparent_law is None else choose_range(curve, apparent_law)
+    hertz_fit = None if apparent_law is None else choose_range(curve, apparent_law)
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
-    E_plate = secants[0].E_secant_MPa
+    E_plate = secants[0].E_secant_MPa  # the paper's modulus
     return CompressionResult(
-        file=specimen.file,
-        specimen=specimen.name,
-        read_as=specimen.understood,
+        file=measured.file,
+        specimen=measured.name,
+        read_as=measured.understood,
         E_MPa=E,
-        E_hertz_MPa=hertz.modulus.value if hertz else None,
+        E_hertz_MPa=hertz_fit.modulus.value if hertz_fit else None,
         E_over_1_minus_nu2_MPa=E / (1.0 - geometry.poisson**2),
         E_plate_MPa=E_plate,
         u_percent=u_percent,
@@ -188,10 +188,10 @@ def measured_modulus(
         drift_N_per_mm=chosen.fit.parameters.drift,
         noise_N=curve.noise,
         follows_law=chosen.follows_law,
-        follows_hertz=hertz is not None and hertz.follows_law,
+        follows_hertz=hertz_fit is not None and hertz_fit.follows_law,
         secants=tuple(secants),
         geometry=geometry,
-        notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
+        notes=(*measured.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
         relaxation=_relaxation_of_hold(test, curve, chosen, geometry),
         curve=curve,
         fit=chosen.fit,

@@ -80,9 +80,9 @@ def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> P
     _check_row_count(specimen, rows)
     # A column must not be constant, and may only decrease if the flag allows it.
     for quantity, sign in signs.items():
-        values = getattr(specimen, quantity)[:rows]
-        if (sign < 0.0 and not compression_negative) or np.ptp(values) == 0.0:
-            raise _falling_error(specimen, quantity, values)
+        column = getattr(specimen, quantity)[:rows]
+        if (sign < 0.0 and not compression_negative) or np.ptp(column) == 0.0:
+            raise _falling_error(specimen, quantity, column)
     return Phases(specimen=test, loading=_checked_loading(test.up_to(rows)), hold=hold)
 
 
@@ -280,7 +280,7 @@ def noise_of(force: Floats) -> float:
     steps = np.abs(np.diff(force))
     resolution = float(min(steps[steps > 0.0], default=0.0))
     # A quantity that is rounded to a resolution has a standard deviation of resolution / sqrt(12).
-    return deviation if deviation >= resolution else max(deviation, resolution / math.sqrt(12.0))
+    return max(deviation, resolution / math.sqrt(12.0))
 
 
 def _cut_at_failure(travel: Floats, force: Floats) -> Loading:

@@ -186,27 +186,27 @@ def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) 
     """
     # A specimen that is shorter than its neighbours ends with rows of empty cells.
     filled = [row for row in table.rows if any(column.cell(row) for column in columns.values())]
-    table = table.limited_to([*columns.values()], filled)
+    specimen_table = table.limited_to([*columns.values()], filled)
     notes = [
         f"{columns[quantity].note}; --units {quantity}=UNIT sets another unit"
         for quantity in ("force", "travel")
         if columns[quantity].note
     ]
-    values = {}
+    arrays = {}
     for quantity, column in columns.items():
-        if quantity == "time":
-            clock = Clock(table, column, lambda note: notes.append(f"{table.source}: {note}"))
-            values[quantity] = np.array([clock.seconds(row) for row in filled])
+        if quantity == "time":  # a clock may restart, for instance at midnight
+            clock = Clock(specimen_table, column, lambda note: notes.append(f"{table.source}: {note}"))
+            arrays[quantity] = np.array([clock.seconds(row) for row in filled])
         else:
-            values[quantity] = np.array([table.number(row, column) for row in filled])
+            arrays[quantity] = np.array([specimen_table.number(row, column) for row in filled])
     return Specimen(
         file=table.source,
         name=name,
-        travel=values["travel"],
-        force=values["force"],
-        time=values.get("time"),
+        travel=arrays["travel"],
+        force=arrays["force"],
+        time=arrays.get("time"),
         lines=tuple(row.line for row in filled),
         labels={quantity: column.label for quantity, column in columns.items()},
         notes=tuple(notes),
-        understood=table.understood,
+        understood=specimen_table.understood,
     )
