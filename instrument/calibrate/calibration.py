@@ -185,7 +185,7 @@ def calibrate(
     after_s : float, optional
         Time from hanging a weight to its reading [s], if the table has no times.
     counts_as : "unsigned" or "offset", optional
-        Notation of the counts in the table, as in `read_press`.
+        How the table writes counts, if it writes them without signs.
 
     Returns
     -------

@@ -50,7 +50,7 @@ ACCEPTED_FLAGS = {"press_over_bruise_limit", "out_of_range"}
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceBall:
-    """A ball: its modulus [MPa], the relative standard deviation of the modulus [%], its radius and Poisson's ratio."""
+    """A reference ball: its modulus [MPa] with the relative standard deviation [%], its radius and Poisson's ratio."""
 
     E_MPa: float
     radius_mm: float
@@ -89,8 +89,8 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
 class PressedBall:
     """A ball and a file of presses on it.
 
-    `counts_as` is the notation of the counts, as in `signed_counts`. `columns` specifies columns and units that the
-    header lacks. `say` is called with each note about the file.
+    `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts. `columns` specifies
+    columns and units that the header lacks. `say` is called with each note about the file.
     """
 
     source: Path

@@ -103,7 +103,7 @@ class CompressionResult:
 
     @property
     def name(self) -> str:
-        """Return the name of the test in an answer: the names of its file and of its specimen."""
+        """Return the name of the test as it is printed: the names of its file and of its specimen."""
         return f"{Path(self.file).name} {self.specimen}"
 
 

@@ -60,7 +60,7 @@ def file_converter() -> cattrs.Converter:
 
 
 def is_instance_of(kind: Any, origin: Any) -> bool:  # noqa: ANN401 - any types
-    """Return whether `kind` is a parametrised form of the generic type `origin`, such as `dict[str, int]` of `dict`."""
+    """Return whether `kind` is a parametrised form of the generic type `origin`, as `dict[str, int]` is of `dict`."""
     return get_origin(kind) is origin
 
 

@@ -128,7 +128,8 @@ def setting_of(value: object) -> Setting:
 
     Raises MisfitError for a date, a table, an empty list, a list that contains anything but numbers, and NaN.
     """
-    numbers = value if isinstance(value, list) and value else [value]  # an empty list is then not a number
+    # An empty list is kept as one item, which is not a number, so that it is rejected.
+    numbers = value if isinstance(value, list) and value else [value]
     are_finite = all(is_number(number) and math.isfinite(as_float(number)) for number in numbers)
     if isinstance(value, bool | str) or are_finite:
         return tuple(value) if isinstance(value, list) else value  # type: ignore[return-value]
