@@ -97,8 +97,8 @@ class Converter:
     def samples(self, order: "Sequence[int]", channels: int) -> "Iterator[tuple[int, list[int]]]":
         """Yield the time of each sample [us] and the counts of its channels, until a conversion is not ready in time.
 
-        `order` lists the inputs in the order of conversion. Inputs that are not channels are converted too, so that a
-        sample lasts as long as in the design.
+        `order` lists the inputs in the order of conversion, and the first `channels` inputs are the channels. The other
+        inputs are converted too, so that a sample lasts as long as in the design.
         """
         while True:
             now = self.clock.ticks_us()

@@ -148,7 +148,8 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
 def _check_board_is_supported(sensor: MeasuringUnit) -> None:
     """Raise InputError for a design without a board, or with a circuit that the programs do not support.
 
-    The programs support only the default circuit of a read-out, which converts the channels in turn.
+    The programs support only the default circuit of a read-out, which converts the channels in turn. So InputError is
+    also raised if the design states other delays of the channels.
     """
     design = sensor.report.design
     if _board_of(sensor) is None:
@@ -229,7 +230,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     softest, firmest = sensor.range_MPa
     signal = sensor.report.read_out.signal
-    delays = [] if signal is None else list(signal.delays)
+    delays = [] if signal is None else list(signal.delays)  # [sampling periods]
     return {
         "gains": [*sensor.unit.gain],
         "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],

@@ -690,6 +690,7 @@ class UnitPress:
         """Return the channels of a sample at the time of its first conversion; empty if there is no previous sample.
 
         The converter reads the channels in turn. So each channel is interpolated between its last two conversions.
+        `unit.later` is the delay of a channel in sampling periods.
         """
         if not self.unit.later:
             return sample
@@ -769,6 +770,7 @@ class UnitPress:
             if E is None:
                 break
             seating_load = E * (unit.per_offset * abs(offset) + unit.by_skin)
+            # index of the first load that is large enough, or of the last load
             seated = sum(load < seating_load for load in unit.loads[:-1])
             if seated == index:
                 break
@@ -862,6 +864,7 @@ class UnitFruit:
         if len(logs) == 1:
             return E, reduced, 0.0, flags
         deviations = [self.deviations[press] for press in counted]
+        # The first limit of chi-squared is the limit for two presses.
         if are_inconsistent(logs, deviations, self.unit.chi_squares[len(logs) - 2]):
             flags |= PRESSES_DISAGREE
         return E, reduced, standard_deviation(logs), flags
@@ -887,7 +890,7 @@ def readings_of(
                 yield None, None, flags
             continue
         flags = press.add_counts(tare, counts)
-        is_bad = flags and flags != LIFT_OFF
+        is_bad = flags and flags != LIFT_OFF  # a tip out of contact is not an error
         if press.over or (is_bad and press.touched):
             has_reading = True
             yield press.read()

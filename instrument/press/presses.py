@@ -125,9 +125,9 @@ def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[f
         return None, None
     remaining = creep.left_behind(ZERO_AFTER_S, duration, float(press.t[-1]) - press.touched_s)  # fraction of the force
     deepest = press.forces[press.deepest]
-    relative = remaining * deepest / sensor.least_forces
-    tip = int(relative.argmax())
-    return remaining * float(deepest[tip]), float(relative[tip])
+    relative_errors = remaining * deepest / sensor.least_forces
+    tip = int(relative_errors.argmax())
+    return remaining * float(deepest[tip]), float(relative_errors[tip])
 
 
 def tare_of(

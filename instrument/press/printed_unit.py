@@ -313,7 +313,7 @@ def printed_stiffness_percent(report: Report) -> list[float]:
     design = report.design
     process = design.process
     percent = []
-    for thickness in design.tips.each(*process.leaf_thicknesses_mm):
+    for thickness in design.tips.each(*process.leaf_thicknesses_mm):  # one thickness [mm] per tip
         thickness_part = 3.0 * 0.5 * process.accuracy_mm / thickness
         percent.append(100.0 * (thickness_part**2 + process.E_scatter**2) ** 0.5)
     return percent

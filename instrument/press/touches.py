@@ -189,7 +189,7 @@ class _Touch:
             bound = f"{self._fruit!r} until the end of the press"
             raise validation_error(name, sample.fruit, "", bound, "lift the sensor between two fruits")
         self._fruit = sample.fruit
-        self._pending[self._core.number + 1] = sample
+        self._pending[self._core.number + 1] = sample  # the number that the next call gives to this sample
         self._core.add(sample.forces)
         yield from self._store_accepted()
 

@@ -89,7 +89,8 @@ class StatedUnits:
     def record_statements(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[UnitStatement]]:
         """Record the statements in lines outside a table, and return them by quantity.
 
-        Raises InputError if a statement or a mention contradicts an assumed unit.
+        `rows` are these lines of the file `source`. Raises InputError if a statement or a mention contradicts a unit
+        that has been assumed for a table.
         """
         stated: dict[str, list[UnitStatement]] = {}
         for row in rows:
@@ -138,27 +139,34 @@ class StatedUnits:
             if any(unit_of(quantities[column.name], row.cell(column.position)) for column in named_columns)
         ]
         columns = []
-        for position, name, label_units in named_columns:
-            quantity = quantities[name]
-            label = header.cell(position) or f"{position + 1}"  # a column without a label is named by its number
-            column = Column(
-                index=position,
-                label=label,
-                name=name,
-                quantity=quantity,
-                unit_index=unit_columns.get(position),
-                place=place_of(source, header.line, label),
-            )
-            if quantity.units:
-                statements = [UnitStatement(text, "--units") for text in [quantity.flag_unit] if text]
-                statements += [UnitStatement(text, column.place) for text in label_units]
+        for named_column in named_columns:
+            column = self._make_column(source, header, named_column, unit_columns.get(named_column.position))
+            if column.quantity.units:
+                statements = [UnitStatement(text, "--units") for text in [column.quantity.flag_unit] if text]
+                statements += [UnitStatement(text, column.place) for text in named_column.units]
                 # If nothing else states a unit, any text below the header is taken for a unit, which may be unknown.
                 statements += self._statements_in_rows(source, column, unit_rows if statements else below, first)
                 statements += self._statements_above(column, is_stated_in_table=bool(statements))
-                is_time_of_day = seconds_of_day(first.cell(position)) is not None
+                is_time_of_day = seconds_of_day(column.cell(first)) is not None
                 column = self._with_unit(column, statements, is_known=is_time_of_day)
             columns.append(column)
         return columns
+
+    def _make_column(self, source: str, header: Row, named_column: NamedColumn, unit_index: int | None) -> Column:
+        """Return a column that a header names, before its unit is known.
+
+        `unit_index` is the index of the column that holds its units, or None.
+        """
+        position, name, _ = named_column
+        label = header.cell(position) or f"{position + 1}"  # a column without a label is named by its number
+        return Column(
+            index=position,
+            label=label,
+            name=name,
+            quantity=self._words.quantities[name],
+            unit_index=unit_index,
+            place=place_of(source, header.line, label),
+        )
 
     def _statements_above(self, column: Column, *, is_stated_in_table: bool) -> list[UnitStatement]:
         """Return the statements about the quantity of a column in lines above its table.

@@ -58,6 +58,7 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
         return
     # A value ends before the next known name. Longer names are tried first, because a name may begin with another one.
     known = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
+    # `start` is the text before the first name, which must be empty.
     start, *parts = re.split(rf"(?:^|,)\s*({known})\s*=", text)
     values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))
     is_complete = not start and 0 < 2 * len(values) == len(parts) and all(values.values())

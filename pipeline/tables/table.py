@@ -462,7 +462,10 @@ def one_table(
 def only_table(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the only table of a file, like `one_table`; InputError is also raised if the table has no rows."""
+    """Return the only table of a file, like `one_table`; InputError is also raised if the table has no rows.
+
+    `source` is the path of the file, or `-` for the standard input.
+    """
     table = one_table(single_sheet(source), quantities, needed, example)
     if not table.rows and table.left_out:
         (row, *_) = table.left_out
