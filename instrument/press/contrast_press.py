@@ -6,12 +6,13 @@ tips, and the pose of the sensor.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from instrument.press.fruit_reading import UNCERTAIN, FruitReading, flags_of_modulus
-from instrument.press.half_width import Deviations, half_width
+from instrument.press.half_width import Deviations, HalfWidth, half_width
 from instrument.press.hold import held_moduli
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import Timing
@@ -69,9 +70,7 @@ def _evaluate_reading(
     press_s = press.duration_s
     E = sensor.corrected(found.E, press_s)
     unit_errors = sensor.channels_in(timing.deviation, press_s).press_uncertainty([found.slopes])
-    bend = sensor.bend_error(found.slopes.channel_bends, found.slopes.spring_bends)
-    deviations = Deviations.with_unit([found.noise], unit_errors, _shape_deviations(sensor, found.slopes))
-    parts = half_width(sensor, E, deviations, bend)
+    parts = _half_width_parts(sensor, E, found, unit_errors)
     u = parts.total  # half width of E [1]
     tilt, direction = _tilt_and_direction(sensor, law, seated)
     # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
@@ -88,6 +87,7 @@ def _evaluate_reading(
         "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
     }
     noise = COVERAGE * sensor.steepness(E) * found.noise  # part of the half width due to noise
+    offset, offset_u = (None, None) if sensor.report.read_out.is_pair else _offset_of_high_tips(found, u, noise)
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -99,10 +99,8 @@ def _evaluate_reading(
         samples=found.samples,
         noise=noise,
         bend=parts.bend,
-        # The offset is the gap under the high tips minus the gap under the low tips. The reading states how much nearer
-        # to the skin the high tips are, so the sign changes. The offset of a pair is reported as a tilt.
-        offset=None if sensor.report.read_out.is_pair else -found.offset,
-        offset_u=None if sensor.report.read_out.is_pair else _offset_half_width(found, u, noise),
+        offset=offset,
+        offset_u=offset_u,
         lines_left_out=press.lines_left_out,
         others=second_reading.others,
         relaxation=second_reading.relaxation,
@@ -111,6 +109,19 @@ def _evaluate_reading(
         time_s=timing.deviation,
         parts=parts,
     )
+
+
+def _half_width_parts(
+    sensor: MeasuringUnit, E: float, found: RiseReading, unit_errors: Mapping[str, float]
+) -> HalfWidth:
+    """Return the parts of the half width of the corrected modulus E [MPa].
+
+    `found` is the uncorrected reading with its noise and slopes. `unit_errors` maps each cause of errors in channels
+    and springs to a relative standard deviation of the reading [1].
+    """
+    bend = sensor.bend_error(found.slopes.channel_bends, found.slopes.spring_bends)
+    deviations = Deviations.with_unit([found.noise], unit_errors, _shape_deviations(sensor, found.slopes))
+    return half_width(sensor, E, deviations, bend)
 
 
 def _widened_half_width(u: float, sample_shift: float, shift_by_pace: float) -> float:
@@ -123,13 +134,16 @@ def _widened_half_width(u: float, sample_shift: float, shift_by_pace: float) -> 
     return widened_u + shift_by_pace if shift_by_pace > LARGEST_BY_PACE else widened_u
 
 
-def _offset_half_width(found: RiseReading, u: float, noise: float) -> float:
-    """Return the half width of the offset [mm], from the half width `u` of E [1] and its part due to `noise` [1].
+def _offset_of_high_tips(found: RiseReading, u: float, noise: float) -> tuple[float, float]:
+    """Return how much nearer to the skin the high tips are than the low tips [mm], and the half width of this offset.
 
-    Noise changes the offset directly. All other errors change it through the error of E.
+    `u` is the half width of E [1], and `noise` its part due to noise [1]. Noise changes the offset directly. All other
+    errors change it through the error of E. A pair does not need it, because its offset is reported as a tilt.
     """
     other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
-    return math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
+    half_width_mm = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
+    # The offset that was found is the gap under the high tips minus the gap under the low tips, so its sign changes.
+    return -found.offset, half_width_mm
 
 
 @dataclass(frozen=True, kw_only=True)

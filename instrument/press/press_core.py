@@ -373,27 +373,12 @@ class Rising:
         rise = (self.deepest - touch) / math.sqrt(12.0)
         if whole and (touch / self.deepest > unit.latest_touch or not rise > unit.least_rise):
             return None, 0.0, NO_RISE
-        # The co-moments are the coefficients of the cubic. The means of the samples give the offset.
+        # The co-moments are the coefficients of the cubic.
         moments = [moment[0] for moment in rising]
-        mean_forces = [mean[0] for mean in means]
         rigid = dot(unit.springs, moments)
         dome = dot(unit.domes, [moment[1] for moment in rising])
-        mean_rigid = unit.gap + dot(unit.springs, mean_forces)
-        mean_dome = dot(unit.domes, [mean[1] for mean in means])
-        z = offset = change = 0.0
-        fruit = unit.fruit
-        # Fixed-point iteration: the offset determines the saddle, which moves the contacts and so changes the modulus
-        # and the offset.
-        for _ in range(unit.saddle_steps):
-            fruit = unit.fruit_weights(offset)
-            root = smallest_root(rigid, dome, dot(fruit, moments))
-            if root is None:
-                return None, 0.0, OUT_OF_RANGE
-            z = root
-            previous = offset
-            offset = -(mean_rigid + z * z * (mean_dome + dot(fruit, mean_forces) * z))
-            change = abs(offset - previous)
-        if unit.places and not change <= unit.settled * abs(mean_rigid):  # the iteration did not converge
+        z, offset, fruit = self.solve_contrast(rigid, dome, moments, means)
+        if z is None:
             return None, 0.0, OUT_OF_RANGE
         # An error of ln E is the error of the cubic divided by the slope of the cubic.
         slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # derivative with respect to -ln E
@@ -404,6 +389,35 @@ class Rising:
         self.noise = noise_error / abs(slope)
         too_fast = unit.time_deviation * delay_error > unit.largest_by_time * abs(slope)
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
+
+    def solve_contrast(
+        self, rigid: float, dome: float, moments: list[float], means: list[tuple[float, float, float]]
+    ) -> tuple[float | None, float, list[float]]:
+        """Return z = E^(-1/3), the offset [mm], and the weights [1/mm] of F / E; z is None if there is no solution.
+
+        `rigid` and `dome` are coefficients of the cubic for z, and `moments` are the co-moments of the instrument with
+        the forces. `means` holds the means of F, F^(2/3) and F^(-1/3) for each tip, from which the offset follows.
+        """
+        unit = self.unit
+        mean_forces = [mean[0] for mean in means]
+        mean_rigid = unit.gap + dot(unit.springs, mean_forces)
+        mean_dome = dot(unit.domes, [mean[1] for mean in means])
+        z = offset = change = 0.0
+        fruit = unit.fruit
+        # Fixed-point iteration: the offset determines the saddle, which moves the contacts and so changes the modulus
+        # and the offset.
+        for _ in range(unit.saddle_steps):
+            fruit = unit.fruit_weights(offset)
+            root = smallest_root(rigid, dome, dot(fruit, moments))
+            if root is None:
+                return None, 0.0, fruit
+            z = root
+            previous = offset
+            offset = -(mean_rigid + z * z * (mean_dome + dot(fruit, mean_forces) * z))
+            change = abs(offset - previous)
+        if unit.places and not change <= unit.settled * abs(mean_rigid):  # the iteration did not converge
+            return None, 0.0, fruit
+        return z, offset, fruit
 
     def cubic_errors(self, force_slopes: list[float], spread: float, rising_steps: list[float]) -> tuple[float, float]:
         """Return the standard deviations of the cubic [N mm] due to noise, and due to random delays of the channels.
