@@ -228,12 +228,13 @@ def _read_modulus(
         stated = [part.largest_independent / COVERAGE for part in parts]
         deviations = list(map(max, stated, own_deviations))
         limit = chi_square_limit(len(logs))
-        disagree = causes["presses_disagree"] = press_core.are_inconsistent(logs, deviations, limit)
+        disagree = press_core.are_inconsistent(logs, deviations, limit)
+        causes["presses_disagree"] = disagree
         prior = _root_mean_square([part.independent / COVERAGE for part in parts])
         # More presses do not reduce shared errors. The bend is not a random error, so it is added linearly.
         u = math.hypot(_half_width_by_scatter(scatter, prior, len(logs), disagree=disagree), shared) + bend
     causes |= causes_of_modulus(sensor, E, u)
-    answer = replace(
+    answer_with_modulus = replace(
         answer,
         E=E,
         reduced=sensor.reduced(E),
@@ -243,7 +244,7 @@ def _read_modulus(
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
     )
-    return answer, causes
+    return answer_with_modulus, causes
 
 
 def _own_deviations(sensor: MeasuringUnit, presses: Sequence[FruitReading]) -> list[float]:

@@ -47,7 +47,8 @@ def simultaneous_samples(
     are delayed. The iterator raises it if the times of one line are too many lines apart. `source` is the name of the
     log in messages.
     """
-    first_samples = list(itertools.islice(iterator := iter(samples), FIRST_SAMPLES))
+    iterator = iter(samples)
+    first_samples = list(itertools.islice(iterator, FIRST_SAMPLES))
     samples = itertools.chain(first_samples, iterator)
     if first_samples and first_samples[0].times:
         # An interpolated sample contains two conversions of a channel, so neighbouring samples share noise: lag 2.
@@ -74,9 +75,9 @@ def simultaneous_samples(
 def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
     """Yield samples in which all channels are interpolated to the earliest time of the sample.
 
-    Each sample holds one time per channel. The yielded samples hold only their common time `t`.
-    A sample is dropped if a channel has no conversion at or before this time. Raises InputError if the times of one
-    line lie more than `MAX_LINES_APART` lines apart.
+    Each of the `samples` holds one time per channel. The yielded samples hold only their common time `t`. A sample is
+    dropped if a channel has no conversion at or before this time. Raises InputError if the times of one line lie more
+    than `MAX_LINES_APART` lines apart.
     """
     window: deque[Sample] = deque()  # the last sample whose times are all at or before t, and all later samples
     for sample in samples:

@@ -37,7 +37,7 @@ class Seating:
     per_offset: float = 0.0
     by_skin: float = 0.0
 
-    def load(self, E: float, offset: float) -> int:
+    def load_index(self, E: float, offset: float) -> int:
         """Return the index of the load at which tips are seated on flesh of modulus E [MPa], at an offset [mm].
 
         This is the last index if the tips are not seated at any load.
@@ -90,9 +90,9 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
     seating = seating_of(sensor)
     index = 0
     rise, found = _reading_from(sensor, law, press, lag, seating.least_forces[0])
-    deepest = rise.forces[-1]
+    deepest = rise.forces[-1]  # the rise ends with the deepest sample
     for _ in range(MAX_ITERATIONS):
-        seating_index = seating.load(found.E, found.offset)
+        seating_index = seating.load_index(found.E, found.offset)
         if seating_index == index:
             break
         for candidate in range(seating_index, -1, -1):

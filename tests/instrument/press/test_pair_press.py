@@ -104,10 +104,10 @@ def test_a_load_seats_tips_and_none_seats_them_beyond_the_last(curved, paper, ma
     tips = curved.design.tips
     lean = 0.05 / tips.spacing_mm + 0.5 * tips.spacing_mm / curved.design.fruit.radius_mm
     needed = 0.5 * tips.side_mm * lean
-    load = seating.load(0.5, -0.05)
+    load = seating.load_index(0.5, -0.05)
     assert seating.loads[load - 1] < needed <= seating.loads[load]
     depth = curved.contact.S.diagonal() * seating.least_forces[load] / 0.5
     assert (depth >= tips.side_mm * lean * (1.0 - 1e-9)).all()
-    assert seating.load(1e3, 1.0) == len(seating.loads) - 1
-    assert seating_of(paper.measuring()).load(3.5, 0.0) == 0
+    assert seating.load_index(1e3, 1.0) == len(seating.loads) - 1
+    assert seating_of(paper.measuring()).load_index(3.5, 0.0) == 0
     assert len(seating_of(mango.measuring()).loads) == 1
