@@ -31,6 +31,7 @@ def template_parts(template: str, **values: object) -> list[RenderableType]:
     """Return a filled-in template as text and tables for the terminal.
 
     Consecutive lines that contain ` | ` form a table, whose header is the first of them. All other lines are text.
+    Square brackets are escaped, because Rich would interpret them as markup.
     """
     parts: list[RenderableType] = []
     lines = render_template(template, **values).splitlines()

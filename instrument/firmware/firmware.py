@@ -214,6 +214,7 @@ def _description(sensor: MeasuringUnit) -> dict[str, object]:
         "pins": board and board.pins,
         "wires": "SCLK, DIN, DOUT, CS and DRDY",
         "header": ",".join(["t_us", *count_keys(len(sensor.report.tips))]),
+        # The programs state the sampling rate only if the sampling times have errors.
         "rate": 0.0 if signal is None or not signal.time_deviation else signal.rate_Hz,
         "inputs": [] if signal is None else _inputs(signal),
     }

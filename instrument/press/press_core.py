@@ -322,7 +322,7 @@ class Rising:
         that sums of squares would suffer. A co-moment grows by the deviation of one variable from its old mean, times
         the deviation of the other variable from its new mean.
         """
-        instrument = self.previous[0]
+        instrument = self.previous[0]  # total force one or two samples earlier
         total = sum(forces)
         if not self.count:
             self.touch = instrument
@@ -341,6 +341,7 @@ class Rising:
                 old_mean[2] + (force ** (-1.0 / 3.0) - old_mean[2]) / self.count,
             )
             means.append(mean)
+            # co-moments of the instrument with F and F^(2/3)
             rising.append((moment[0] + deviation * (force - mean[0]), moment[1] + deviation * (power - mean[1])))
         self.means = means
         self.rising = rising
@@ -348,7 +349,7 @@ class Rising:
         self.rising_steps = [
             moment + deviation * (step - mean) for moment, step, mean in zip(self.rising_steps, steps, self.steps)
         ]
-        if total >= self.deepest:
+        if total >= self.deepest:  # samples after the deepest one do not enter the reading
             self.deepest = total
             self.save_sums()
 
@@ -630,20 +631,21 @@ class Touch:
 
         One bad conversion makes `unit.several` consecutive samples bad. Each such run is left out in turn, and a line
         of the contrast against the total force is fitted to the other samples. The run without which the residuals
-        are smallest is the suspect. It is dropped if one of its samples is an outlier for every possible slope.
+        are smallest is the suspect. It is dropped if one of its samples is an outlier for every possible slope, which
+        means that its residual exceeds `unit.largest_residual` standard deviations.
         """
         unit = self.unit
         points = [sample.point for sample in self.window]
-        run = unit.several
-        lines = [ContrastLine(unit, points[:first] + points[first + run :]) for first in range(unit.others + 1)]
+        length = unit.several  # number of samples in a run
+        lines = [ContrastLine(unit, points[:first] + points[first + length :]) for first in range(unit.others + 1)]
         squares = [line.squares for line in lines]
         first = squares.index(min(squares))
         line = lines[first]
         # If earlier residuals exceed the stated noise, the variance is scaled up to match them.
         scale = max(1.0, self.squares / self.fits) if self.fits else 1.0
         smallest, largest = self.slope_limits(line, scale)
-        residual = 0.0
-        for point in points[first : first + run]:
+        residual = 0.0  # largest residual in the run [standard deviations]
+        for point in points[first : first + length]:
             # If the residuals at the two limits differ in sign, some slope between the limits passes through the point.
             at_smallest = line.residual(point, smallest)
             at_largest = line.residual(point, largest)
@@ -652,7 +654,7 @@ class Touch:
         self.squares += line.squares / line.distance_variance(line.slope)
         self.fits += 1
         if first < decided_count and residual > unit.largest_residual * math.sqrt(scale):
-            outliers = [sample for sample in self.window[first : first + run] if sample.is_pending]
+            outliers = [sample for sample in self.window[first : first + length] if sample.is_pending]
             for sample in outliers:
                 self.drop(sample.number)
             self.window = [sample for sample in self.window if sample not in outliers]
@@ -677,6 +679,7 @@ class UnitPress:
         self.forces: Sequence[float] = [0.0] * unit.size  # forces of the last accepted sample [N]
         self.number = 0  # number of that sample in the signal
         size = unit.size
+        # one set of sums for each load
         self.rising = [
             Rising(unit, unit.load_forces[size * index : size * (index + 1)]) for index in range(len(unit.loads))
         ]
@@ -760,7 +763,7 @@ class UnitPress:
         if all(self.unit.are_firm(forces)):
             self.firm_samples += 1
         elif self.firm_samples <= self.unit.several:
-            self.firm_samples = 0  # one bad conversion may have caused the firm samples
+            self.firm_samples = 0  # they were too few, because one bad conversion may have caused them
         # If samples between these two were dropped, the change is divided by the number of steps.
         steps = [(force - previous) / (number - self.number) for force, previous in zip(forces, self.forces)]
         self.forces = forces

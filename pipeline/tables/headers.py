@@ -220,19 +220,18 @@ def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
         return []
     chosen_words = folded(chosen)
     by_label = [index for index, label in enumerate(labels) if label and folded(label) == chosen_words]
-    by_number = [int(chosen) - 1] if chosen.isdecimal() and 0 < int(chosen) <= len(labels) else []
-    return (
-        by_label
-        or by_number
-        or [
-            index
-            for index, label in enumerate(labels)
-            if any(
-                folded(words) == chosen_words and (is_unit(tail) or is_other_unit(tail))
-                for words, tail in label_parts(label)
-            )
-        ]
-    )
+    if by_label:
+        return by_label
+    if chosen.isdecimal() and 0 < int(chosen) <= len(labels):
+        return [int(chosen) - 1]
+    return [
+        index
+        for index, label in enumerate(labels)
+        if any(
+            folded(words) == chosen_words and (is_unit(tail) or is_other_unit(tail))
+            for words, tail in label_parts(label)
+        )
+    ]
 
 
 def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
