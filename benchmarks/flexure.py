@@ -19,7 +19,7 @@ from benchmarks.peers import NGSOLVE, Solver, deck_solvers
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import housing_part, named_housing
 from cad.parts.part import FaceTest, Part, named_part, plane_face_test
-from mesh.housing.blocks import counts
+from mesh.housing.blocks import element_counts
 from mesh.housing.sweep import flexure_mesh, mesh_of_counts
 from mesh.volume import SizeField, volume_mesh
 from pipeline.springs.leaf_lengths import MESH_PAIRS, HousingSolver, MeshPair, rough_compliance, rough_stiffness
@@ -121,7 +121,7 @@ def mesh_rows() -> Iterator[Measurement]:
     Each has fewer elements in the frame, around the holes, in the necks or along the leaves. None reaches an error of
     0.1 % at two thirds of the cost of scale 1.
     """
-    own = counts(HOUSING, 1.0)
+    own = element_counts(HOUSING, 1.0)
     wide = replace(own, frame_size=2.0**0.5 * own.frame_size, neck=3)
     meshes = {
         "frame of scale 2": (wide, 2),
@@ -130,7 +130,7 @@ def mesh_rows() -> Iterator[Measurement]:
         "leaves of scale 1.25": (replace(own, neck=3, along_leaf=8, beside_fillet=3), 2),
         "leaves of scale 1.7": (replace(own, neck=2, along_leaf=6, beside_fillet=3), 2),
         "one layer": (own, 1),
-        "scale 2, one layer": (counts(HOUSING, 2.0), 1),
+        "scale 2, one layer": (element_counts(HOUSING, 2.0), 1),
     }
     for name, (count, layers) in meshes.items():
         mesh, meshing = time_call(partial(mesh_of_counts, HOUSING, count, layers))

@@ -43,7 +43,8 @@ def load_kernel() -> None:
     """Import all modules that draw, write and check a sensor. A worker process calls this at its start.
 
     The garbage collector is disabled during the imports, because it would take a third of their CPU time. Afterwards it
-    ignores the imported objects, because they exist until the process ends.
+    ignores the imported objects, because they exist until the process ends. Modules that are not needed are replaced by
+    stubs.
     """
     gc.disable()
     try:
@@ -79,7 +80,7 @@ def _stub_unneeded_modules() -> Iterator[None]:
 
 
 class _Stub(ModuleType):
-    """A substitute for a module and for every name in it, which can be imported but not called."""
+    """A substitute for a module and for every name in it. It can be imported, but not called."""
 
     def __getattr__(self, name: str) -> "_Stub":
         if name.startswith("__"):

@@ -213,13 +213,13 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
 
     The length of the mesh along y is compared with the length of the part, along the lines of a grid in each
     quadrilateral. `depth` (points,) [mm] is the length of the mesh at the points of the profile. `area`
-    (quadrilaterals,) [mm^2] holds the areas of the quadrilaterals. The lines are about 0.4 mm apart.
+    (quadrilaterals,) [mm^2] holds the areas of the quadrilaterals, which determine the number of lines.
     """
     mean_errors = np.zeros(len(area))
-    line_counts = np.clip(np.ceil(np.sqrt(area) / _LINE_SPACING_MM), 1, _MAX_LINES_PER_SIDE).astype(int)
+    lines_per_side = np.clip(np.ceil(np.sqrt(area) / _LINE_SPACING_MM), 1, _MAX_LINES_PER_SIDE).astype(int)
     # All quadrilaterals with the same number of lines are evaluated together.
-    for count in np.unique(line_counts):
-        quads = np.flatnonzero(line_counts == count)
+    for count in np.unique(lines_per_side):
+        quads = np.flatnonzero(lines_per_side == count)
         # The lines pass through the middles (r, s) of a grid of equal squares in the unit square. Bilinear shape
         # functions map the unit square to each quadrilateral.
         coordinates = (np.arange(count) + 0.5) / count

@@ -68,9 +68,12 @@ FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
 def accuracy_rows() -> Iterator[str]:
     """Yield the rows of the table on large strain in docs/measurements.md, for the paper's press at 1 MPa.
 
-    The cells of a row are Poisson's ratio, the large-strain law, P by the linear law, and P at the first and the last
-    travel. They are followed by the change of P between these travels by the linear law, which is 0, and by this law.
-    The last cells are the errors of E, again 0 by the linear law and then the errors at each of `TRAVELS`.
+    The cells of a row are:
+
+    - Poisson's ratio and the name of the large-strain law
+    - P according to the linear law, and P at the first and the last travel according to the large-strain law
+    - the change of P between these travels according to the linear law, which is 0, and to the large-strain law
+    - the error of E according to the linear law, which is 0, and the errors at each of `TRAVELS`
     """
     for poisson in POISSONS:
         K_m = split_compliance(Fruit(poisson=poisson), Tips(), 1e-3).K_m_over_E()

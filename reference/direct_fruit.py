@@ -113,9 +113,9 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
 def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[str]) -> Floats:
     """Return the stiffness of the tips divided by E [mm], shape (faces, faces), from the stiffness matrix K for E = 1.
 
-    Entry ij is the reaction on face i if face j is pressed in by 1 and the other faces are held. `held` names the
-    displacement components that are fixed at 0 on each boundary. Raises SolveError if the reactions do not balance, or
-    if the stiffness is not symmetric.
+    Entry ij is the reaction on face i if face j is displaced by 1 along z and the other faces are held. `held` names
+    the displacement components that are fixed at 0 on each boundary. Raises SolveError if the reactions do not balance,
+    or if the stiffness is not symmetric.
     """
     tip_dofs = [basis.get_dofs(face).all("u^3") for face in faces]
     clamped_dofs = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
@@ -134,8 +134,9 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[s
 def check_balance(stiffness: Floats, support: Floats) -> None:
     """Raise SolveError unless the reactions balance and the stiffness is symmetric.
 
-    Each column of `stiffness` (faces, faces) holds the reactions on the faces for one load. `support` (faces,) holds
-    the sum of the support reactions for each load. The stiffness is symmetric by Betti's reciprocal theorem.
+    Each column of `stiffness` (faces, faces) [mm] holds the reactions on the faces for one load, divided by E.
+    `support` (faces,) [mm] holds the sum of the support reactions for each load, also divided by E. The stiffness must
+    be symmetric by Betti's reciprocal theorem.
     """
     scale = float(np.abs(stiffness).max())
     unbalanced = float(np.abs(stiffness.sum(axis=0) + support).max())

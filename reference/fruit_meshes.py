@@ -97,7 +97,11 @@ def edge_size(tips: Tips, scale: float) -> float:
 
 
 def fruit_size(part: Part, fruit: Fruit, tips: Tips, scale: float) -> SizeField:
-    """Return the size field of one mesh. `scale` is the relative element size at the tip edges."""
+    """Return the element sizes of one mesh: small at the edges of the tips, and increasing away from them.
+
+    `scale` [1] is the relative element size at the edges of the tips, 1 for the coarsest mesh. `part` is the part of
+    the block that is meshed.
+    """
     lengths = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
     smooth_scale = scale**0.25  # scale of the sizes away from the edges, where the solution is smooth
     smallest = edge_size(tips, scale)

@@ -44,16 +44,22 @@ class Box:
 
 
 def fine_boxes(housing: Housing, size: float) -> list[Box]:
-    """Return boxes of small elements around the leaves, their roots and the tips. `size` scales all sizes [1]."""
+    """Return boxes of small elements around the leaves, their roots and the tips.
+
+    `size` [1] multiplies all element sizes.
+    """
     boxes = []
     for arm in housing.arms:
-        t, r, roots = arm.flexure.thickness, arm.flexure.fillet, arm.roots
+        thickness = arm.flexure.thickness
+        fillet = arm.flexure.fillet
+        left, right = arm.roots
         for level in arm.levels:
-            bottom, top = level - 0.5 * t, level + 0.5 * t
-            boxes.append(Box(corners=(roots[0], bottom, roots[1], top), size=_LEAF_SIZE_RATIO * size * t))
-            for x in roots:
-                corners = (x - r, bottom - r, x + r, top + r)
-                boxes.append(Box(corners=corners, size=_ROOT_SIZE_RATIO * size * r))
+            bottom = level - 0.5 * thickness
+            top = level + 0.5 * thickness
+            boxes.append(Box(corners=(left, bottom, right, top), size=_LEAF_SIZE_RATIO * size * thickness))
+            for x in (left, right):
+                corners = (x - fillet, bottom - fillet, x + fillet, top + fillet)
+                boxes.append(Box(corners=corners, size=_ROOT_SIZE_RATIO * size * fillet))
     half_side = 0.5 * housing.tip_side
     for x in (-0.5 * housing.spacing, 0.5 * housing.spacing):
         corners = (x - half_side, 0.0, x + half_side, 2.0 * housing.tip_height)
@@ -64,8 +70,9 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
 def tetrahedra(part: Part, boxes: Sequence[Box], size: float, *, tolerance: float) -> MeshTet2:
     """Divide a part into curved quadratic tetrahedra [mm], with its named faces as boundaries.
 
-    `boxes` are the regions of small elements, and `size` [1] scales all other elements. `tolerance` [1] is the largest
-    relative difference between the volumes of the mesh and the part. Raises MeshError if the mesh is not valid.
+    `boxes` are the regions of small elements, and `size` [1] multiplies the size of all other elements. `tolerance` [1]
+    is the largest allowed relative difference in volume between the mesh and the part. Raises MeshError if an element
+    is folded or the volume differs by more, and MachineError if gmsh fails.
     """
     with gmsh_session():
         with stage("size", "check the sizes"):
@@ -101,7 +108,7 @@ def _import_part(part: Part) -> dict[str, list[int]]:
 def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
     """Set the element sizes in gmsh: the size of each box inside it, increasing to the size of the frame outside.
 
-    If boxes overlap, the smallest size applies.
+    `size` [1] multiplies the size in the frame. If boxes overlap, the smallest size applies.
     """
     field = gmsh.model.mesh.field
     box_of_part = part.shape.BoundingBox()

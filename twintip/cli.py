@@ -54,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         else:
             arguments = _parse_arguments(words[0], words[1:])
             command: Any = import_module(COMMANDS[words[0]].module)
-            answers: Answer | Iterator[Answer] = command.run(arguments)
+            answers: Answer | Iterator[Answer] = command.run(arguments)  # some commands yield several answers
             for answer in [answers] if isinstance(answers, Answer) else answers:
                 print_answer(answer, as_json=getattr(arguments, "json", False))
                 code = answer.code
@@ -198,9 +198,10 @@ def command_parser(name: str) -> _Parser:
 
 
 def front_parser(command_parser_class: type[argparse.ArgumentParser] | None = None) -> _Parser:
-    """Return the parser whose help lists the commands.
+    """Return the parser whose help lists the commands. It is not used to parse the flags of a command.
 
-    If `command_parser_class` is given, each command has a parser of this class with all its flags.
+    If `command_parser_class` is given, each command has a parser of this class with all its flags, from which the
+    script for completion is generated.
     """
     example = "pipeline run --nl 0.05 --p-max 5      each command has its own -h"
     purpose = "Design a two-spring tactile sensor for fruit and prove it by finite elements."

@@ -32,7 +32,7 @@ def number(text: str) -> float:
 
 
 def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float, float]:
-    """Return the two principal radii [mm] given by `--radius`. If only one is given, both are equal.
+    """Return the two principal radii [mm] given by `--radius`. If only one is given, they are equal.
 
     Raises InputError, whose message contains `bound` and `hint`, unless there are one or two numbers within `bounds`.
     """
@@ -208,6 +208,32 @@ def _add_modulus(parser: ArgumentParser) -> None:
         help="Table of force and travel, CSV or XLSX, as exported by the testing machine",
     )
     _add_pressed_body(parser)
+    _add_compression(parser)
+    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Last,travel=3")
+    add(
+        "--units",
+        metavar="NAME=UNIT,...",
+        help="Units of columns for which the file gives none, as in force=kN,travel=um",
+    )
+    add(
+        "--compression-negative",
+        action="store_true",
+        help="Reverse the signs, because the machine records compression as negative",
+    )
+    add(
+        "--per",
+        choices=("file", "folder"),
+        default="file",
+        help="Whether one file or one folder holds the tests of one fruit (default file)",
+    )
+    add("--plot", metavar="FILE", type=Path, help="Write curves and fits to this web page, FILE.html")
+    _add_force(parser)
+    _add_json(parser)
+
+
+def _add_compression(parser: ArgumentParser) -> None:
+    """Add the flags for Poisson's ratio, the testing machine, and the strains at which moduli are determined."""
+    add = parser.add_argument
     add("--poisson", metavar="NU", type=number, help="Poisson's ratio of the flesh (default 0.3)")
     add(
         "--poisson-error",
@@ -241,26 +267,6 @@ def _add_modulus(parser: ArgumentParser) -> None:
         default="5,2,10",
         help="Strains of the secant and tangent moduli, relative to the height [%%] (default 5,2,10)",
     )
-    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Last,travel=3")
-    add(
-        "--units",
-        metavar="NAME=UNIT,...",
-        help="Units of columns for which the file gives none, as in force=kN,travel=um",
-    )
-    add(
-        "--compression-negative",
-        action="store_true",
-        help="Reverse the signs, because the machine records compression as negative",
-    )
-    add(
-        "--per",
-        choices=("file", "folder"),
-        default="file",
-        help="Whether one file or one folder holds the tests of one fruit (default file)",
-    )
-    add("--plot", metavar="FILE", type=Path, help="Write curves and fits to this web page, FILE.html")
-    _add_force(parser)
-    _add_json(parser)
 
 
 def _add_pressed_body(parser: ArgumentParser) -> None:
@@ -323,6 +329,28 @@ def _add_calibrate(parser: ArgumentParser) -> None:
         help="Press of all tips on a hard flat plate, to calibrate the deflections; "
         "its columns are travel_mm and the counts of each channel",
     )
+    _add_ball(parser)
+    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Gewicht,counts_l=4")
+    add(
+        "--units",
+        metavar="NAME=UNIT,...",
+        help="Units of columns for which a table gives none, as in force=g,deflection=um",
+    )
+    _add_counts(parser)
+    add("--out", metavar="unit.toml", type=Path, help="Write the unit to this file, for pipeline read --unit")
+    add(
+        "--classes",
+        metavar="NAMES",
+        default="",
+        help="Ripeness classes for the readings of the unit, as in ripe:0.8,unripe",
+    )
+    _add_force(parser)
+    _add_json(parser)
+
+
+def _add_ball(parser: ArgumentParser) -> None:
+    """Add the flags for the presses on a reference ball, and for the properties of this ball."""
+    add = parser.add_argument
     add(
         "--ball",
         metavar="PRESSES.csv",
@@ -342,22 +370,6 @@ def _add_calibrate(parser: ArgumentParser) -> None:
         type=number,
         help="Error of this reduced modulus (95 %%), u_percent of pipeline modulus [%%]",
     )
-    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Gewicht,counts_l=4")
-    add(
-        "--units",
-        metavar="NAME=UNIT,...",
-        help="Units of columns for which a table gives none, as in force=g,deflection=um",
-    )
-    _add_counts(parser)
-    add("--out", metavar="unit.toml", type=Path, help="Write the unit to this file, for pipeline read --unit")
-    add(
-        "--classes",
-        metavar="NAMES",
-        default="",
-        help="Ripeness classes for the readings of the unit, as in ripe:0.8,unripe",
-    )
-    _add_force(parser)
-    _add_json(parser)
 
 
 def _add_read(parser: ArgumentParser) -> None:
@@ -399,6 +411,14 @@ def _add_read(parser: ArgumentParser) -> None:
         help="Combine N presses of one fruit into one reading, or all presses if N is 0 "
         "(default: one reading for each press, or for each fruit in a column fruit)",
     )
+    _add_firmware(parser)
+    _add_force(parser)
+    add("--json", action="store_true", help="Print JSON; for FILE.csv, one object on each line")
+
+
+def _add_firmware(parser: ArgumentParser) -> None:
+    """Add the flags that request programs for the board of the sensor."""
+    add = parser.add_argument
     add("--c-header", metavar="FILE.h", type=Path, help="Write the read-out of this unit as a C99 header")
     add("--micropython", metavar="FILE.py", type=Path, help="Write the read-out of this unit in MicroPython")
     add(
@@ -410,8 +430,6 @@ def _add_read(parser: ArgumentParser) -> None:
         help="Write the programs of the board in MicroPython and for Arduino (default DIR: OUT-board); "
         "they print counts, or E if --unit is given",
     )
-    _add_force(parser)
-    add("--json", action="store_true", help="Print JSON; for FILE.csv, one object on each line")
 
 
 def _add_simulate(parser: ArgumentParser) -> None:

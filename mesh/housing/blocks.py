@@ -23,7 +23,7 @@ _FRAME_SIZE_RATIO = 0.4  # element size in the frame at scale 1, divided by the 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Counts:
+class ElementCounts:
     """The numbers of elements along the curves of the profile, and the element size in the frame, `frame_size` [mm].
 
     The numbers are those of the following curves:
@@ -91,7 +91,7 @@ class Fan:
         return self.level - self.height, self.level, self.level + self.height
 
 
-def counts(housing: Housing, scale: float) -> Counts:
+def element_counts(housing: Housing, scale: float) -> ElementCounts:
     """Return the numbers of elements along the curves of a housing's profile.
 
     `scale` [1] is the relative element size: 1 for the mesh of the solution, 2 for the coarse mesh of its error
@@ -104,7 +104,7 @@ def counts(housing: Housing, scale: float) -> Counts:
 
     # The arguments of `scaled` are the numbers of elements at scale 1.
     sector = scaled(1)
-    return Counts(
+    return ElementCounts(
         sector=sector,
         across_leaf=4 * sector,
         along_leaf=scaled(10),
@@ -116,18 +116,18 @@ def counts(housing: Housing, scale: float) -> Counts:
     )
 
 
-def frame_elements(length: float, count: Counts) -> int:
+def frame_elements(length: float, counts: ElementCounts) -> int:
     """Return the number of elements along a length [mm] in the frame."""
     # An excess of up to a hundredth of an element, for example from rounding, does not add an element.
-    return max(1, math.ceil(length / count.frame_size - 0.01))
+    return max(1, math.ceil(length / counts.frame_size - 0.01))
 
 
-def elements_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> int:
+def elements_between(a: float, b: float, fans: Sequence[Fan], counts: ElementCounts) -> int:
     """Return the number of elements between the levels z = a and z = b [mm] of a wall or shuttle.
 
     If both levels lie in a fan, they enclose one sector, which has its own number of elements.
     """
-    return count.sector if in_fan(a, b, fans) else frame_elements(b - a, count)
+    return counts.sector if in_fan(a, b, fans) else frame_elements(b - a, counts)
 
 
 def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
@@ -156,27 +156,27 @@ def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     return tuple(fans)
 
 
-def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
+def fan_block(arm: Arm, x: float, fan: Fan, depth: float, counts: ElementCounts) -> Block:
     """Return the block of the fan at the root of a leaf.
 
     The face of the solid is at `x` [mm]. The fan's box extends from there into the solid by `depth` [mm], whose sign is
-    the direction along x, and in z as far as `fan`. The block has four sides: the end of the straight leaf, a fillet
-    and face above the leaf, the edges of the box, and a fillet and face below the leaf.
+    the direction along x. `fan` is the extent of the box in z. The block has four sides: the end of the straight leaf,
+    a fillet and face above the leaf, the edges of the box, and a fillet and face below the leaf.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness
     leaf_end = x - math.copysign(arm.flexure.fillet, depth)  # x where the straight leaf ends and the fillets begin
     corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
-    box_side = tuple(Segment(start=a, end=b, count=count.sector) for a, b in pairwise(corners))
+    box_side = tuple(Segment(start=a, end=b, count=counts.sector) for a, b in pairwise(corners))
     leaf_side = Segment(
-        start=(leaf_end, level - half_thickness), end=(leaf_end, level + half_thickness), count=count.across_leaf
+        start=(leaf_end, level - half_thickness), end=(leaf_end, level + half_thickness), count=counts.across_leaf
     )
-    upper_side = _fan_side(arm, (x, upper), leaf_end, level, count)
-    lower_side = _fan_side(arm, (x, lower), leaf_end, level, count)
+    upper_side = _fan_side(arm, (x, upper), leaf_end, level, counts)
+    lower_side = _fan_side(arm, (x, lower), leaf_end, level, counts)
     return Block(sides=((leaf_side,), upper_side, box_side, lower_side), smooth=True)
 
 
-def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) -> tuple[Segment, Segment]:
+def _fan_side(arm: Arm, edge: Point, start: float, level: float, counts: ElementCounts) -> tuple[Segment, Segment]:
     """Return one curved side of a fan: the fillet from the leaf to the face of the solid, and the face beyond it.
 
     The straight part of the leaf at z = `level` [mm] ends at x = `start` [mm]. The face ends at `edge` [mm], a corner
@@ -189,11 +189,11 @@ def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) 
     fillet = Segment(
         start=(start, leaf_z),
         end=tangent_point,
-        count=count.along_fillet,
+        count=counts.along_fillet,
         centre=(start, root_z),
         surface=f"{arm.name}_leaves",
     )
-    return fillet, Segment(start=tangent_point, end=edge, count=count.beside_fillet)
+    return fillet, Segment(start=tangent_point, end=edge, count=counts.beside_fillet)
 
 
 def straight_ends(arm: Arm) -> tuple[float, float]:
@@ -205,7 +205,7 @@ def straight_ends(arm: Arm) -> tuple[float, float]:
     return arm.wall - arm.sign * fillet, arm.shuttle + arm.sign * fillet
 
 
-def leaf_blocks(arm: Arm, count: Counts) -> Iterator[Block]:
+def leaf_blocks(arm: Arm, counts: ElementCounts) -> Iterator[Block]:
     """Yield two blocks: the straight parts of the lower and the upper leaf of an arm."""
     half_thickness = 0.5 * arm.flexure.thickness
     start, end = straight_ends(arm)
@@ -216,13 +216,13 @@ def leaf_blocks(arm: Arm, count: Counts) -> Iterator[Block]:
         lower_face = Segment(
             start=(start, level - half_thickness),
             end=(end, level - half_thickness),
-            count=count.along_leaf,
+            count=counts.along_leaf,
             bump=bump,
             surface=f"{arm.name}_leaves",
         )
         upper_face = replace(lower_face, start=(start, level + half_thickness), end=(end, level + half_thickness))
         at_start = Segment(
-            start=(start, level - half_thickness), end=(start, level + half_thickness), count=count.across_leaf
+            start=(start, level - half_thickness), end=(start, level + half_thickness), count=counts.across_leaf
         )
         at_end = replace(at_start, start=(end, level - half_thickness), end=(end, level + half_thickness))
         yield Block(sides=((lower_face,), (at_end,), (upper_face,), (at_start,)))
@@ -255,7 +255,7 @@ def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
     return straight_block(((start, lower), (end, lower), (end, upper), (start, upper)), along, across)
 
 
-def shuttle_blocks(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
+def shuttle_blocks(housing: Housing, arm: Arm, counts: ElementCounts) -> Iterator[Block]:
     """Yield the blocks of one shuttle with its neck and tip, in two columns side by side in x.
 
     The column on the side of the leaves is replaced by fans at the levels of the leaf roots.
@@ -268,17 +268,17 @@ def shuttle_blocks(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]
     middle_x = arm.shuttle + 0.5 * width
     far_x = arm.shuttle + width
     for fan in fans:
-        yield fan_block(arm, near_x, fan, middle_x - near_x, count)
+        yield fan_block(arm, near_x, fan, middle_x - near_x, counts)
     for z0, z1 in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
-        elements = elements_between(z0, z1, fans, count)
-        yield rectangle((middle_x, far_x), (z0, z1), count.sector, elements)
+        elements = elements_between(z0, z1, fans, counts)
+        yield rectangle((middle_x, far_x), (z0, z1), counts.sector, elements)
         if not in_fan(z0, z1, fans):
-            yield rectangle((near_x, middle_x), (z0, z1), count.sector, elements)
-    yield from _neck_blocks(housing, (near_x, middle_x), (middle_x - half_tip, middle_x), count)
-    yield from _neck_blocks(housing, (middle_x, far_x), (middle_x, middle_x + half_tip), count)
+            yield rectangle((near_x, middle_x), (z0, z1), counts.sector, elements)
+    yield from _neck_blocks(housing, (near_x, middle_x), (middle_x - half_tip, middle_x), counts)
+    yield from _neck_blocks(housing, (middle_x, far_x), (middle_x, middle_x + half_tip), counts)
 
 
-def _neck_blocks(housing: Housing, x_top: Interval, x_bottom: Interval, count: Counts) -> Iterator[Block]:
+def _neck_blocks(housing: Housing, x_top: Interval, x_bottom: Interval, counts: ElementCounts) -> Iterator[Block]:
     """Yield the block of the neck and the block of the tip in one of the two columns of a shuttle.
 
     The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip.
@@ -288,10 +288,10 @@ def _neck_blocks(housing: Housing, x_top: Interval, x_bottom: Interval, count: C
     b = (x_bottom[1], housing.tip_height)
     c = (x_top[1], housing.neck_level)
     d = (x_top[0], housing.neck_level)
-    lower = Segment(start=a, end=b, count=count.sector)
-    upper = Segment(start=c, end=d, count=count.sector)
+    lower = Segment(start=a, end=b, count=counts.sector)
+    upper = Segment(start=c, end=d, count=counts.sector)
     # Both flanks run upwards, because their elements grow from the tip to the shuttle.
-    flank = Segment(start=b, end=c, count=count.neck, growth=_NECK_GROWTH)
-    opposite_flank = Segment(start=a, end=d, count=count.neck, growth=_NECK_GROWTH)
+    flank = Segment(start=b, end=c, count=counts.neck, growth=_NECK_GROWTH)
+    opposite_flank = Segment(start=a, end=d, count=counts.neck, growth=_NECK_GROWTH)
     yield Block(sides=((lower,), (flank,), (upper,), (opposite_flank,)))
-    yield rectangle(x_bottom, (0.0, housing.tip_height), count.sector, count.sector)
+    yield rectangle(x_bottom, (0.0, housing.tip_height), counts.sector, counts.sector)

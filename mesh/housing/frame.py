@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from cad.parts.housing import Arm, Housing
 from mesh.housing import blocks
-from mesh.housing.blocks import Block, Counts, Point, Segment
+from mesh.housing.blocks import Block, ElementCounts, Point, Segment
 from mesh.session import MeshError
 
 # Smallest distance from the centre of a hole to the edge of its ring, divided by the radius of the hole.
@@ -22,19 +22,19 @@ _MAX_RING_RATIO = 2.0 * _NEW_EDGE_RATIO  # largest such ratio of an edge at an e
 _MAX_FAN_FRACTION = 0.65
 
 
-def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
+def housing_blocks(housing: Housing, counts: ElementCounts) -> list[Block]:
     """Return the blocks of the whole profile. Raises MeshError if there is no wall between the two holes of an arm."""
-    profile_blocks = _bar_blocks(housing, count)
+    profile_blocks = _bar_blocks(housing, counts)
     for arm in housing.arms:
-        profile_blocks += _Wall(housing, arm, count).blocks()
-        profile_blocks += blocks.shuttle_blocks(housing, arm, count)
-        profile_blocks += blocks.leaf_blocks(arm, count)
+        profile_blocks += _Wall(housing, arm, counts).blocks()
+        profile_blocks += blocks.shuttle_blocks(housing, arm, counts)
+        profile_blocks += blocks.leaf_blocks(arm, counts)
     return profile_blocks
 
 
-def post_columns(housing: Housing, arm: Arm, count: Counts) -> tuple[float, float]:
+def post_columns(housing: Housing, arm: Arm, counts: ElementCounts) -> tuple[float, float]:
     """Return x [mm] at both ends of the plain cells of a wall, which lie between its fans and its rings."""
-    wall = _Wall(housing, arm, count)
+    wall = _Wall(housing, arm, counts)
     return wall.fan_end_x, wall.ring_start_x
 
 
@@ -51,14 +51,14 @@ class _Wall:
     There are plain cells only if the wall is wider than its post, which is the part with the holes.
     """
 
-    def __init__(self, housing: Housing, arm: Arm, count: Counts) -> None:
+    def __init__(self, housing: Housing, arm: Arm, counts: ElementCounts) -> None:
         """Determine the levels that divide the wall, and the x coordinates at which the fans end and the rings begin.
 
         The wall is divided at the edges of the fans, at the fillet under the top bar, and at the edges of the rings.
         """
         self.housing = housing
         self.arm = arm
-        self.count = count
+        self.counts = counts
         self.radius = 0.5 * housing.hole_diameter
         ceiling = housing.cavity_level - housing.corner
         self.fans = blocks.leaf_fans(arm, housing.protrusion, ceiling)
@@ -89,7 +89,7 @@ class _Wall:
     def _cavity_blocks(self) -> Iterator[Block]:
         """Yield the blocks next to the cavity: the fans at the leaf roots, and one cell between other levels."""
         for fan in self.fans:
-            yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.count)
+            yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.counts)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cavity_cell(a, b)
@@ -98,7 +98,7 @@ class _Wall:
         """Yield the plain cells between the fans and the post. There are none if the wall is no wider than its post."""
         width = abs(self.ring_start_x - self.fan_end_x)
         if width > 0.0:
-            columns = blocks.frame_elements(width, self.count)
+            columns = blocks.frame_elements(width, self.counts)
             for a, b in pairwise(self.levels):
                 yield blocks.rectangle((self.fan_end_x, self.ring_start_x), (a, b), columns, self._elements(a, b))
 
@@ -107,8 +107,8 @@ class _Wall:
         lower_hole, upper_hole = self.arm.holes
         hole_x = lower_hole[0]
         for a, b in self._pairs_of_levels(self.lower_ring_top, self.upper_ring_bottom):
-            yield blocks.rectangle((self.ring_start_x, hole_x), (a, b), self.count.sector, self._elements(a, b))
-            yield blocks.rectangle((hole_x, self.arm.outer), (a, b), self.count.sector, self._elements(a, b))
+            yield blocks.rectangle((self.ring_start_x, hole_x), (a, b), self.counts.sector, self._elements(a, b))
+            yield blocks.rectangle((hole_x, self.arm.outer), (a, b), self.counts.sector, self._elements(a, b))
         yield from self._ring(lower_hole, self.levels[0], self.lower_ring_top)
         yield from self._ring(upper_hole, self.upper_ring_bottom, self.levels[-1])
 
@@ -117,7 +117,7 @@ class _Wall:
         return pairwise(level for level in self.levels if start <= level <= end)
 
     def _elements(self, a: float, b: float) -> int:
-        return blocks.elements_between(a, b, self.fans, self.count)
+        return blocks.elements_between(a, b, self.fans, self.counts)
 
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
         """Return the level z [mm] of the edge of a hole's ring, above the hole (sign 1) or below it (sign -1).
@@ -151,7 +151,7 @@ class _Wall:
         upper_corner = knuckle if b == ceiling else (wall_x, b)
         elements = self._elements(a, b)
         corners = ((self.fan_end_x, a), lower_corner, upper_corner, (self.fan_end_x, b))
-        cell = blocks.straight_block(corners, self.count.sector, elements)
+        cell = blocks.straight_block(corners, self.counts.sector, elements)
         if b != ceiling:
             return cell
         # The arc replaces the second side, from the lower to the upper corner at the cavity.
@@ -173,13 +173,13 @@ class _Wall:
             edges.append(((inner_x, a), (inner_x, b), self._elements(a, b)))
         corners = [(inner_x, end), (hole_x, end), (outer_x, end), (outer_x, hole_z), (outer_x, start), (hole_x, start)]
         for corner, next_corner in pairwise([*corners, (inner_x, start)]):
-            edges.append((corner, next_corner, self.count.sector))
+            edges.append((corner, next_corner, self.counts.sector))
 
         for edge_start, edge_end, elements in edges:
             arc_start = _nearest_on_circle(hole, self.radius, edge_start)
             arc_end = _nearest_on_circle(hole, self.radius, edge_end)
             quadrilateral = (edge_start, edge_end, arc_end, arc_start)
-            sides = blocks.straight_block(quadrilateral, elements, self.count.ring).sides
+            sides = blocks.straight_block(quadrilateral, elements, self.counts.ring).sides
             arc = Segment(start=arc_start, end=arc_end, count=elements, centre=hole, surface="mounting_holes")
             yield Block(sides=(sides[0], sides[1], (arc,), sides[3]))
 
@@ -205,9 +205,9 @@ def _half_fillet(housing: Housing, arm: Arm, start: Point, elements: int) -> Seg
     return Segment(start=start, end=_knuckle(housing, arm), count=elements, centre=centre)
 
 
-def _bar_blocks(housing: Housing, count: Counts) -> list[Block]:
+def _bar_blocks(housing: Housing, counts: ElementCounts) -> list[Block]:
     """Return the three blocks of the top bar: one above the upper half of each wall's fillet, and one between them."""
-    elements = blocks.frame_elements(housing.top_level - housing.cavity_level, count)
+    elements = blocks.frame_elements(housing.top_level - housing.cavity_level, counts)
     bar = []
     ends = []  # lower and upper corner of the middle block, first at its left end and then at its right end
     for arm in housing.arms:
@@ -216,13 +216,13 @@ def _bar_blocks(housing: Housing, count: Counts) -> list[Block]:
         upper_point = (x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)
         quadrilateral = (_knuckle(housing, arm), lower_point, upper_point, over_wall)
-        straight_sided = blocks.straight_block(quadrilateral, count.sector, elements)
+        straight_sided = blocks.straight_block(quadrilateral, counts.sector, elements)
         # The arc of the fillet replaces the first side, from the knuckle to the lower point.
-        fillet = _half_fillet(housing, arm, lower_point, count.sector)
+        fillet = _half_fillet(housing, arm, lower_point, counts.sector)
         bar.append(Block(sides=((fillet,), *straight_sided.sides[1:])))
         ends.append((lower_point, upper_point))
     (left_below, left_above), (right_below, right_above) = ends
     corners = (left_below, right_below, right_above, left_above)
-    columns = blocks.frame_elements(right_below[0] - left_below[0], count)
+    columns = blocks.frame_elements(right_below[0] - left_below[0], counts)
     bar.append(blocks.straight_block(corners, columns, elements))
     return bar

@@ -41,14 +41,14 @@ class _Curves:
         self.points: dict[Point, int] = {}
         self.curves: dict[frozenset[Point], tuple[int, Segment]] = {}
 
-    def point(self, point: Point) -> int:
+    def point_tag(self, point: Point) -> int:
         """Return gmsh's tag of a point. Add the point if it is new."""
         key = _rounded(point)
         if key not in self.points:
             self.points[key] = gmsh.model.geo.addPoint(point[0], 0.0, point[1])
         return self.points[key]
 
-    def curve(self, segment: Segment) -> int:
+    def curve_tag(self, segment: Segment) -> int:
         """Return gmsh's tag of the curve of a segment. Add the curve if it is new.
 
         Raises MeshError if another block divides the same segment into a different number of elements.
@@ -72,14 +72,14 @@ class _Curves:
         "Bump" rule instead, which refines both ends.
         """
         geo = gmsh.model.geo
-        start = self.point(segment.start)
-        end = self.point(segment.end)
+        start = self.point_tag(segment.start)
+        end = self.point_tag(segment.end)
         if segment.centre is None:
             tag = geo.addLine(start, end)
         else:
-            tag = geo.addCircleArc(start, self.point(segment.centre), end)
+            tag = geo.addCircleArc(start, self.point_tag(segment.centre), end)
         spacing = ("Progression", segment.growth) if segment.bump == 1.0 else ("Bump", segment.bump)
-        geo.mesh.setTransfiniteCurve(tag, segment.count + 1, *spacing)
+        geo.mesh.setTransfiniteCurve(tag, segment.count + 1, *spacing)  # gmsh counts nodes, not elements
         return int(tag)
 
 
@@ -89,7 +89,7 @@ def _rounded(point: Point) -> Point:
 
 
 def mesh_profile(blocks: Iterable[Block]) -> Profile:
-    """Divide the blocks into quadrilaterals [mm].
+    """Divide the blocks of a profile into quadrilaterals [mm] with gmsh.
 
     Raises MeshError if two blocks divide a common side differently, and MachineError if gmsh fails.
     """
@@ -109,7 +109,7 @@ def mesh_profile(blocks: Iterable[Block]) -> Profile:
 def _add_surface(block: Block, curves: _Curves) -> None:
     """Add the surface of a block to gmsh as a transfinite surface, in rows and columns of quadrilaterals."""
     geo = gmsh.model.geo
-    tags = [curves.curve(segment) for side in block.sides for segment in side]
+    tags = [curves.curve_tag(segment) for side in block.sides for segment in side]
     surface = geo.addPlaneSurface([geo.addCurveLoop(tags, reorient=True)])
 
     # A side may have several segments, so gmsh must be given the four corners. Each corner is the point that a side has
@@ -121,7 +121,7 @@ def _add_surface(block: Block, curves: _Curves) -> None:
     corners = []
     for i, points in enumerate(points_of_sides):
         (corner, *_) = points_of_sides[i - 1] & points
-        corners.append(curves.point(corner))
+        corners.append(curves.point_tag(corner))
     geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
     geo.mesh.setRecombine(2, surface)
     if block.smooth:

@@ -15,7 +15,7 @@ from skfem.refdom import RefHex
 
 from cad.parts.housing import Housing, PartSize
 from mesh.cells import cell_jacobian, determinant, facets_area
-from mesh.housing.blocks import Counts, counts, straight_ends
+from mesh.housing.blocks import ElementCounts, element_counts, straight_ends
 from mesh.housing.frame import housing_blocks, post_columns
 from mesh.housing.profile import Profile, mesh_profile
 from mesh.quality import compare, named_facets
@@ -49,18 +49,18 @@ def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None
     """
     if layers is None:
         layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)
-    return mesh_of_counts(housing, counts(housing, scale), layers)
+    return mesh_of_counts(housing, element_counts(housing, scale), layers)
 
 
 # The mesh for which the leaf lengths are fitted is also written to a file, and solved under other loads.
 @functools.lru_cache(maxsize=3)
-def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
+def mesh_of_counts(housing: Housing, counts: ElementCounts, layers: int) -> MeshHex2:
     """Return the mesh [mm] of the half y >= 0, with the given numbers of elements along the curves of the profile.
 
     `layers` is the number of elements through half the depth. Raises MeshError if the profile cannot be divided into
     blocks or an element is folded, and MachineError if gmsh fails.
     """
-    profile = mesh_profile(housing_blocks(housing, count))
+    profile = mesh_profile(housing_blocks(housing, counts))
     straight = sweep_profile(profile, 0.5 * housing.depth * half_depth_fractions(layers))
     quadratic = MeshHex2.from_mesh(straight)
     nodes = curved_nodes(quadratic, profile)
@@ -92,7 +92,7 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
     if ratios.min() < 1.0 / MAX_STRETCH or ratios.max() > MAX_STRETCH:
         return None
     points = mesh.doflocs.copy()
-    points[0] = np.interp(points[0], old_knots, new_knots)
+    points[0] = np.interp(points[0], old_knots, new_knots)  # only x changes
     stretched = dataclasses.replace(mesh, doflocs=points)
     check_jacobian(stretched)
     return stretched
@@ -228,15 +228,15 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
 
 
 def _knots(housing: Housing) -> list[float]:
-    """Return the x coordinates [mm], from left to right, between which a mesh is stretched or shifted.
+    """Return the knots of the map that stretches a mesh along x: its x coordinates [mm], from left to right.
 
-    They are the outer faces of the housing, and both ends of each part that may be stretched: the straight leaves, and
-    the plain cells of a wall that is wider than its post.
+    The map is linear between two knots. They are the outer faces of the housing, and both ends of each part that may be
+    stretched: the straight leaves, and the plain cells of a wall that is wider than its post.
     """
     ends: list[float] = []
     for arm in housing.arms:
         ends += straight_ends(arm)
-        start, end = post_columns(housing, arm, counts(housing, 1.0))  # the same for all element counts
+        start, end = post_columns(housing, arm, element_counts(housing, 1.0))  # the same for all element counts
         if start != end:
             ends += (start, end)
     return [housing.left, *sorted(ends), housing.right]

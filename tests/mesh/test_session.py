@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from deadline import DEADLINE_S
 
-from mesh.housing.blocks import counts
+from mesh.housing.blocks import element_counts
 from mesh.housing.frame import housing_blocks
 from mesh.housing.profile import mesh_profile
 from mesh.session import OPTIONS, gmsh_session, stage
@@ -18,7 +18,7 @@ from reference.small_housing import SMALL_HOUSING
 from sensor.machine_error import MachineError
 
 ROOT = Path(__file__).parents[2]
-HOUSING_BLOCKS = housing_blocks(SMALL_HOUSING, counts(SMALL_HOUSING, 2.0))
+HOUSING_BLOCKS = housing_blocks(SMALL_HOUSING, element_counts(SMALL_HOUSING, 2.0))
 
 
 def test_session_closes_on_a_keyboard_interrupt():
