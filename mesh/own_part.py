@@ -131,21 +131,21 @@ def swept_part(
     extrusion: "Extrusion",
     scale: float,
     layers: int,
-    presses: Iterable[tuple[float, ...]] = (),
+    load_directions: Iterable[tuple[float, ...]] = (),
     fine: FineCorners = FineCorners(),
 ) -> SweptPart:
     """Divide the section of an extruded part into quadrilaterals, and sweep them through the depth [mm].
 
     `scale` [1] is the relative element size: 1 for the mesh of the solution, 2 for the coarse mesh of its error
-    estimate. `layers` is the number of layers of cells through half the depth. `presses` are the directions (x, y, z)
-    of the loads, and `fine` lists the corners at which the mesh is refined. If the part, its named faces and the loads
-    are symmetric about the middle of the depth, only the upper half is meshed. Raises MeshError if no valid mesh is
-    found, and MachineError if gmsh fails.
+    estimate. `layers` is the number of layers of cells through half the depth. `load_directions` are vectors (x, y, z),
+    and `fine` lists the corners at which the mesh is refined. If the part, its named faces and the loads are symmetric
+    about the middle of the depth, only the upper half is meshed. Raises MeshError if no valid mesh is found, and
+    MachineError if gmsh fails.
     """
     section = _meshed_section(extrusion, scale, fine)
     profile = section.profile
     low, high = _sweep_ends(extrusion, section)
-    is_half = _can_mesh_half(extrusion, presses, low, high)
+    is_half = _can_mesh_half(extrusion, load_directions, low, high)
     levels = _layer_boundaries(layers, is_half=is_half)
     straight = _sweep_between(profile, levels, low, high)
     # The edges of these elements become curved where the outline of the section is curved.
@@ -173,15 +173,17 @@ def swept_part(
     )
 
 
-def _can_mesh_half(extrusion: "Extrusion", presses: Iterable[tuple[float, ...]], low: Floats, high: Floats) -> bool:
+def _can_mesh_half(
+    extrusion: "Extrusion", load_directions: Iterable[tuple[float, ...]], low: Floats, high: Floats
+) -> bool:
     """Return whether the upper half of the depth represents the whole part under its loads.
 
     The part and its named faces must be symmetric about the middle of the depth. No load may have a component along
-    the sweep, because such a load is not symmetric. `presses` are the directions of the loads. `low` and `high`
-    (points,) [mm] are the ends of the sweep.
+    the sweep, because such a load is not symmetric. `load_directions` are vectors (x, y, z). `low` and `high` (points,)
+    [mm] are the ends of the sweep.
     """
     middle = 0.5 * (extrusion.low + extrusion.high)
-    is_loaded_in_plane = all(abs(direction[1]) < _NEAR for direction in presses)
+    is_loaded_in_plane = all(abs(direction[1]) < _NEAR for direction in load_directions)
     has_symmetric_faces = all(extrusion.is_even(name) for name in extrusion.part.faces)
     return is_loaded_in_plane and has_symmetric_faces and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
 
@@ -242,8 +244,8 @@ def _feature_length_errors(
     """Return the errors in column length that neglected pockets and ribs cause, and their equivalents in stiffness.
 
     The faces of these features are found from the solid, in small pieces, because a narrow feature may lie between the
-    lines of `_sampled_length_errors`. At a piece of area A_p, mesh and part differ in length by d = |L - l|. The piece
-    adds d A_p / A to the error of a quadrilateral of area A.
+    lines of `_sampled_length_errors`. At a piece of area A_p, the mesh has the length L and the part the length l along
+    y, so they differ by d = |L - l|. The piece adds d A_p / A to the error of a quadrilateral of area A.
 
     If the mesh fills a pocket of width w, so that L > l, the equivalent error is larger by the factor
     max(1, d / w) * L / l. A pocket that is deeper than wide weakens the part as much as one that is as wide as deep.
@@ -258,7 +260,8 @@ def _feature_length_errors(
         return length_errors, equivalent_errors
     # Each piece has a position (x, z) [mm], an area seen along y [mm^2], and the mean width of its face [mm].
     positions = np.array([position for position, _, _ in pieces]).T
-    piece_areas, widths = (np.array([piece[i] for piece in pieces]) for i in (1, 2))
+    piece_areas = np.array([piece_area for _, piece_area, _ in pieces])
+    widths = np.array([width for _, _, width in pieces])
     corners = profile.points[:, profile.quads]
     _, _, part_length = extrusion.spans(*positions)
     for i in np.flatnonzero(part_length > 0.0):
@@ -322,7 +325,7 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
         with stage("generate", _HINT):
             gmsh.model.mesh.generate(2)
             gmsh.model.mesh.optimize("Relocate2D", niter=_RELOCATION_PASSES)
-            gmsh.model.mesh.setOrder(2)
+            gmsh.model.mesh.setOrder(2)  # adds the midside nodes, which lie on the curves of the outline
         with stage("read", _HINT):
             return _read_section(surfaces, outline.concave, outline.corners)
 
@@ -369,7 +372,7 @@ class GradedSizes:
         point is dropped if the other points already imply its size to within 5 %.
         """
         kept = np.zeros(0, dtype=np.int64)
-        for i in np.argsort(sizes):
+        for i in np.argsort(sizes):  # the smallest size first, because it can make others redundant
             distance = np.linalg.norm(points[:, kept] - points[:, i, None], axis=0)
             if not len(kept) or (sizes[kept] + growth * distance).min() > _REDUNDANCY_RATIO * sizes[i]:
                 kept = np.append(kept, i)
@@ -397,9 +400,10 @@ class GradedSizes:
         middle = (np.array(key) + 0.5)[:, None] * self._bin_size
         size_at_middle = self._sizes + self._growth * np.linalg.norm(self._points - middle, axis=0)
         # From the middle of the bin to a corner, the size implied by one point may grow, and the size implied by
-        # another point may shrink. Each changes by at most the growth over half a diagonal of the bin.
-        largest_relative_change = self._growth * self._bin_size * np.sqrt(len(key))
-        relevant = size_at_middle <= size_at_middle.min() + largest_relative_change
+        # another point may shrink. Each changes by at most the growth over half a diagonal of the bin, so their
+        # difference changes by at most the growth over a diagonal.
+        margin = self._growth * self._bin_size * np.sqrt(len(key))
+        relevant = size_at_middle <= size_at_middle.min() + margin
         return [
             (x, y, z, size)
             for (x, y, z), size in zip(self._points.T[relevant].tolist(), self._sizes[relevant].tolist(), strict=True)

@@ -83,7 +83,10 @@ def _initialised_gmsh() -> Iterator[None]:
 
 @contextmanager
 def _separate_model() -> Iterator[None]:
-    """Provide a separate model with gmsh's default options. At the end, restore the program's model and options."""
+    """Provide a separate model with gmsh's default options, for a program that uses gmsh itself.
+
+    At the end, the model and the options of the program are restored.
+    """
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         options = str(Path(folder) / "program.opt")
         with stage("session", _REINSTALL):

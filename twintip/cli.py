@@ -63,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         discard_output()
         return FAILED
     except (InputError, OSError, MemoryError, BrokenExecutor) as error:
-        if ending_signal() is not None:
+        if ending_signal() is not None:  # a library converted the interruption to this error
             raise KeyboardInterrupt from error
         print_error(_error_line(error))
         return WRONG_INPUT

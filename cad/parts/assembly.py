@@ -121,8 +121,8 @@ def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
 def assembly_of(sensor: SensorSolids) -> cq.Assembly:
     """Return the assembly of a sensor over its fruit before the press [mm].
 
-    The parts are the housing or the plates, covers, pins, screws, nuts, washers, dowels and the fruit. Each part has a
-    name and a colour, and its named faces have tags. Equal parts share one shape. Names have no spaces, because
+    The parts are the housing or the two plates, covers, pins, screws, nuts, washers, dowels and the fruit. Each part
+    has a name and a colour, and its named faces have tags. Equal parts share one shape. Names have no spaces, because
     CadQuery's selectors such as `front_cover?rim` do not allow them.
     """
     housing = sensor.housing

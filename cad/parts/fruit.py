@@ -82,10 +82,10 @@ def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq
 def _outline(fruit: cq.Shape, tips: Tips, x: float) -> cq.Face:
     """Return the face on the curved top of a fruit that lies under the tip at `x` [mm].
 
-    It is the intersection of the top face with a column that has the outline of the tip.
+    It is the intersection of the top face of the `fruit` with a column that has the outline of the tip.
     """
     side = tips.side_mm
-    half_height = fruit.BoundingBox().DiagonalLength  # the column is higher than the fruit
+    half_height = fruit.BoundingBox().DiagonalLength  # of the column, so that it extends beyond the fruit
     if tips.tip_shape.is_round:
         column = cq.Solid.makeCylinder(0.5 * side, 2.0 * half_height, cq.Vector(x, 0.0, -half_height))
     else:

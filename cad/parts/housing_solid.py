@@ -24,7 +24,10 @@ _BESIDE_SHUTTLE = 0.25  # extension of a cut beyond a shuttle, as a fraction of 
 
 @functools.lru_cache(maxsize=1)  # a run first needs the size of the part, and later the same part for the files
 def housing_part(housing: Housing) -> Part:
-    """Return the housing as one solid with the faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
+    """Return the housing as one solid with the faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`.
+
+    Its tips are flat, and it has no pockets for pins or magnets and no pads.
+    """
     back_plane = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
     # The normal of the workplane "XZ" is -y, so the plate is extruded from its back to its front.
     plate = back_plane.polyline(profile(housing)).close().extrude(housing.depth)
@@ -41,7 +44,7 @@ def housing_part(housing: Housing) -> Part:
     plate = plate.cut(screw_holes)
     plate = fillet_edges_along_y(plate, fillet_corners(housing), housing.corner)
 
-    is_tip_shallower = housing.depth - housing.tip_side > 2.0 * NEAR_MM
+    is_tip_shallower = housing.depth - housing.tip_side > 2.0 * NEAR_MM  # otherwise it is as deep as the plate
     if is_tip_shallower:
         plate = plate.cut(_neck_cut(housing))
     return named_housing(plate.findSolid(), housing)

@@ -101,11 +101,12 @@ def plane_face_test(axis: int, coordinate: float) -> FaceTest:
     """
 
     def is_on_plane(face: cq.Face) -> bool:
-        # One corner rules out most faces, and is found in a tenth of the time of a bounding box.
+        # One corner rules out most faces, and is found in a tenth of the time of a bounding box. Its tolerance is
+        # wider, so that only the bounding box decides about a face near the limit.
         vertex = TopExp_Explorer(face.wrapped, TopAbs_VERTEX)
         if vertex.More():
             corner = BRep_Tool.Pnt_s(TopoDS.Vertex_s(vertex.Current()))
-            if abs(corner.Coord(axis + 1) - coordinate) > 2.0 * NEAR_MM:
+            if abs(corner.Coord(axis + 1) - coordinate) > 2.0 * NEAR_MM:  # the kernel numbers the axes from 1
                 return False
         box = face.BoundingBox()
         lowest = (box.xmin, box.ymin, box.zmin)[axis]

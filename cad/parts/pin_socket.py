@@ -102,6 +102,6 @@ def _square_solid(shape: TipShape, top: float) -> cq.Shape:
             msg = f"tip shape {shape.name!r}: a square tip must have a flat face, with sharp or rounded edges."
             raise ValueError(msg)
         if isinstance(segment, Arc):
-            edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
-            solid = cq.Solid(solid.wrapped).fillet(segment.radius, edges)
+            lower_edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
+            solid = cq.Solid(solid.wrapped).fillet(segment.radius, lower_edges)
     return solid

@@ -106,7 +106,7 @@ def element_counts(housing: Housing, scale: float) -> ElementCounts:
     sector = scaled(1)
     return ElementCounts(
         sector=sector,
-        across_leaf=4 * sector,
+        across_leaf=4 * sector,  # the end of a leaf is the side of a fan opposite its four sectors
         along_leaf=scaled(10),
         along_fillet=scaled(3),
         beside_fillet=scaled(4),

@@ -68,6 +68,7 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     """
     design_name: str | None = arguments.design
     held = [_parse_point("--held", text) for text in arguments.held]
+    # The pressed faces are named by numbers, or with a design by the names of its springs.
     pressed = {str(number): _parse_point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
     _require_solvable(path, design_name, held, pressed)
     design = None if design_name is None else load_design(design_name)
@@ -79,15 +80,13 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
         springs = None if design is None else _designed_springs(design)
         housing = None if springs is None or design_name is None else _housing_of_springs(springs, design_name)
         if springs is not None and pressed:
-            # The pressed faces get the names of the design's springs instead of numbers.
             pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         rules = process if design is None else design.process
         with solver_errors_as_input_errors():
             stiffness = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)
         work(f"checking {path.name}")
-        file_verdicts = check_path(
-            path.absolute(), rules, None if design is None or housing is None else (design, housing)
-        )
+        designed = None if design is None or housing is None else (design, housing)
+        file_verdicts = check_path(path.absolute(), rules, designed)
     # The targets are in N/mm, but the verdicts on the stiffnesses are in N/m.
     targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
     return _solved_answer(path, stiffness, targets, file_verdicts)
