@@ -185,7 +185,8 @@ def _can_mesh_half(
     middle = 0.5 * (extrusion.low + extrusion.high)
     is_loaded_in_plane = all(abs(direction[1]) < _NEAR for direction in load_directions)
     has_symmetric_faces = all(extrusion.is_even(name) for name in extrusion.part.faces)
-    return is_loaded_in_plane and has_symmetric_faces and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
+    has_symmetric_ends = bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)  # each end may deviate by _NEAR
+    return is_loaded_in_plane and has_symmetric_faces and has_symmetric_ends
 
 
 def _layer_boundaries(layers: int, *, is_half: bool) -> Floats:
@@ -344,7 +345,7 @@ def _import_section(extrusion: "Extrusion") -> list[int]:
             ends = [occ.addPoint(x, extrusion.plane, z) for x, z in ((x0, z0), (x1, z1))]
             dividing_lines.append((1, occ.addLine(*ends)))
         if dividing_lines:
-            occ.fragment(section, dividing_lines)
+            occ.fragment(section, dividing_lines)  # cuts the section along the lines into several surfaces
         occ.synchronize()
         surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
         bounding_curves = {

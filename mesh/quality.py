@@ -15,15 +15,15 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     et al., The Verdict Library Reference Manual, 2007, section 6.14.
     """
     corners = points[:, tets]  # (3, 4, m)
-    edges = corners[:, 1:] - corners[:, :1]
-    jacobian = np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])
-    largest_product = np.abs(jacobian)
+    edges = corners[:, 1:] - corners[:, :1]  # the three edges at the first corner
+    determinants = np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])
+    largest_product = np.abs(determinants)
     for corner in range(4):
         other_corners = np.delete(corners, corner, axis=1)
         edge_lengths = np.linalg.norm(other_corners - corners[:, corner, None], axis=0)
         largest_product = np.maximum(largest_product, edge_lengths.prod(axis=0))
     # A cell that has shrunk to a point gets quality 0, without a division by zero.
-    return np.asarray(np.sqrt(2.0) * jacobian / np.where(largest_product > 0.0, largest_product, 1.0))
+    return np.asarray(np.sqrt(2.0) * determinants / np.where(largest_product > 0.0, largest_product, 1.0))
 
 
 def check_quality(points: Floats, tets: Ints, least: float) -> float:

@@ -192,6 +192,6 @@ def index_by_nodes(facets: Ints, queries: Ints) -> Ints:
     nodes = np.sort(np.concatenate([facets, queries], axis=1), axis=0)
     # Columns with the same nodes get the same label.
     _, label = np.unique(nodes, axis=1, return_inverse=True)
-    column = np.full(nodes.shape[1], -1, dtype=np.int64)
+    column = np.full(nodes.shape[1], -1, dtype=np.int64)  # column in `facets` that has each label, or -1
     column[label[: facets.shape[1]]] = np.arange(facets.shape[1])
     return column[label[facets.shape[1] :]]

@@ -50,9 +50,11 @@ class HallSeats:
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
     """Return the seats of a Hall read-out in a housing, with the magnets centred between the leaves.
 
-    The sensors are half the travel higher than the centre, which is the middle of the magnets' motion. Pockets and
-    windows are wider than magnets and sensors by twice the accuracy of the process.
+    In a press, the magnets move upwards by the travel. The sensors are half the travel higher than the centres of the
+    magnets, in the middle of this motion. Pockets and windows are wider than magnets and sensors by twice the accuracy
+    of the process.
     """
+    # Like all levels of seats, this level is measured downwards from the upper edge of the frame.
     leaf_middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     clearance = 2.0 * process.accuracy_mm
     windows = tuple(arm.centre for arm in housing.arms)

@@ -60,17 +60,18 @@ class _Wall:
         self.arm = arm
         self.counts = counts
         self.radius = 0.5 * housing.hole_diameter
-        ceiling = housing.cavity_level - housing.corner
-        self.fans = blocks.leaf_fans(arm, housing.protrusion, ceiling)
+        fillet_level = housing.cavity_level - housing.corner  # lower end of the fillet under the top bar
+        self.fans = blocks.leaf_fans(arm, housing.protrusion, fillet_level)
         lower_fan, upper_fan = self.fans
         levels = [housing.protrusion, *lower_fan.levels, *upper_fan.levels]
-        levels += [ceiling, housing.cavity_level, housing.top_level]
+        levels += [fillet_level, housing.cavity_level, housing.top_level]
         lower_hole, upper_hole = arm.holes
         self.lower_ring_top = self._ring_end_level(lower_hole, 1.0, levels)
         self.upper_ring_bottom = self._ring_end_level(upper_hole, -1.0, levels)
         self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
-        # If the wall is no wider than its post, arm.wall = arm.post, and the rings begin where the fans end.
+        # Both fans have the same extent in x, which has a sign and leads away from the cavity. If the wall is no wider
+        # than its post, arm.wall = arm.post, and the rings begin where the fans end.
         largest_extent = _MAX_FAN_FRACTION * (abs(lower_hole[0] - arm.post) - self.radius)
         fan_extent = arm.sign * min(max(lower_fan.height, upper_fan.height), largest_extent)
         self.fan_end_x = arm.wall + fan_extent
@@ -209,19 +210,19 @@ def _bar_blocks(housing: Housing, counts: ElementCounts) -> list[Block]:
     """Return the three blocks of the top bar: one above the upper half of each wall's fillet, and one between them."""
     elements = blocks.frame_elements(housing.top_level - housing.cavity_level, counts)
     bar = []
-    ends = []  # lower and upper corner of the middle block, first at its left end and then at its right end
+    middle_ends = []  # lower and upper corner of the middle block, first at its left end and then at its right end
     for arm in housing.arms:
-        x = arm.wall - arm.sign * housing.corner
-        lower_point = (x, housing.cavity_level)
-        upper_point = (x, housing.top_level)
+        fillet_end_x = arm.wall - arm.sign * housing.corner  # where the fillet meets the underside of the bar
+        lower_point = (fillet_end_x, housing.cavity_level)
+        upper_point = (fillet_end_x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)
         quadrilateral = (_knuckle(housing, arm), lower_point, upper_point, over_wall)
         straight_sided = blocks.straight_block(quadrilateral, counts.sector, elements)
         # The arc of the fillet replaces the first side, from the knuckle to the lower point.
         fillet = _half_fillet(housing, arm, lower_point, counts.sector)
         bar.append(Block(sides=((fillet,), *straight_sided.sides[1:])))
-        ends.append((lower_point, upper_point))
-    (left_below, left_above), (right_below, right_above) = ends
+        middle_ends.append((lower_point, upper_point))
+    (left_below, left_above), (right_below, right_above) = middle_ends
     corners = (left_below, right_below, right_above, left_above)
     columns = blocks.frame_elements(right_below[0] - left_below[0], counts)
     bar.append(blocks.straight_block(corners, columns, elements))

@@ -136,11 +136,11 @@ def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
     """
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
-    quads = element_nodes("Quadrangle")
-    nodes = used_nodes(quads)
-    points = np.ascontiguousarray(nodes.points[[0, 2]])
+    node_tags = element_nodes("Quadrangle")
+    nodes = used_nodes(node_tags)
+    points = np.ascontiguousarray(nodes.points[[0, 2]])  # x and z, because the profile lies in the plane y = 0
 
-    quads = nodes.index[quads]
+    quads = nodes.index[node_tags]
     (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, quads]
     clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0  # sign of the cross product of the diagonals
     quads = np.where(clockwise, quads[::-1], quads)

@@ -230,8 +230,8 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
 def _knots(housing: Housing) -> list[float]:
     """Return the knots of the map that stretches a mesh along x: its x coordinates [mm], from left to right.
 
-    The map is linear between two knots. They are the outer faces of the housing, and both ends of each part that may be
-    stretched: the straight leaves, and the plain cells of a wall that is wider than its post.
+    The map is linear between two knots. The knots are the outer faces of the housing, and both ends of each part that
+    may be stretched: the straight leaves, and the plain cells of a wall that is wider than its post.
     """
     ends: list[float] = []
     for arm in housing.arms:

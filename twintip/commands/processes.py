@@ -25,8 +25,8 @@ def process_list(own: Process | None) -> Answer:
     for key in records[0]:
         if key not in ("name", "sources"):
             table.add_row(key, *(str(record[key]) for record in records))
-    sources = []
+    source_lines = []
     for process in processes:
         sources_text = " ".join(f"{field}: {text};" for field, text in process.sources)
-        sources.append(Text(f"{process.name}: {sources_text}"))
-    return Answer(code=PASSED, data=records, parts=[table, *sources], text=_OWN_PROCESS, width=_WIDTH)
+        source_lines.append(Text(f"{process.name}: {sources_text}"))
+    return Answer(code=PASSED, data=records, parts=[table, *source_lines], text=_OWN_PROCESS, width=_WIDTH)

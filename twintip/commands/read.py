@@ -217,7 +217,7 @@ def _reading_of_forces(arguments: Namespace, sensor: MeasuringUnit) -> FruitRead
     Raises InputError if the text does not hold one number for each tip, or if a force is out of scale.
     """
     tips = sensor.report.tips
-    refuse_without_counts(arguments.counts_as, "--forces")
+    refuse_without_counts(arguments.counts_as, "--forces")  # rejects --counts-as, because these are no counts
     channels = numbers_of_text(arguments.forces, len(tips), "--forces", "N")
     refuse_out_of_scale(sensor, channels, lambda tip: f"--forces: tip {tips[tip].name}")
     reading = single_reading(sensor, sensor.forces_of_channels(channels))

@@ -254,7 +254,7 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
         if unit_path is not None:
             command += ["--unit", unit_path]
         if (arguments.presses or 1) > 1:
-            command += ["--fruit-presses", "0"]
+            command += ["--fruit-presses", "0"]  # all presses of the log are on one fruit
         yield shlex.join(command)
 
 

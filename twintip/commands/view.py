@@ -24,6 +24,6 @@ def run(arguments: Namespace) -> Answer:
         if arguments.html is not None:
             work(f"writing {arguments.html.name}")
             written.append(write_web_page(folder, arguments.html, force=arguments.force))
-    if in_window:
+    if in_window:  # the progress has been erased, and the window stays open until the user closes it
         show_pictures(scenes, folder.name)
     return Answer(code=PASSED, files=written)
