@@ -229,13 +229,14 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
         r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
         shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
         corners = profile.quads[:, quads]
-        x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
+        x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)  # of the lines [mm]
         _, _, part_length = extrusion.spans(x, z)
         mesh_length = (depth[corners].T @ shapes).ravel()
         # A line can miss the part only just outside a curved outline. The final, curved elements follow that outline,
         # so such a line has no error.
         errors = np.where(part_length > 0.0, np.abs(mesh_length - part_length), 0.0)
-        mean_errors[quads] = np.where(errors > _NEAR, errors, 0.0).reshape(len(quads), -1).mean(axis=1)
+        significant = np.where(errors > _NEAR, errors, 0.0)  # smaller errors are round-off
+        mean_errors[quads] = significant.reshape(len(quads), -1).mean(axis=1)
     return mean_errors
 
 

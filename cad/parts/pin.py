@@ -40,6 +40,7 @@ def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
     side = pin.side  # side or diameter
     bar_compliance = pin.outside / (STEEL_MPA * pin.square_area_ratio * side**2)
     glue_thickness = 0.5 * (pin.pocket_side - side)
+    # The perimeters of a round and of a square pin have the same ratio as their areas.
     glue_compliance = glue_thickness / (
         GLUE_SHEAR_MPA * _BONDED_SIDES * pin.square_area_ratio * side * pin.pocket_depth
     )

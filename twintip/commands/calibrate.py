@@ -104,8 +104,8 @@ def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags
 def _pressed_ball(arguments: Namespace, flags: ColumnFlags, report_note: Callable[[str], None]) -> PressedBall | None:
     """Return the reference ball and its presses, or None if no flag requests it.
 
-    `flags` are the columns and units that the user stated. `report_note` is called with a summary of the file when the
-    file is read. Raises InputError if some, but not all, of the ball's flags are given.
+    `flags` are the columns and units that the user stated. `report_note` is called with each note about the file of the
+    presses. Raises InputError if some, but not all, of the ball's flags are given.
     """
     properties = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
     if arguments.ball is not None:

@@ -173,7 +173,7 @@ def _compressed_body(kind: str | None, sizes: Sizes, assumptions: list[str]) -> 
     defaults_in_radii = _DEFAULT_SIZES_IN_RADII.get(kind, {})
     needed = {item.name.removesuffix("_mm") for item in fields(KINDS[kind])}
     missing = needed - given.keys() - defaults_in_radii.keys()
-    for name in sorted(missing | (given.keys() - needed)):
+    for name in sorted(missing | (given.keys() - needed)):  # only the first wrong flag is reported
         bound = f"{'given' if name in missing else 'left out'} for --body {kind}"
         raise validation_error(_flag(name), given.get(name), "mm", bound, "give the sizes that this body has")
     for name in sorted(defaults_in_radii.keys() - given.keys()):

@@ -104,7 +104,7 @@ def _file_stamp(file: str) -> tuple[int, int] | None:
 
 def _options(arguments: Namespace, folder: Path) -> RunOptions:
     """Return the options of a run that writes to `folder`. Raises InputError if a value is invalid."""
-    default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE
+    default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE  # --look makes a quick run
     tolerance = default if arguments.tol is None else parse_number(arguments.tol)
     if tolerance is None:
         raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "write 0.001 for 0.1 %")

@@ -299,7 +299,7 @@ def _reading_cells(reading: ProvedReading) -> tuple[str, ...]:
         result_cells = (
             f"{reading.told:.3f}",
             f"{100.0 * reading.error:+.1f} %",
-            f"{100.0 * reading.u * reading.told / reading.E:.1f} %",
+            f"{100.0 * reading.u * reading.told / reading.E:.1f} %",  # `u` is relative to the modulus that was read
         )
     outside = "outside" if reading.bars > 1.0 and not reading.is_flagged else ""
     thickness = "-" if reading.thickness is None else f"{reading.thickness:.1f}"

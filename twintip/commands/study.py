@@ -74,7 +74,7 @@ def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tup
     `messages` maps each error message of refused and failed points to the number of points that have it.
     """
     lines = [f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed"]
-    for message, count in messages.items():
+    for message, count in messages.items():  # messages that differ only in their numbers are counted together
         lines.append(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:
         rate = summary.solved / summary.seconds

@@ -138,6 +138,7 @@ def _search(
         if fruit is None:
             return suggestion(design, RunOptions(), keep, progress), None
         progress(f"starting from the preset {preset_or_file}, scaled to the size of the fruit")
+        # The suggested design is named after the file to which it is written.
         preset = dataclasses.replace(design, name=design.name if arguments.out is None else arguments.out.stem)
         found = fruit_suggestion(fruit, preset, keep | given, progress)
         if found.changes is not None:
