@@ -22,23 +22,23 @@ def shortfall(verdict: Verdict) -> float:
     that passes by less than the margin is the missing part of the margin. The shortfall of a verdict that fails without
     a number is 1.
     """
-    # ideal springs leave it undecided, but a run can decide it
+    # Ideal springs leave such a verdict undecided, but a run with fitted springs can decide it.
     if verdict.passed is None and verdict.row.value_level is not None:
         return 0.0
     value, limit = verdict.value, verdict.limit
     if not is_number(value) or not is_number(limit):
         return 0.0 if verdict.passed else 1.0
-    width = abs(verdict.tolerance) if is_number(verdict.tolerance) else 0.0
-    scale = abs(limit) or width or 1.0  # if the limit is 0, the scale is the tolerance, or else one unit
+    tolerance = abs(verdict.tolerance) if is_number(verdict.tolerance) else 0.0
+    scale = abs(limit) or tolerance or 1.0  # if the limit is 0, the scale is the tolerance, or else one unit
     distance = abs(value - limit) / scale
     if verdict.passed:
-        return 0.0 if width else max(0.0, MARGIN - distance)  # a target with a tolerance does not need a margin
-    bar = verdict.error / scale if is_number(verdict.error) else 0.0
-    match verdict.sense:
+        return 0.0 if tolerance else max(0.0, MARGIN - distance)  # a target with a tolerance does not need a margin
+    error = verdict.error / scale if is_number(verdict.error) else 0.0
+    match verdict.sense:  # a verdict without a sense keeps the distance of its value from the target
         case "at most":
-            distance = max(0.0, (value - limit) / scale + bar)
+            distance = max(0.0, (value - limit) / scale + error)
         case "at least":
-            distance = max(0.0, (limit - value) / scale + bar)
+            distance = max(0.0, (limit - value) / scale + error)
     return MARGIN + distance + _unreadable_fraction(verdict)
 
 

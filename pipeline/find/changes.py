@@ -47,8 +47,8 @@ def value_of(design: Design, name: str) -> object:
 def size(design: Design, changes: Changes) -> tuple[int, int, float]:
     """Return the size of changes as a tuple that can be compared; changes of fewer keys are smaller.
 
-    The tuple holds the number of keys, the number of requirements among them, and the sum of |log ratio| [1] over all
-    numbers.
+    The tuple holds the number of keys, the number of requirements among them, and a sum over the keys [1]. A number
+    that keeps its sign contributes |ln(new value / old value)|, and any other change contributes 1.
     """
     total = 0.0
     for name, after in changes.items():
@@ -68,29 +68,34 @@ def in_words(changes: Changes) -> str:
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
     """Return the parameter sweeps that may make failed verdicts pass; `failed` holds the names of these verdicts.
 
-    The table of verdicts lists for each verdict the moves that may make it pass. The sweeps are returned in the order
-    of `MOVES`. A different travel is always tried. If contact is solved `on_cells`, the sweeps have fewer steps,
-    because such trials are expensive.
+    A move is a kind of change, such as a different process. The table of verdicts lists for each verdict the moves that
+    may make it pass. The sweeps are returned in the order of `MOVES`. A different travel is always tried. If contact is
+    solved `on_cells`, the sweeps have fewer steps, because such trials are expensive.
     """
     moves = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
-    chosen: list[Sweep] = []
+    all_sweeps: list[Sweep] = []
     for move, make_sweeps in MOVES.items():
         if move in moves:
-            chosen += make_sweeps(design, on_cells)
-    return chosen
+            all_sweeps += make_sweeps(design, on_cells)
+    return all_sweeps
 
 
 def _two_spring_law_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return sweeps towards the assumptions of the two-spring law: a level press, flat faces, springs from targets."""
-    flat = design.tips.tip_shape.has_flat_face
+    """Return sweeps towards the assumptions of the two-spring law: a level press, flat faces, springs from targets.
+
+    Each sweep has a single change. A press to the side keeps the tips at the same height, because their weight then
+    does not act along the press.
+    """
+    has_flat_face = design.tips.tip_shape.has_flat_face
     changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
-    if flat:
+    if has_flat_face:
         changes.append({"tips.fillet_mm": 0.0})
     changes.append({"press.attitude": "side"})
-    if not flat:
+    if not has_flat_face:
         no_fillet = {"tips.fillet_mm": 0.0} if design.tips.fillet_mm else {}
-        removed = _remove_keys(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
-        changes.append({"tips.shape": "cube", **no_fillet, **removed})
+        # the keys of other shapes, such as a dome radius, are not allowed for a cube
+        removed_keys = _remove_keys(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
+        changes.append({"tips.shape": "cube", **no_fillet, **removed_keys})
     if design.targets is not None:
         changes.append(dict.fromkeys(_SPRINGS))
     return _single_sweeps(design, changes)
@@ -140,9 +145,12 @@ def _spacing_sweeps(design: Design, on_cells: bool) -> list[Sweep]:
     if not on_cells:
         return []
     side = design.tips.side_mm
-    sides = [side * factor for factor in _COARSELY_SMALLER]
-    smaller: Sweep = [{"tips.side_mm": each, "tips.spacing_mm": _CLOSE_SPACING * each} for each in sides]
-    return [smaller, [{"tips.spacing_mm": _CLOSE_SPACING * side}]]
+    smaller_sides = [side * factor for factor in _COARSELY_SMALLER]
+    smaller_tips: Sweep = [
+        {"tips.side_mm": smaller_side, "tips.spacing_mm": _CLOSE_SPACING * smaller_side}
+        for smaller_side in smaller_sides
+    ]
+    return [smaller_tips, [{"tips.spacing_mm": _CLOSE_SPACING * side}]]
 
 
 MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
@@ -180,7 +188,7 @@ def _scaling_sweeps(design: Design, key: str, *directions: tuple[float, ...]) ->
     """
     value = value_of(design, key)
     if isinstance(value, tuple):
-        return [[{key: tuple(factor * each for each in value)} for factor in factors] for factors in directions]
+        return [[{key: tuple(factor * number for number in value)} for factor in factors] for factors in directions]
     if not isinstance(value, float):
         return []
     return [[{key: factor * value} for factor in factors] for factors in directions]

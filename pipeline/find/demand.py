@@ -29,11 +29,12 @@ def nearest_demand(
     fixed: frozenset[str] = frozenset(),
     progress: Progress = silent,
 ) -> FruitRange | None:
-    """Return a range of fruits for which a design passes, narrowed step by step from the requested range.
+    """Return a range of fruits for which a design passes, narrowed step by step from the requested range `fruit`.
 
     `failed` are the verdicts that fail for the requested range. Each round narrows the ranges on which the failed
-    verdicts depend, at the ends where they fail. Returns None if no design passes after six rounds. Raises the same
-    errors as `fruit_suggestion`.
+    verdicts depend, at the ends where they fail. It then searches for a design around the `preset`, without changes to
+    the keys in `fixed`. Returns None if no design passes after six rounds. Raises the same errors as
+    `fruit_suggestion`.
     """
     requested = fruit
     for number in range(1, MOST_ROUNDS + 1):
@@ -54,16 +55,20 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
     """Narrow the ranges of a fruit by a fixed fraction of the `requested` ranges, on a logarithmic scale.
 
     The failed verdicts determine which ranges become narrower: the radii and the flesh thickness, or the moduli at
-    their softest or firmest end. The preset may have one limit of the uncertainty for each end of the moduli. A failed
-    uncertainty then belongs to the end whose limit it exceeds. If both limits are equal, it belongs to both ends.
+    their softest or firmest end. If none of them belongs to an end of the moduli, the radii and the thickness become
+    narrower. The preset may have one limit of the uncertainty for each end of the moduli. A failed uncertainty then
+    belongs to the end whose limit it exceeds. If the two limits are equal, it belongs to both ends.
     """
-    names = {verdict.name for verdict in failed}
+    failed_names = {verdict.name for verdict in failed}
     exceeded_limits = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
     limit_at = (preset.reading or ReadingRequirements()).uncertainty_limit_at
-    softest_limit, firmest_limit = (limit_at(end(preset.fruit.E_MPa), preset.fruit.E_MPa) for end in (min, max))
-    fails_at_softest = bool(names.intersection(SOFTEST_VERDICTS)) or softest_limit in exceeded_limits
+    moduli = preset.fruit.E_MPa
+    softest_limit = limit_at(min(moduli), moduli)
+    firmest_limit = limit_at(max(moduli), moduli)
+    fails_at_softest = bool(failed_names.intersection(SOFTEST_VERDICTS)) or softest_limit in exceeded_limits
+    # a limit between the two ends, at a modulus in between, also belongs to the firmest end
     fails_at_firmest = bool(exceeded_limits - {softest_limit}) or firmest_limit in exceeded_limits
-    fails_by_shape = bool(names.intersection(SHAPE_VERDICTS)) or not (fails_at_softest or fails_at_firmest)
+    fails_by_shape = bool(failed_names.intersection(SHAPE_VERDICTS)) or not (fails_at_softest or fails_at_firmest)
     step = (requested.E_max_MPa / requested.E_min_MPa) ** EASED
     if fails_by_shape:
         radius, across = (

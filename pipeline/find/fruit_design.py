@@ -93,8 +93,8 @@ def _geometric_mean(ends: Ends) -> float:
 def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     """Return the changes that scale a preset to a fruit, rounded to dimensions that a maker can measure.
 
-    Lengths are multiplied by the ratio of the radii, and spring stiffnesses by the ratio of the radii times the ratio
-    of the moduli.
+    Lengths are multiplied by the ratio of the new fruit's radii to the preset fruit's radii. Spring stiffnesses are
+    multiplied by this ratio and by the ratio of the moduli.
     """
     tips = preset.tips
     preset_fruit = preset.fruit
@@ -105,23 +105,14 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, min_ratio)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
     spacing = _round_to(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
-    # The closed-form equations of a design apply to a single fruit. Its dimensions have the same relative position in
-    # the ranges of the new fruit as in the ranges of the preset.
-    radii = []
-    for ends, preset_radius, preset_ends in zip(
-        fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True
-    ):
-        radii.append(_same_position_in_range(ends, preset_radius, preset_ends))
-    depth = _round_to(preset_fruit.depth_mm * length_ratio, _SIZE_STEP_MM)
-    if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
-        depth = _same_position_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
+    radius, radius_across, depth = _assumed_fruit(fruit, preset, length_ratio)
     # Contact is solved on a piece of the fruit. Its corners must lie on the design's fruit and on every fruit of the
     # range.
-    max_side = min(_largest_piece(radii[0], radii[1], _CORNER_FALL * depth), _largest_piece_of_range(fruit, depth))
+    max_side = min(_largest_piece(radius, radius_across, _CORNER_FALL * depth), _largest_piece_of_range(fruit, depth))
     return {
         "fruit.thickness_mm": depth,
-        "fruit.radius_mm": radii[0],
-        "fruit.radius_across_mm": radii[1],
+        "fruit.radius_mm": radius,
+        "fruit.radius_across_mm": radius_across,
         "reading.radius_mm": fruit.radii_mm[0],
         "reading.radius_across_mm": fruit.radii_mm[1],
         "reading.thickness_mm": fruit.thickness_mm,
@@ -138,6 +129,27 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         # a stiffness scales as length times modulus
         **_scale_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
     }
+
+
+def _assumed_fruit(fruit: FruitRange, preset: Design, length_ratio: float) -> tuple[float, float, float]:
+    """Return the two principal radii and the flesh thickness [mm] of the single fruit that a new design assumes.
+
+    The closed-form equations of a design apply to a single fruit. Its dimensions have the same relative position in the
+    ranges of the new fruit as in the ranges of the preset. If a range of thicknesses is unknown, the thickness of the
+    preset is multiplied by `length_ratio` [1].
+    """
+    preset_fruit = preset.fruit
+    preset_range = fruit_of(preset)
+    radius, radius_across = (
+        _same_position_in_range(ends, preset_radius, preset_ends)
+        for ends, preset_radius, preset_ends in zip(
+            fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True
+        )
+    )
+    depth = _round_to(preset_fruit.depth_mm * length_ratio, _SIZE_STEP_MM)
+    if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
+        depth = _same_position_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
+    return radius, radius_across, depth
 
 
 def _middle_modulus(fruit: FruitRange) -> float:
@@ -200,34 +212,35 @@ def fruit_suggestion(
     }
     design = change_design(preset, changes)
     runs = 0
-    seen: set[Design] = set()
-    tried: list[Candidate] = []
+    tried_designs: set[Design] = set()
+    candidates: list[Candidate] = []
     result: Sensor | SensorResult | None
     centring = _Centring()
-    while len(seen) < MAX_TRIALS and runs < MOST_RUNS and design not in seen:
-        seen.add(design)
+    while len(tried_designs) < MAX_TRIALS and runs < MOST_RUNS and design not in tried_designs:
+        tried_designs.add(design)
+        tried = len(tried_designs)
         result = _solve_sized(design)
         candidate = _make_candidate(changes, result)
         # The scaled preset is run even if some verdicts are undecided, because the preset passed its own run. Springs
         # solved by finite elements may decide these verdicts.
-        if candidate.passes or (not tried and not _has_failed(candidate)):
+        if candidate.passes or (not candidates and not _has_failed(candidate)):
             progress("running the design that passes with ideal springs")
             runs += 1
             result = _run_candidate(preset, candidate)
             candidate = _make_candidate(changes, result)
             if result is not None and result.passed:
-                return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=len(seen), runs=runs)
-        tried.append(candidate)
+                return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=tried, runs=runs)
+        candidates.append(candidate)
         step = _next_step(design, result, centring)
         if not step or not fixed.isdisjoint(step):
             break
-        progress(f"trying design {len(seen) + 1} of at most {MAX_TRIALS}: {in_words(step)}")
+        progress(f"trying design {tried + 1} of at most {MAX_TRIALS}: {in_words(step)}")
         changes = {**changes, **step}
         design = change_design(preset, changes)
-    nearest = min(tried, key=lambda candidate: candidate.shortfall)
-    reason = f"none found: none of {len(seen)} designs around the preset passes; the nearest one has the verdicts below"
+    nearest = min(candidates, key=lambda candidate: candidate.shortfall)
+    reason = f"none found: none of {tried} designs around the preset passes; the nearest one has the verdicts below"
     verdicts = nearest.verdicts or ()
-    return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=len(seen), runs=runs)
+    return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=tried, runs=runs)
 
 
 class _Centring:
@@ -257,7 +270,9 @@ class _Centring:
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
     """Return the next change of a solved design: the change from `_step_for_failed`, and possibly a shorter travel.
 
-    If the largest bias changed its sign, the travel becomes shorter, because that reduces biases of both signs.
+    `result` holds the verdicts on `design`; it is None if the design cannot be solved. If the largest bias changed its
+    sign since the last step, the travel becomes shorter, because that reduces biases of both signs. The bias is
+    recorded in `centring`, which then has the factor for the radii.
     """
     failed = _failed_verdicts(result)
     sign_changed = centring.record_bias(_failing_bias(result, failed))
@@ -275,7 +290,7 @@ def _make_candidate(changes: Changes, result: Sensor | SensorResult | None) -> C
 
 def _run_candidate(preset: Design, candidate: Candidate) -> SensorResult | None:
     """Run a candidate and return its result, or None if its design is invalid or cannot be solved."""
-    proof = prove_first([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
+    proof = prove_first([candidate], lambda candidate: change_design(preset, candidate.changes), RunOptions(), 1)
     return None if proof is None else proof.result
 
 
@@ -312,16 +327,17 @@ def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> flo
 
 
 def _step_for_failed(
-    design: Design, result: Sensor | SensorResult | None, failed: set[str], centring: float
+    design: Design, result: Sensor | SensorResult | None, failed: set[str], radius_factor: float
 ) -> Changes:
     """Return the change that brings a design nearer to passing, from the first rule that applies; empty if none does.
 
-    `failed` holds the names of failed verdicts. `centring` [1] is a factor on the radii of the design's fruit, which
-    makes it flatter; the inverse factor makes it rounder.
+    `result` holds the readings of `design`; it is None if the design cannot be solved. `failed` holds the names of
+    failed verdicts. `radius_factor` [1] is a factor on the radii of the design's fruit, which makes it flatter; the
+    inverse factor makes it rounder.
     """
     readings = None if result is None else result.readings
-    leaves_face = readings is not None and readings.face_mm > design.tips.side_mm
-    if result is None or leaves_face or "geometry.tip_face" in failed:  # a smaller dome has a narrower contact
+    is_beyond_face = readings is not None and readings.face_mm > design.tips.side_mm
+    if result is None or is_beyond_face or "geometry.tip_face" in failed:  # a smaller dome has a narrower contact
         return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM, 1)}
     if "bruise" in failed:  # softer springs press with smaller forces
         return _scale_springs(design, _BRUISE_FACTOR, _BRUISE_FACTOR)
@@ -332,24 +348,25 @@ def _step_for_failed(
         return _improve_calibration(design, readings.calibration)
     bias = _failing_bias(result, failed)
     if bias:  # fruit is read too firm if it is flatter than assumed, and too soft if it is rounder
-        return _scale_radii(design, centring if bias > 0.0 else 1.0 / centring)
+        return _scale_radii(design, radius_factor if bias > 0.0 else 1.0 / radius_factor)
     if "reading.uncertainty" in failed:
+        # a stiffer high spring improves readings of firm fruit
         return {"springs.K_h_N_per_m": _scale_springs(design, 1.0, _UNCERTAINTY_FACTOR)["springs.K_h_N_per_m"]}
     return {}
 
 
-def _improve_calibration(design: Design, error: CalibrationErrors) -> Changes:
-    """Return the change that reduces the calibration error of a spring's stiffness.
+def _improve_calibration(design: Design, errors: CalibrationErrors) -> Changes:
+    """Return the change that reduces the largest error of a spring's stiffness after calibration.
 
-    If most of the error is caused by the dial, the travel becomes longer. Otherwise the spring of the worst tip becomes
-    stiffer.
+    If the dial is the largest cause of the error, the travel becomes longer, because the dial then has a smaller
+    relative error. Otherwise the spring of the worst tip becomes stiffer, so that its calibration needs larger weights.
     """
     limit = row_of("reading.calibration").limit
-    excess = error.largest_stiffness / limit if isinstance(limit, float) else 1.0
+    excess = errors.largest_stiffness / limit if isinstance(limit, float) else 1.0
     factor = min(_CALIBRATION_MARGIN * excess, _MAX_CALIBRATION_FACTOR)
-    if error.by == "dial":
+    if errors.by == "dial":
         return {"press.travel_mm": round(factor * design.press.travel_mm, 2)}
-    spring = design.tips.springs[design.tips.names.index(error.worst_tip)]
+    spring = design.tips.springs[design.tips.names.index(errors.worst_tip)]
     key = "springs.K_l_N_per_m" if spring == "low" else "springs.K_h_N_per_m"
     return {key: _scale_springs(design, factor, factor)[key]}
 

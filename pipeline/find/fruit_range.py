@@ -30,7 +30,7 @@ _BALL = re.compile(rf"{_NAME}radius {_NUMBER}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
 _FLESH = rf"(?:, flesh {_RANGE}(?: mm)?)?"
 _ANY_SHAPE = re.compile(rf"{_NAME}radius {_RANGE} by {_RANGE}(?: mm)?{_FLESH}, E {_RANGE}(?: MPa)?\s*")
 
-_RADII = 4  # number of ends of the two ranges of radii
+_RADIUS_ENDS = 4  # number of ends of the two ranges of radii
 Ends = tuple[float, float]
 """The smallest and the largest value of a range."""
 
@@ -106,9 +106,11 @@ def fruit_range(text: str) -> FruitRange:
         return _named_range(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     match = ball or any_shape
-    # `words` are the numbers as text; a description gives them in the order of the groups of its pattern.
-    name, *words = (None,) if match is None else (match[1], *(word for word in match.groups()[1:] if word is not None))
-    numbers = [parse_number(word) for word in words]
+    # Group 1 is the name, and the other groups are the numbers as text, without those that are left out.
+    name, *number_texts = (
+        (None,) if match is None else (match[1], *(text for text in match.groups()[1:] if text is not None))
+    )
+    numbers = [parse_number(number_text) for number_text in number_texts]
     if not numbers or None in numbers:
         raise validation_error("--fruit", text, "", _FORM, "write all numbers")
     if name is not None:
@@ -120,7 +122,7 @@ def fruit_range(text: str) -> FruitRange:
         name=name,
         radius_mm=(lengths[0], lengths[1]),
         radius_across_mm=(lengths[2], lengths[3]),
-        thickness_mm=(lengths[4], lengths[5]) if len(lengths) > _RADII else None,
+        thickness_mm=(lengths[4], lengths[5]) if len(lengths) > _RADIUS_ENDS else None,
         E_min_MPa=softest,
         E_max_MPa=firmest,
     )
@@ -151,8 +153,8 @@ def _refuse_unknown(name: str) -> None:
 def _measured_range(path: Path) -> FruitRange:
     """Read the range of the specimens from a file written by `pipeline modulus --json`.
 
-    The range of moduli includes their error bars. The radii are the radii of the tested specimens. Raises InputError if
-    the file was not written by this command.
+    The range of moduli includes their error bars. The radii are the radii of the tested specimens. If all specimens are
+    balls, the radius of the first one is used. Raises InputError if the file was not written by this command.
     """
     try:
         rows = json.loads(read_bytes(path, "--fruit"))

@@ -86,7 +86,10 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
 
 
 def _refuse_missing_verdicts(study: Study) -> None:
-    """Raise InputError if a verdict of the goal needs a key that is neither set in the base nor varied."""
+    """Raise InputError if a verdict of the goal needs a key or table that is neither set in the base nor varied.
+
+    Without this key, the verdict does not exist for any candidate.
+    """
     tables = study.base.tables
     goal = study.goal
     goal_verdicts = [
@@ -94,13 +97,14 @@ def _refuse_missing_verdicts(study: Study) -> None:
         *(("optimise.under", name) for name in goal.under),
     ]
     for field, name in goal_verdicts:
-        for given in row_of(name).given:
-            table, _, key = given.partition(".")
-            is_varied = any(varied.startswith(given if key else f"{table}.") for varied in study.vary)
-            if is_varied or (key in tables.get(table, {}) if key else table in tables):
+        for needed_name in row_of(name).given:  # the name of a table, or TABLE.KEY
+            table, _, key = needed_name.partition(".")
+            is_varied = any(varied.startswith(needed_name if key else f"{table}.") for varied in study.vary)
+            is_set = key in tables.get(table, {}) if key else table in tables
+            if is_varied or is_set:
                 continue
-            needed_text = given if key else f"a [{table}] table"
-            bound = f"a verdict of the base, which has no {given}"
+            needed_text = needed_name if key else f"a [{table}] table"
+            bound = f"a verdict of the base, which has no {needed_name}"
             hint = (
                 f"give {needed_text} in the base or under [set], or choose optimise.minimise and under without {name}"
             )
@@ -110,16 +114,18 @@ def _refuse_missing_verdicts(study: Study) -> None:
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | None) -> None:
     """Run differential evolution over the varied keys until the evaluations of the study are used up.
 
-    A member of a generation holds for each varied key the fraction [1] of its range. All candidates are stored. A front
-    is searched for one value after another. Each search after the first starts from the last generation of the previous
-    search.
+    A member of a generation holds a fraction [1] for each varied key, from 0 at one end of its range to 1 at the other.
+    All candidates are stored in `store`. A front is searched for one value after another. Each search after the first
+    starts from the last generation of the previous search. `engine` solves a generation in parallel, and `progress` is
+    called with the number of evaluated candidates and the total number.
     """
     front_values = len(study.front)
     searched_keys = len(study.vary) - bool(front_values)
     start = _base_fractions(study)
     initial_members: Literal["latinhypercube"] | Floats = "latinhypercube"
     max_evaluations = study.goal.evaluations * max(1, front_values)
-    report_progress = None if progress is None else lambda kept, _: progress(kept, max(max_evaluations, kept))
+    # a store from an earlier search may have more points than this search evaluates
+    report_progress = None if progress is None else lambda stored, _: progress(stored, max(max_evaluations, stored))
     # The front's key is the last varied key. Its range is divided into one interval for each value, and its fraction is
     # fixed at the middle of the interval.
     for front_fraction in [[(i + 0.5) / front_values] for i in range(front_values)] or [[]]:
@@ -154,12 +160,13 @@ def _costs(
 
     `fractions` (keys, members) holds the members of the generation. `front_fraction` holds the fraction of the front's
     key; it is empty without a front. `requested` holds the settings of all candidates that were requested so far for
-    this value of the front. Members that are already stored are not solved again. Members beyond the last evaluation
-    are not solved, and get the cost of a refused design.
+    this value of the front, as text; this function adds to it. Members that are already stored are not solved again.
+    Members beyond the last evaluation are not solved, and get the cost of a refused design.
     """
     members = [study.settings_at([*member, *front_fraction]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))
-    allowed = {}  # the keys are texts, because members of a generation may be equal if all keys vary over lists
+    # Settings to evaluate, by their text. Members of a generation may be equal if all keys vary over lists.
+    allowed = {}
     for text, settings in zip(texts, members, strict=True):
         if len(requested) < study.goal.evaluations:
             requested.add(text)
@@ -175,7 +182,8 @@ def _costs(
 def _base_fractions(study: Study) -> Floats | None:
     """Return the base design, at which the search starts, as fractions [1] of the varied keys' ranges.
 
-    The result is None if a value of the base is outside its range. The key of a front is omitted.
+    The result has the shape (keys,). It is None if a value of the base is outside its range. The key of a front, and
+    keys with a normal distribution, are omitted.
     """
     fractions = []
     for key, varied in study.vary.items():
@@ -266,13 +274,17 @@ def prove(
     used.
     """
     if study.front:
-        number = front_number(place.value)
-        candidates = [one for one in candidates if front_number(one.changes[study.goal.front_key]) == number]
-    to_run = [one for one in candidates if one.passes][:MOST_RUNS]
-    to_run += [one for one in candidates if is_base(study, one) and one not in to_run]
+        front_value = front_number(place.value)
+        front_key = study.goal.front_key
+        candidates = [
+            candidate for candidate in candidates if front_number(candidate.changes[front_key]) == front_value
+        ]
+    to_run = [candidate for candidate in candidates if candidate.passes][:MOST_RUNS]
+    to_run += [candidate for candidate in candidates if is_base(study, candidate) and candidate not in to_run]
 
     def design_of(candidate: Candidate) -> Design:
         progress(f"running candidate {candidate.number}, the best that has not been run yet")
+        # named after the study, not after its base design
         return replace(study.base.design(candidate.changes), name=study.name)
 
     tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too loose for a whole run

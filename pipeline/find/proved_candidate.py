@@ -45,8 +45,8 @@ def prove_first(
     """Run up to `max_runs` candidates one after another until one passes, and return the last run.
 
     `design_of` returns the design of a candidate. If a run does not pass, `next_candidates` may derive further
-    candidates from it, which are run next. Returns None if there are no candidates. Raises OutputError if the output
-    folder cannot be used.
+    candidates from it, which are run next. A candidate whose design is invalid or cannot be solved has not passed.
+    Returns None if there are no candidates. Raises OutputError if the output folder cannot be used.
     """
     waiting = list(candidates)
     proof = None

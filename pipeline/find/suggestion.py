@@ -77,8 +77,9 @@ class Search:
     def passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
         """Return candidates that pass, the nearest first, for a base design with the given failed verdicts.
 
-        Each round changes one more key of the best candidates of the previous round. The nearest candidate has the
-        fewest changed keys, and among those the smallest sum of |log ratio|.
+        Each round makes one more change to the best candidates of the previous round, and the first round with a
+        candidate that passes is the last. The nearest candidate has the smallest changes, see `changes.size`. The
+        result is empty if no candidate passes.
         """
         beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
         for _ in range(MAX_KEYS):
@@ -90,8 +91,8 @@ class Search:
                 self._budget_left = max(self._budget_left, _RESERVE * BUDGET)
                 return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size_of)
             beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size_of(candidate)))[:_BEAM_WIDTH]
-            misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
-            self.nearest_miss = min(misses, key=lambda candidate: candidate.rank, default=None)
+            failed_candidates = [*beam, self.nearest_miss] if self.nearest_miss else beam
+            self.nearest_miss = min(failed_candidates, key=lambda candidate: candidate.rank, default=None)
         return []
 
     def trial(self, changes: Changes) -> Candidate | None:
@@ -121,17 +122,17 @@ class Search:
         return size(self._base.design, candidate.changes)
 
     def _add_one_change(self, start: Candidate) -> list[Candidate]:
-        """Return the best candidate of each sweep that changes one more key than `start`.
+        """Return the best candidate of each sweep that starts from the candidate `start`.
 
         A sweep is a list of changes of the same keys, the smallest change first. It ends at the first change that
-        passes.
+        passes. Sweeps of keys that are fixed, or that `start` has already changed, are omitted.
         """
-        names = [verdict.name for verdict in start.failed]
+        failed_names = [verdict.name for verdict in start.failed]
         design = self._design_of(start)
-        unavailable = self._fixed | start.changes.keys()
+        unavailable_keys = self._fixed | start.changes.keys()
         best = []
-        for sweep in sweeps(design, names, on_cells=scene_of(design).on_cells):
-            if not sweep[0] or not unavailable.isdisjoint(sweep[0]):  # all changes of a sweep have the same keys
+        for sweep in sweeps(design, failed_names, on_cells=scene_of(design).on_cells):
+            if not sweep[0] or not unavailable_keys.isdisjoint(sweep[0]):  # all changes of a sweep have the same keys
                 continue
             trials: list[Candidate] = []
             for change in sweep:
@@ -168,13 +169,15 @@ class Search:
         is assumed to be the same if the layouts are equal.
         """
         base = self._base
-        same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
+        has_same_scene = unit_scene(design) == unit_scene(base.design)
+        has_same_contact = has_same_scene and design.tips.side_mm == base.design.tips.side_mm
+        # a sensor held sideways has no sag
         has_same_sag = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
         return Sensor(
             design=design,
             options=RunOptions(tolerance=ROUGH),
             springs_as="sized",
-            known_contact=base.contact if same_contact else None,
+            known_contact=base.contact if has_same_contact else None,
             known_offsets_mm=base.press.scene.height_offset_mm if has_same_sag else (),
         )
 
@@ -186,27 +189,29 @@ class Search:
         sign was changed, keep their new values.
         """
         on_cells = scene_of(self._design_of(candidate)).on_cells
-        for key, passing in candidate.changes.items():
-            failing = value_of(self._base.design, key)
-            if not (isinstance(passing, float) and isinstance(failing, float) and failing * passing > 0.0):
+        for key, passing_value in candidate.changes.items():
+            failing_value = value_of(self._base.design, key)
+            if not (isinstance(passing_value, float) and isinstance(failing_value, float)):
                 continue
-            margin = _MARGIN if passing > failing else -_MARGIN
+            if failing_value * passing_value <= 0.0:
+                continue
+            margin = _MARGIN if passing_value > failing_value else -_MARGIN
             for _ in range(_BISECTIONS_ON_CELLS if on_cells else _BISECTIONS):
-                middle = math.sqrt(failing * passing)
+                middle = math.sqrt(failing_value * passing_value)
                 trial = self.trial({**candidate.changes, key: middle})
                 if trial is not None and not trial.failed:
-                    passing = middle
+                    passing_value = middle
                 else:
-                    failing = middle
-            value = rounded(passing * (1.0 + margin), towards=passing * (1.0 + 2.0 * margin))
+                    failing_value = middle
+            value = rounded(passing_value * (1.0 + margin), towards=passing_value * (1.0 + 2.0 * margin))
             final = self.trial({**candidate.changes, key: value})
-            if final is not None and not final.failed:
+            if final is not None and not final.failed:  # with the margin, a trial may exceed the budget or fail
                 candidate = final
         return candidate
 
 
 def _trial_cost(design: Design) -> float:
-    """Return the cost of a trial, in units of about 0.01 s of CPU time."""
+    """Return the measured cost of a trial, in units of about 0.01 s of CPU time."""
     if scene_of(design).on_cells:
         return 80.0
     return 8.0 if design.reading is None else 30.0
@@ -228,7 +233,7 @@ def suggestion(
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
-        # If a finer tolerance may decide every failed verdict, it is suggested instead of changes.
+        # If a finer tolerance may decide every verdict that did not pass, it is suggested instead of changes.
         finer_tolerance_hints = [tolerance_hint(verdict, options.tolerance) for verdict in failed_verdicts]
         if all(finer_tolerance_hints):
             return replace(none_found, reason=str(finer_tolerance_hints[0]))
@@ -255,15 +260,16 @@ def suggestion(
 def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
     """Return the candidate with the shorter travel that failed verdicts on strains and clearances require, if any.
 
-    The list is empty if no failed verdict requires a shorter travel, or if the travel is already changed or fixed.
+    `result` is a run of the design with `changes`, to which the travel is added. The list is empty if no failed verdict
+    requires a shorter travel, or if the travel is already changed or fixed.
     """
-    travels = []
+    shorter_travels = []
     if _TRAVEL not in {*changes, *fixed}:
         for verdict in result.verdicts:
             shorter = shorter_travel(verdict, result.design, result.springs)
             if verdict.passed is not True and verdict.row.by_travel != "pressure" and shorter is not None:
-                travels.append(shorter)
-    return [Candidate(changes={**changes, _TRAVEL: min(travels)}, verdicts=())] if travels else []
+                shorter_travels.append(shorter)
+    return [Candidate(changes={**changes, _TRAVEL: min(shorter_travels)}, verdicts=())] if shorter_travels else []
 
 
 def _failure_reason(search: Search, passing: Sequence[Candidate]) -> str:
