@@ -26,7 +26,7 @@ from sensor.words import OUTCOMES, round_below, value_with_bar
 _COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}
 _SIZE = (420, 240)  # size of the plot with its margins [px]
 _MARGINS = (48, 12, 12, 38)  # left, top, right, bottom
-_FEW = 5  # minimum number of ticks on an axis
+_MIN_TICKS = 5  # minimum number of ticks on an axis
 _BLUE = "#1f6fb2"
 
 
@@ -42,6 +42,7 @@ def answer_html(
 
     The plot shows the force ratio P (n,) [1] at full travel against the modulus E (n,) [MPa]. P is nan if a tip is out
     of contact. The `moduli` of the design [MPa] are shown as dots on this curve. `name` is the name of the design.
+    `springs` are the springs by name; without springs, their table is omitted.
     """
     parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
     reasons = [
@@ -55,7 +56,10 @@ def answer_html(
 
 
 def _verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """Return a table of the verdicts on targets and readings; the last row counts the verdicts on the part."""
+    """Return an HTML table of the verdicts on targets and readings.
+
+    The last row states how many verdicts on the geometry and the print there are, and how many of them passed.
+    """
     rows = []
     for verdict in verdicts:
         if not is_on_the_part(verdict):
@@ -124,18 +128,9 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
         'font-family="sans-serif" font-size="11" fill="currentColor" role="img">'
         "<title>force ratio P against the modulus of the fruit</title>"
     )
-    for tick, x in zip(x_ticks, x_of(x_ticks), strict=True):
-        yield _line((x, top), (x, height - bottom))
-        yield f'<text x="{x:.1f}" y="{height - bottom + 14}" text-anchor="middle">{tick:g}</text>'
-    for tick, y in zip(y_ticks, y_of(y_ticks), strict=True):
-        yield _line((left, y), (width - right, y))
-        yield f'<text x="{left - 6}" y="{y + 4.0:.1f}" text-anchor="end">{tick:g}</text>'
-    centre = 0.5 * (left + width - right)
-    yield f'<text x="{centre:.1f}" y="{height - 6}" text-anchor="middle">modulus E of the fruit [MPa]</text>'
-    rotation = f"translate(12 {0.5 * (top + height - bottom):.1f}) rotate(-90)"
-    yield f'<text transform="{rotation}" text-anchor="middle">force ratio P [1]</text>'
-    for part in _runs(is_known):
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[part]), y_of(P[part]), strict=True))
+    yield from _axes(list(zip(x_ticks, x_of(x_ticks), strict=True)), list(zip(y_ticks, y_of(y_ticks), strict=True)))
+    for known in _known_slices(is_known):
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[known]), y_of(P[known]), strict=True))
         yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'
     dots = np.asarray(moduli, dtype=np.float64)
     for x, y in zip(x_of(dots), y_of(np.interp(dots, E, P)), strict=True):
@@ -144,9 +139,25 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     yield "</svg>"
 
 
-def _runs(is_known: Flags) -> Iterator[slice]:
+def _axes(x_ticks: Sequence[tuple[float, float]], y_ticks: Sequence[tuple[float, float]]) -> Iterator[str]:
+    """Yield the grid lines, the numbers and the titles of both axes as SVG; a tick is its number and position [px]."""
+    width, height = _SIZE
+    left, top, right, bottom = _MARGINS
+    for tick, x in x_ticks:
+        yield _line((x, top), (x, height - bottom))
+        yield f'<text x="{x:.1f}" y="{height - bottom + 14}" text-anchor="middle">{tick:g}</text>'
+    for tick, y in y_ticks:
+        yield _line((left, y), (width - right, y))
+        yield f'<text x="{left - 6}" y="{y + 4.0:.1f}" text-anchor="end">{tick:g}</text>'
+    centre = 0.5 * (left + width - right)
+    yield f'<text x="{centre:.1f}" y="{height - 6}" text-anchor="middle">modulus E of the fruit [MPa]</text>'
+    rotation = f"translate(12 {0.5 * (top + height - bottom):.1f}) rotate(-90)"
+    yield f'<text transform="{rotation}" text-anchor="middle">force ratio P [1]</text>'
+
+
+def _known_slices(is_known: Flags) -> Iterator[slice]:
     """Yield the slices of consecutive known values, in order."""
-    # A run of known values begins where the flag changes from 0 to 1, and ends where it changes back.
+    # A slice of known values begins where the flag changes from 0 to 1, and ends where it changes back.
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_known.astype(int), [0]])))
     for start, end in edges.reshape(-1, 2).tolist():
         yield slice(start, end)
@@ -160,11 +171,11 @@ def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
 
 
 def _ticks(low: float, high: float) -> Floats:
-    """Return round numbers at equal steps, the smallest at most `low` and the largest at least `high`.
+    """Return round numbers at equal steps, at least five: the smallest at most `low`, the largest at least `high`.
 
-    `low` and `high` may be equal.
+    If `low` and `high` are equal, the numbers extend over an arbitrary interval that contains them.
     """
     span = high - low or abs(high) or 1.0
-    step = round_below(span / (_FEW - 1))
+    step = round_below(span / (_MIN_TICKS - 1))
     first, last = np.floor(low / step), np.ceil(high / step)
     return np.arange(first, max(last, first + 1.0) + 0.5) * step

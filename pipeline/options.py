@@ -117,13 +117,13 @@ def preset_names() -> tuple[str, ...]:
 def design_path(design: str | Path, name: str = "--design") -> Path:
     """Return the path of a design file, given as a path or as the name of a preset.
 
-    A string is a path if it ends in .toml or contains a path separator. Raises InputError if there is no such preset;
-    `name` is the flag or argument in the message.
+    A string is a path if it ends in .toml or contains a path separator. Raises InputError if there is no such preset.
+    `name` is the flag or argument that the message names.
     """
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
     presets = preset_names()
-    refuse_gone(f"preset {design}")
+    refuse_gone(f"preset {design}")  # only raises InputError, for a preset that was removed
     if design not in presets:
         hint = f"did you mean {nearest(design, presets)}?" if presets else "give a path"
         raise validation_error(name, design, "", f"one of {', '.join(presets)}, or a path that ends in .toml", hint)
@@ -168,10 +168,10 @@ def load_design(
 def design_tables(
     design: str | Path, settings: Mapping[str, object] | None = None, name: str = "--design"
 ) -> DesignTables:
-    """Load the tables of a preset or of a design file, with values replaced by settings; they may be incomplete.
+    """Load the tables of a preset or of a design file, with values replaced by settings.
 
-    Incomplete tables become a design when further settings are added. Arguments and errors are the same as for
-    `load_design`, except for errors that only a complete design can have.
+    The tables may be incomplete, because a study adds further settings. The parameters are the same as for
+    `load_design`. Raises InputError like `load_design`, except for errors that only a complete design can have.
     """
     path = design_path(design, name)
     texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
@@ -182,12 +182,13 @@ def design_tables(
 def setting_text(key: str, value: object) -> str:
     """Return the value of a design key as text for `--set`; empty for None.
 
-    Raises InputError for a value that is not finite, or whose type does not occur in designs.
+    Raises InputError for a value that is not finite, or whose type does not occur in designs. The message names the
+    `key`.
     """
     if value is None or isinstance(value, str):
         return value or ""
     try:
-        return json.dumps(value, allow_nan=False)
+        return json.dumps(value, allow_nan=False)  # numbers, booleans and lists have the same form in JSON and TOML
     except (TypeError, ValueError) as error:
         raise validation_error(
             key, str(value), "", "a finite number, a list of numbers, or text", "write it as in a design file"
@@ -195,14 +196,14 @@ def setting_text(key: str, value: object) -> str:
 
 
 def run_key(design: Design, options: RunOptions) -> str:
-    """Return a digest of all inputs that determine a run: design, options, program and packages.
+    """Return a digest of all inputs that determine the files of a run: design, options, program and packages.
 
     If the report in a folder has the same key, the folder is up to date.
     """
     inputs = {
         "design": design_as_mapping(design),
-        "options": asdict(replace(options, out=None, force=False)),
-        "date": os.environ.get(FILE_DATE),
+        "options": asdict(replace(options, out=None, force=False)),  # these two do not change the content of files
+        "date": os.environ.get(FILE_DATE),  # the date that is written into files
         "packages": run_packages(),
         "code": code_digest(),
         "pages": pages_digest(),

@@ -42,18 +42,19 @@ def refuse_unsolvable(design: Design) -> None:
 
 
 def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_property[Solved]"]:
-    """Return a decorator for a property that is solved on first use and cached.
+    """Return a decorator that makes a method of `Sensor` a property, which is solved on first use and cached.
 
-    The wall-clock and CPU time of the solution are added to the stage `name` of the run.
+    The wall-clock and CPU time of the solution are added to the stage `name` in the sensor's stopwatch. Several
+    properties may belong to the same stage.
     """
 
     def timed_property(solve: Callable[["Sensor"], Solved]) -> "cached_property[Solved]":
         @wraps(solve)
-        def timed(sensor: "Sensor") -> Solved:
+        def solve_and_time(sensor: "Sensor") -> Solved:
             with sensor.timed.stage(name):
                 return solve(sensor)
 
-        return cached_property(timed)
+        return cached_property(solve_and_time)
 
     return timed_property
 
