@@ -35,10 +35,13 @@ SpringsAs = Literal["fitted", "sized"]
 
 
 def refuse_unsolvable(design: Design) -> None:
-    """Raise InputError for a scene or pose that cannot be solved, or tips that leave no plate; nothing is solved."""
+    """Raise InputError for a scene or pose that cannot be solved, or for tips too close together for two plates.
+
+    Nothing is solved here.
+    """
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)
-    plate_depth(design, design.process)
+    plate_depth(design, design.process)  # raises InputError if the plates of a square are too shallow
 
 
 def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_property[Solved]"]:

@@ -10,7 +10,7 @@ from pipeline.study.variation import Setting, is_number
 from sensor.verdict import Verdict
 
 MARGIN = 0.01  # relative margin from a limit [1]; the compliance of printed plates changes every number by less
-_FAIL_OFFSET = 2.0  # added to the costs of failing designs, so that they exceed the costs of passing ones, -1 to 1
+_FAIL_OFFSET = 2.0  # added to the costs of failing designs; the costs of passing ones are between -1 and 1
 REFUSED_COST = 4.0  # cost of a design that is invalid or cannot be solved; it exceeds all other costs
 
 

@@ -12,8 +12,8 @@ from sensor.design.reading import ReadingRequirements
 from sensor.verdict import Verdict
 from sensor.words import rounded
 
-MOST_ROUNDS = 6  # maximum number of times that the ranges are narrowed
-EASED = 0.12  # fraction of the range, on a logarithmic scale, that a round removes from each end
+MAX_ROUNDS = 6  # maximum number of times that the ranges are narrowed
+NARROWED_FRACTION = 0.12  # fraction of the range, on a logarithmic scale, that a round removes from each end
 
 SHAPE_VERDICTS = ("reading.bias", "reading.touch", "geometry.tip_face")
 """Verdicts that fail if the radii and the flesh thickness vary too much."""
@@ -36,19 +36,20 @@ def nearest_demand(
     the keys in `fixed`. Returns None if no design passes after six rounds. Raises the same errors as
     `fruit_suggestion`.
     """
-    requested = fruit
-    for number in range(1, MOST_ROUNDS + 1):
-        fruit = narrow_ranges(fruit, requested, failed, preset)
-        suggestion = fruit_suggestion(fruit, preset, fixed, _round_progress(number, fruit, progress))
+    narrowed = fruit
+    failed_verdicts = failed
+    for number in range(1, MAX_ROUNDS + 1):
+        narrowed = narrow_ranges(narrowed, fruit, failed_verdicts, preset)
+        suggestion = fruit_suggestion(narrowed, preset, fixed, _round_progress(number, narrowed, progress))
         if suggestion.changes is not None:
-            return fruit
-        failed = [verdict for verdict in suggestion.verdicts if verdict.passed is not True]
+            return narrowed
+        failed_verdicts = [verdict for verdict in suggestion.verdicts if verdict.passed is not True]
     return None
 
 
 def _round_progress(number: int, fruit: FruitRange, progress: Progress) -> Progress:
     """Return a progress function that prefixes each text with the number of the round and its range of fruits."""
-    return lambda work: progress(f"narrowed range {number} of at most {MOST_ROUNDS}, {fruit.in_words}: {work}")
+    return lambda work: progress(f"narrowed range {number} of at most {MAX_ROUNDS}, {fruit.in_words}: {work}")
 
 
 def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
@@ -69,7 +70,7 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
     # a limit between the two ends, at a modulus in between, also belongs to the firmest end
     fails_at_firmest = bool(exceeded_limits - {softest_limit}) or firmest_limit in exceeded_limits
     fails_by_shape = bool(failed_names.intersection(SHAPE_VERDICTS)) or not (fails_at_softest or fails_at_firmest)
-    step = (requested.E_max_MPa / requested.E_min_MPa) ** EASED
+    step = (requested.E_max_MPa / requested.E_min_MPa) ** NARROWED_FRACTION
     if fails_by_shape:
         radius, across = (
             _narrow_range(ends, requested_ends)
@@ -88,6 +89,6 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
 
 def _narrow_range(ends: Ends, requested: Ends) -> Ends:
     """Move both ends of a range towards their geometric mean, by a fixed fraction of the `requested` range."""
-    step = (requested[1] / requested[0]) ** EASED
+    step = (requested[1] / requested[0]) ** NARROWED_FRACTION
     middle = math.sqrt(ends[0] * ends[1])
     return rounded(min(ends[0] * step, middle)), rounded(max(ends[1] / step, middle))

@@ -29,7 +29,7 @@ PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "plum
 """The presets for single fruits. A whole run of each of them passes."""
 
 MAX_TRIALS = 30  # maximum number of designs that are tried with sized springs
-MOST_RUNS = 4  # maximum number of whole runs
+MAX_RUNS = 4  # maximum number of whole runs
 # relative tolerance of the springs [1], at which the contact is accurate enough for the error bars of readings
 TOLERANCE = 0.01
 _MIN_SPACING_MM = 4.5  # with a smaller spacing the leaves are shallower, and a tilted fruit pushes them sideways
@@ -216,7 +216,7 @@ def fruit_suggestion(
     candidates: list[Candidate] = []
     result: Sensor | SensorResult | None
     centring = _Centring()
-    while len(tried_designs) < MAX_TRIALS and runs < MOST_RUNS and design not in tried_designs:
+    while len(tried_designs) < MAX_TRIALS and runs < MAX_RUNS and design not in tried_designs:
         tried_designs.add(design)
         tried = len(tried_designs)
         result = _solve_sized(design)

@@ -33,7 +33,7 @@ from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict, row_of
 
-MOST_RUNS = 20  # maximum number of candidates for which a whole run is made
+MAX_RUNS = 20  # maximum number of candidates for which a whole run is made
 DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
@@ -273,14 +273,13 @@ def prove(
     is no candidate to run. Raises the same errors as `write_files`, and OutputError if the output folder cannot be
     used.
     """
+    eligible = list(candidates)
     if study.front:
-        front_value = front_number(place.value)
         front_key = study.goal.front_key
-        candidates = [
-            candidate for candidate in candidates if front_number(candidate.changes[front_key]) == front_value
-        ]
-    to_run = [candidate for candidate in candidates if candidate.passes][:MOST_RUNS]
-    to_run += [candidate for candidate in candidates if is_base(study, candidate) and candidate not in to_run]
+        front_value = front_number(place.value)
+        eligible = [candidate for candidate in candidates if front_number(candidate.changes[front_key]) == front_value]
+    to_run = [candidate for candidate in eligible if candidate.passes][:MAX_RUNS]
+    to_run += [candidate for candidate in eligible if is_base(study, candidate) and candidate not in to_run]
 
     def design_of(candidate: Candidate) -> Design:
         progress(f"running candidate {candidate.number}, the best that has not been run yet")

@@ -24,7 +24,7 @@ from solve.contact.response import scene_response
 
 BUDGET = 6000.0  # budget for trials, in units of about 0.01 s of CPU time
 _RESERVE = 0.05  # fraction of the budget that is reserved for moving candidates nearer to the base design
-MOST_RUNS = 4  # maximum number of runs of candidates, each of which takes about ten seconds
+MAX_RUNS = 4  # maximum number of runs of candidates, each of which takes about ten seconds
 MAX_KEYS = 3  # maximum number of keys that are changed together
 _BEAM_WIDTH = 4  # number of candidates that each round of the beam search keeps
 _BISECTIONS = 6
@@ -249,7 +249,7 @@ def suggestion(
 
     # A shorter travel for the strains and clearances of the unchanged design is tried first.
     candidates = [*_shorten_travel(result, {}, fixed), *passing]
-    proof = prove_first(candidates, design_of, options, MOST_RUNS, with_shorter_travel)
+    proof = prove_first(candidates, design_of, options, MAX_RUNS, with_shorter_travel)
     runs = 1 if proof is None else 1 + proof.runs
     if proof is None or proof.result is None or not proof.passed:
         return replace(none_found, reason=_failure_reason(search, passing), tried=search.tried, runs=runs)

@@ -241,7 +241,7 @@ def _random_presses(
     `press_readings` holds the readings of all `presses`. Presses without a reading are omitted.
     """
     # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
-    random_indices = [0, *(index for index, placement in enumerate(presses.placements) if placement.is_drawn)]
+    random_indices = [0, *(index for index, placement in enumerate(presses.placements) if placement.is_random)]
     random_presses = [
         [forces[index] for index in random_indices if row[index] is not None]
         for forces, row in zip(presses.F, press_readings, strict=True)
@@ -328,7 +328,7 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
     The uncertainty is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli,
     placements); it is nan for a press without a reading.
     """
-    random_biases = biases[:, [placement.is_drawn for placement in placements]]
+    random_biases = biases[:, [placement.is_random for placement in placements]]
     count = np.isfinite(random_biases).sum(axis=1)
     # with a count of 0, the sum is 0 too
     return np.asarray(np.sqrt(np.nansum(random_biases**2, axis=1) / np.maximum(count, 1)))

@@ -31,7 +31,7 @@ from solve.contact.linear_response import linear_response, travels
 
 LEVEL_MODULI = 9  # number of moduli of the level readings, for a fruit without a skin
 MODULI_BEYOND_RANGE = 25  # number of moduli for a fruit with a skin, at which linear interpolation is accurate to 1e-4
-BEYOND = 1.25  # factor by which the moduli extend beyond both ends of the range of the fruit
+RANGE_FACTOR = 1.25  # factor by which the moduli extend beyond both ends of the range of the fruit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +112,7 @@ def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
         return level_readings(sensor)
     x = travels(sensor.design.press.travel_mm, RISE_TRAVELS)
     moduli = _moduli_beyond_range(sensor.design)
+    # `F` has the shape (moduli, samples, tips), here with one modulus, because S depends on E under a skin
     presses = [linear_response(sensor.contact.at(E).S, sensor.C, [E], x).F[0] for E in moduli]
     return _read_by_law(sensor, moduli, presses)
 
@@ -137,4 +138,4 @@ def _moduli_over_range(design: Design) -> list[float]:
 def _moduli_beyond_range(design: Design) -> list[float]:
     """Return moduli [MPa] over the range of the fruit and beyond both ends, in small enough steps for a skin."""
     smallest, largest = min(design.fruit.E_MPa), design.fruit.largest_E_MPa
-    return list(np.geomspace(smallest / BEYOND, largest * BEYOND, MODULI_BEYOND_RANGE).tolist())
+    return list(np.geomspace(smallest / RANGE_FACTOR, largest * RANGE_FACTOR, MODULI_BEYOND_RANGE).tolist())

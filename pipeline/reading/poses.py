@@ -21,7 +21,7 @@ Vector = tuple[float, float]
 LEVEL: Vector = (0.0, 0.0)
 DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * k for k in range(8))]
 _DIAGONALS = DIRECTIONS[1::2]
-DRAWN = 48  # number of random placements
+RANDOM_PLACEMENTS = 48  # number of random placements
 SEED = 21
 FEWEST_MODULI = 4  # minimum number of moduli at which readings are evaluated
 _AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of the axes by their angle from +x [deg]
@@ -31,11 +31,11 @@ _AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of the ax
 class Placement(Stand):
     """A position and tilt of the sensor on a fruit of given radii and flesh thickness.
 
-    `is_drawn` is True for a random placement. Random placements represent how often each pose occurs. `turned_deg` is
+    `is_random` is True for a random placement. Random placements represent how often each pose occurs. `turned_deg` is
     the change in tilt during the whole press.
     """
 
-    is_drawn: bool = False
+    is_random: bool = False
 
     def __str__(self) -> str:
         """Return the placement as text, for example "tilted 2 deg down towards +x, on a radius of 30 mm"."""
@@ -159,13 +159,13 @@ def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: V
 
 
 def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) -> Iterator[Placement]:
-    """Yield `DRAWN` random placements, uniformly distributed over every range except the flesh thickness.
+    """Yield `RANDOM_PLACEMENTS` random placements, uniformly distributed over every range except the flesh thickness.
 
     Tilts and positions are uniformly distributed over the area of a disc. The thickness is a separate source of
     uncertainty, so it keeps the value of the design.
     """
     rng = np.random.default_rng(SEED)
-    for _ in range(DRAWN):
+    for _ in range(RANDOM_PLACEMENTS):
         # All random numbers are drawn even if a range is missing, so that the others remain the same.
         radius_fraction, across_fraction, azimuth_fraction = rng.uniform(size=3).tolist()
         tilt, position, tilt_change = (_sample_disc(rng) for _ in range(3))  # fractions of their largest values
@@ -176,7 +176,7 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
             radii = (radius, across)
         yield Placement(
             from_touch=True,
-            is_drawn=True,
+            is_random=True,
             radii_mm=radii,
             azimuth_deg=180.0 * azimuth_fraction if fruits.azimuths else None,  # an ellipsoid repeats after 180 deg
             tilt_deg=_scale(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),

@@ -71,7 +71,8 @@ class UncertaintySources:
 
         The result is None if the other sources reach the limit without any noise.
         """
-        without_noise = math.hypot(*(each for name, each in self.contributions.items() if name not in NOISE_SOURCES))
+        other_contributions = [value for name, value in self.contributions.items() if name not in NOISE_SOURCES]
+        without_noise = math.hypot(*other_contributions)
         return None if without_noise >= limit else math.sqrt(limit**2 - without_noise**2) / self.noise_slope
 
 

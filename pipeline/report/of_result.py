@@ -53,7 +53,7 @@ OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
     "tips": lambda result: TipReport.rows(result.design.tips),
     "read_out": lambda result: result.read_out,
     "verdicts": lambda result: result.verdicts,
-    "remedy": lambda result: next((one.remedy for one in result.verdicts if one.remedy is not None), None),
+    "remedy": lambda result: next((each.remedy for each in result.verdicts if each.remedy is not None), None),
     "errors": lambda result: _error_budgets(result),
     "paper": lambda result: None if result.paper is None else PaperReport.from_stage(result.paper),
     "accuracy": lambda result: AccuracyReport.from_stage(

@@ -36,7 +36,7 @@ SpringAccuracy = Literal["sized", "leaning", "fitted"]
 BeginSolid = Callable[[Housing, tuple[float, ...]], Future[PartSize]]
 """A function that starts making the solid of a housing for given deflections [mm], and returns a future of its size."""
 
-GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
+GRAVITY = 1e-6 * STANDARD_GRAVITY  # specific weight [N/mm^3] of a material with a density of 1 g/cm^3
 
 
 def printable_leaves(

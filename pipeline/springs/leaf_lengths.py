@@ -97,7 +97,7 @@ def odd_shape_factor(flexure: Flexure) -> float:
     """Return the factor by which the error bar from two meshes is enlarged for a leaf of unusual shape [1].
 
     For such leaves, the difference between two meshes underestimates the error, for two reasons. All meshes have the
-    same fans of elements at the roots, whose error matters if a leaf is hardly deeper than it is thick. The meshes also
+    same fans of elements at the roots, whose error matters if a leaf is barely deeper than it is thick. The meshes also
     have few layers through the depth, which are not enough if a leaf is deeper than it is long. The factor is 2.5 for a
     long leaf as thick as it is deep, for which the observed factor was 2.
     """

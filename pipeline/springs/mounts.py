@@ -18,7 +18,7 @@ from solve.housing.stiffness import lever_compliance
 # K_h is 0.05 % higher.
 SKIN_MM = 0.02
 # Effective fraction of the thickness of a cover's plate. It is less than 1 because the plate is stiffer than a bar as
-# narrow as its rim. Source: CalculiX, with housing and cover meshed by tetrahedra.
+# narrow as its rim. It was computed with CalculiX, on tetrahedral meshes of the housing and the cover.
 PLATE_FRACTION = 0.75
 COARSE_SCALE = 4.0  # mesh scale for the lateral compliance of the tips
 ROUGH_SCALE = 3.0  # mesh scale for a rough answer, whose only mesh has one layer of elements through half the depth

@@ -66,8 +66,8 @@ _MAX_TETRAHEDRA_ERROR = 0.01  # relative error of K below which the refinement e
 # largest accepted relative error of K from a swept mesh; above it, too much of the part is not swept
 _MAX_SWEPT_ERROR = 0.1
 _ROUND_OFF_MM = 1e-6  # mean difference in thickness between a swept mesh and the part that is only round-off [mm]
-MOST_SECONDS = 120.0  # limit of the CPU time for all tetrahedral meshes [s]
-MOST_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh [bytes]
+MAX_SECONDS = 120.0  # limit of the CPU time for all tetrahedral meshes [s]
+MAX_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh [bytes]
 _SECONDS_PER_UNKNOWN = 2e-4  # estimated CPU time [s]
 _BYTES_PER_UNKNOWN = 7e3  # estimated memory [bytes]
 _UP = (0.0, 0.0, 1.0)  # direction in which the fruit presses the tips of a housing
@@ -424,7 +424,7 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
         mesh = tetrahedral_mesh(part, walls, scale)
         unknowns = 3 * int(mesh.doflocs.shape[1])  # three displacements at each node
         total_seconds += _SECONDS_PER_UNKNOWN * unknowns
-        if total_seconds > MOST_SECONDS or _BYTES_PER_UNKNOWN * unknowns > MOST_BYTES:
+        if total_seconds > MAX_SECONDS or _BYTES_PER_UNKNOWN * unknowns > MAX_BYTES:
             break
         if not solutions:  # only a mesh shows whether the mount touches the part
             layers = layers if _is_covered(mesh, layers) else ()
@@ -437,8 +437,8 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
         ):
             break
     if len(solutions) < _MIN_MESHES:
-        most_unknowns = MOST_SECONDS / _SECONDS_PER_UNKNOWN
-        bound = f"at most about {most_unknowns:.3g} for all meshes, {MOST_SECONDS:g} s of CPU time"
+        most_unknowns = MAX_SECONDS / _SECONDS_PER_UNKNOWN
+        bound = f"at most about {most_unknowns:.3g} for all meshes, {MAX_SECONDS:g} s of CPU time"
         hint = "remove fine details where nothing bends, or draw the part as an extrusion of one section"
         quantity = "unknowns of the tetrahedral mesh of the part"
         raise validation_error(quantity, unknowns, "", bound, hint)
@@ -463,17 +463,18 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     # The layers of the mount (covers or washers) apply only to a part in the same orientation as the housing.
     layers = scene.layers if np.allclose(extrusion.rotation, np.eye(3)) else ()
     (coarse_scale, coarse_depth_elements), (fine_scale, fine_depth_elements) = _MESHES
-    mesh = swept_part(extrusion, coarse_scale, coarse_depth_elements, presses.values())
-    layers = layers if _is_covered(mesh.mesh, layers) else ()
-    coarse = swept_compliance(mesh, scene.material, presses, layers)
+    coarse_mesh = swept_part(extrusion, coarse_scale, coarse_depth_elements, presses.values())
+    layers = layers if _is_covered(coarse_mesh.mesh, layers) else ()
+    coarse = swept_compliance(coarse_mesh, scene.material, presses, layers)
     _refuse_block(coarse, extrusion.part, scene)
     corner_numbers = strained_corners(coarse)
     neglected_errors = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
     if corner_numbers:
         # The coarse mesh is solved again with finer elements at the corners only. The change in K between the two
         # coarse solutions is therefore the effect of the corners.
-        mesh = _coarse_mesh_with_fine_corners(extrusion, presses, corner_numbers)
-        unrefined, coarse = coarse, swept_compliance(mesh, scene.material, presses, layers)
+        corner_mesh = _coarse_mesh_with_fine_corners(extrusion, presses, corner_numbers)
+        unrefined = coarse
+        coarse = swept_compliance(corner_mesh, scene.material, presses, layers)
         neglected_errors = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
     fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
     mesh = swept_part(extrusion, fine_scale, fine_depth_elements, presses.values(), fine_corners)

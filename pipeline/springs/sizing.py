@@ -17,7 +17,7 @@ from sensor.theory.two_spring_law import (
 )
 from solve.fruit.compliance import FruitCompliance
 
-LEAST_RISE = 1e-9  # smallest relative rise of P with the modulus; a smaller rise is lost in round-off
+MIN_RISE = 1e-9  # smallest relative rise of P with the modulus; a smaller rise is lost in round-off
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,15 +106,15 @@ def _choose_springs(design: Design, K_m_max: float, stiffness_ratio: float, stif
 
     `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is the stiffness
     under the high tip divided by it. On a very soft fruit, the force ratio P equals this ratio. `stiffening` is the
-    result of `fruit_stiffening`. Raises InputError if P hardly rises with the modulus for the given springs, or if no
-    springs meet the targets.
+    result of `fruit_stiffening`. Raises InputError if P of the given springs does not rise noticeably with the modulus,
+    or if no springs meet the targets.
     """
     given = design.springs
     targets = design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
-        if force_ratio(springs, K_m_max, stiffness_ratio) < (1.0 + LEAST_RISE) * stiffness_ratio:
-            bound = f"small enough that P rises by {LEAST_RISE:g} with this springs.K_h_N_per_m on the stiffest fruit"
+        if force_ratio(springs, K_m_max, stiffness_ratio) < (1.0 + MIN_RISE) * stiffness_ratio:
+            bound = f"small enough that P rises by {MIN_RISE:g} with this springs.K_h_N_per_m on the stiffest fruit"
             hint = "choose a softer low spring"
             raise validation_error("springs.K_l_N_per_m", given.K_l_N_per_m, "N/m", bound, hint)
         return springs

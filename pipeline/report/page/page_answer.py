@@ -15,7 +15,7 @@ from sensor.verdict import Verdict
 
 BILL = "bom.csv"  # file name of the bill of materials
 _ERRORS = ("reading.bias", "reading.uncertainty")
-_MOST_DIGITS = 6  # an error of a reading that needs more digits is shown in full
+_MAX_DIGITS = 6  # an error of a reading that needs more digits is shown in full
 _MASS = f" g{EACH}"  # suffix of the entry `size` of a printed part in the bill of materials
 
 
@@ -37,7 +37,7 @@ def brief(verdict: Verdict) -> str:
     is_error = verdict.name in _ERRORS and verdict.passed is not None
     if value is None or not is_error or not isinstance(limit, int | float):
         return measured(verdict)
-    rounded_texts = (f"{value:.{digits}g}" for digits in range(2, _MOST_DIGITS))
+    rounded_texts = (f"{value:.{digits}g}" for digits in range(2, _MAX_DIGITS))
     on_the_same_side = (text for text in rounded_texts if (float(text) <= limit) == (value <= limit))
     return f"{next(on_the_same_side, f'{value:g}')} {verdict.unit}"
 

@@ -24,9 +24,9 @@ from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
 ASSEMBLY = "assembly.glb"
 _SYMMETRY = "symmetry"
-# Relative error of the largest stress on the coarse mesh, in comparison with the mesh on which the springs are solved.
-# For four designs and four processes, it was -0.02 to 0.19, also on the mesh of a rough answer.
-STRESS_OFF = 0.2
+# Bound of the relative error of the largest stress on the coarse mesh, compared with the mesh on which the springs are
+# solved. For four designs and four processes, the error was -0.02 to 0.19, also on the mesh of a rough answer.
+STRESS_ERROR = 0.2
 _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
 # outward shift of a tip's label, as a fraction of the length of the part; labels are wider than the gap between the
 # tips
@@ -140,7 +140,7 @@ def _stress_caption(report: Report, result: SensorResult, scale: ColourScale, ex
         f"{part}At full travel on the firmest fruit, deflection drawn {exaggeration:g} times. "
         f"The largest von Mises stress is {scale.high:.3g} MPa, its limit {scale.limit:.3g} MPa (E of {process.name} "
         f"times its strain limit). Safety against the strain limit: {', '.join(safety_factors)}. "
-        f"The mesh is coarse: the largest stress may be up to {100.0 * STRESS_OFF:g} % off, mostly too high."
+        f"The mesh is coarse: the largest stress may be up to {100.0 * STRESS_ERROR:g} % off, mostly too high."
     )
 
 

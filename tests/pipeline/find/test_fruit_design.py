@@ -251,7 +251,7 @@ def test_design_that_no_run_proves_is_not_suggested(trials):
     """The same step again and again ends where it returns to a design, or after all trials."""
     tried = trials(proved=outcome("bruise"))
     found = fruit_suggestion(KIWI, MANGO)
-    assert (found.changes, found.runs, len(tried)) == (None, room.MOST_RUNS, room.MOST_RUNS)
+    assert (found.changes, found.runs, len(tried)) == (None, room.MAX_RUNS, room.MAX_RUNS)
 
 
 def biased(bias):

@@ -15,7 +15,7 @@ from pipeline.find import optimise
 from pipeline.find import proved_candidate as proof
 from pipeline.find.candidate import MARGIN, Candidate
 from pipeline.find.optimise import (
-    MOST_RUNS,
+    MAX_RUNS,
     candidate_of,
     is_base,
     places,
@@ -145,10 +145,10 @@ def test_lists_alone_are_searched_and_each_combination_is_solved_once(searched):
 def test_front_has_a_design_for_each_value_and_says_where_there_is_none(commanded, tmp_path, runs, capsys):
     """With P_max set the softest low spring is that of the largest NL, by the law; the last value's runs all fail."""
     front = tmp_path / "out" / "front"
-    ratios = runs(True, True, *[False] * MOST_RUNS)
+    ratios = runs(True, True, *[False] * MAX_RUNS)
     assert commanded(FRONT, "--json") == 1
     *proved, missing = json.loads(capsys.readouterr().out)["front"]
-    assert ratios == [8.0, 3.0, *[5.0] * MOST_RUNS]
+    assert ratios == [8.0, 3.0, *[5.0] * MAX_RUNS]
     for one, P_max in zip(proved, (8, 3), strict=True):
         assert (one["at"], one["value"]) == (P_max, pytest.approx(softest(P_max), rel=0.02))
         assert one["design"] == str(front / f"P_max-{P_max}.toml")
@@ -157,7 +157,7 @@ def test_front_has_a_design_for_each_value_and_says_where_there_is_none(commande
     assert not (front / "P_max-5.toml").exists()
     runs(True, True, True)
     assert commanded(FRONT) == 0
-    runs(*[False] * 3 * MOST_RUNS)
+    runs(*[False] * 3 * MAX_RUNS)
     assert commanded(FRONT) == 1
     assert "at targets.P_max = 5" in capsys.readouterr().out
     assert list(front.glob("*.toml")) == []

@@ -253,7 +253,7 @@ def test_candidate_that_its_run_refutes_is_not_suggested(monkeypatch):
     replace_run(monkeypatch, refuted)
     refused = suggestion(BRUISED, RunOptions(), TIPS)
     assert refused.changes is None
-    assert 1 < refused.runs <= 1 + room.MOST_RUNS
+    assert 1 < refused.runs <= 1 + room.MAX_RUNS
 
 
 def test_no_more_candidates_are_run_than_allowed(monkeypatch):

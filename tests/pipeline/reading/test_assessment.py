@@ -261,7 +261,7 @@ def test_uncertainty_by_pose_and_thickness():
     """Poses scatter by their mean square; a thickness moves its own shape, by its worst end over the root of 3."""
     level, thin, thick = (Placement(from_touch=True, thickness_mm=thickness) for thickness in (None, 8.0, 20.0))
     ball, thin_ball = (dataclasses.replace(each, radii_mm=(28.0, 28.0)) for each in (level, thin))
-    drawn = [Placement(from_touch=True, is_drawn=True, tilt_deg=(tilt, 0.0)) for tilt in (1.0, 2.0, 3.0)]
+    drawn = [Placement(from_touch=True, is_random=True, tilt_deg=(tilt, 0.0)) for tilt in (1.0, 2.0, 3.0)]
     placements = (level, thin, thick, ball, thin_ball, *drawn)
     biases = np.array(
         [

@@ -20,7 +20,7 @@ def placements(fruit=None, **reading):
     square = square_design()
     design = dataclasses.replace(square, fruit=fruit, tips=DOMES) if fruit else square
     places = list(occurring_placements(design, ReadingRequirements(**reading)))
-    return [place for place in places if not place.is_drawn], [place for place in places if place.is_drawn]
+    return [place for place in places if not place.is_random], [place for place in places if place.is_random]
 
 
 def test_pose_at_a_part_of_the_press():

@@ -90,7 +90,7 @@ def test_a_pocket_is_left_out_and_bounded(plain):
 @pytest.mark.slow
 def test_a_narrow_cut_is_in_the_bar(plain, monkeypatch):
     """A cut of 0.05 mm, 4 of 6 mm deep, is a thousandth of the leaf, and takes 36 % of its stiffness by tetrahedra."""
-    monkeypatch.setattr(own_part, "MOST_SECONDS", 0.0)
+    monkeypatch.setattr(own_part, "MAX_SECONDS", 0.0)
     cut = cq.Workplane("XZ").center(3.0, 0.5 * THICK).rect(0.05, 3.0 * THICK).extrude(4.0)
     face, _ = solved(leaf().cut(cut))
     assert face.K * (1.0 - face.K_error) < 0.64 * plain[0].K
@@ -153,7 +153,7 @@ def test_tetrahedra_of_the_default_housing_have_its_stiffness_inside_their_bar(t
     """The meshes of another part have the compliance that those of the housing had; a fifth would cost too much."""
     K, truth = ON_TETRAHEDRA[tip]
     compliance = iter(np.array([[1e3 / each]]) for each in K)
-    nodes = iter([*(50 for _ in K), int(own_part.MOST_SECONDS / 1e-5)])
+    nodes = iter([*(50 for _ in K), int(own_part.MAX_SECONDS / 1e-5)])
     monkeypatch.setattr(own_part, "tetrahedral_mesh", lambda *_: SimpleNamespace(doflocs=np.empty((3, next(nodes)))))
     monkeypatch.setattr(
         own_part,
