@@ -56,16 +56,16 @@ def most_similar_preset(fruit: FruitRange) -> str:
 
 def fruit_of(design: Design) -> FruitRange:
     """Return the range of fruits that a design reads; if it gives no ranges, the dimensions of its single fruit."""
-    own = design.fruit
+    fruit = design.fruit
     requirements = design.reading or ReadingRequirements()
-    along, across = own.radii_mm
+    radius, radius_across = fruit.radii_mm
     return FruitRange(
-        name=own.name,
-        radius_mm=requirements.radius_mm or (along, along),
-        radius_across_mm=requirements.radius_across_mm or (across, across),
-        thickness_mm=requirements.thickness_mm or (own.depth_mm, own.depth_mm),
-        E_min_MPa=min(own.E_MPa),
-        E_max_MPa=own.E_max_MPa,
+        name=fruit.name,
+        radius_mm=requirements.radius_mm or (radius, radius),
+        radius_across_mm=requirements.radius_across_mm or (radius_across, radius_across),
+        thickness_mm=requirements.thickness_mm or (fruit.depth_mm, fruit.depth_mm),
+        E_min_MPa=min(fruit.E_MPa),
+        E_max_MPa=fruit.E_max_MPa,
     )
 
 

@@ -77,7 +77,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
         if isinstance(varied, Normal):
             bound = "a range, from and to, or a list"
             raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
-    for value in study.front:
+    for value in study.front:  # only raises InputError if the base is invalid for this value
         study.base.design({**study.completing_settings, study.goal.front_key: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
@@ -160,8 +160,9 @@ def _costs(
 
     `fractions` (keys, members) holds the members of the generation. `front_fraction` holds the fraction of the front's
     key; it is empty without a front. `requested` holds the settings of all candidates that were requested so far for
-    this value of the front, as text; this function adds to it. Members that are already stored are not solved again.
-    Members beyond the last evaluation are not solved, and get the cost of a refused design.
+    this value of the front, as text; this function adds to it. `engine` solves the members that are not in `store` yet,
+    and `progress` is called for each of them. Members beyond the last evaluation of the `study` are not solved, and get
+    the cost of a refused design.
     """
     members = [study.settings_at([*member, *front_fraction]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))

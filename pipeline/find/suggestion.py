@@ -78,7 +78,8 @@ class Search:
         """Return candidates that pass, the nearest first, for a base design with the given failed verdicts.
 
         Each round makes one more change to the best candidates of the previous round, and the first round with a
-        candidate that passes is the last. The nearest candidate has the smallest changes, see `changes.size`. The
+        candidate that passes is the last. The nearest candidate changes the fewest keys. Among candidates with equally
+        many keys, it changes the fewest requirements, and then has the smallest ratios of new to old numbers. The
         result is empty if no candidate passes.
         """
         beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
@@ -88,6 +89,7 @@ class Search:
                 candidates += self._add_one_change(start)
             passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size_of)
             if passing:
+                # the trials of `_move_nearer` need a part of the budget
                 self._budget_left = max(self._budget_left, _RESERVE * BUDGET)
                 return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size_of)
             beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size_of(candidate)))[:_BEAM_WIDTH]
@@ -205,7 +207,7 @@ class Search:
                     failing_value = middle
             value = rounded(passing_value * (1.0 + margin), towards=passing_value * (1.0 + 2.0 * margin))
             final = self.trial({**candidate.changes, key: value})
-            if final is not None and not final.failed:  # with the margin, a trial may exceed the budget or fail
+            if final is not None and not final.failed:  # otherwise the key keeps its former passing value
                 candidate = final
         return candidate
 
@@ -222,19 +224,19 @@ def suggestion(
 ) -> Suggestion:
     """Search for the passing design nearest to a given design; the keys in `fixed` do not change.
 
-    If no changes are found, the suggestion states the reason. Raises the same errors as `run` if the given design
-    cannot be run.
+    The runs of the search have the given `options`, but write no files. If no changes are found, the suggestion states
+    the reason. Raises the same errors as `run` if the given design cannot be run.
     """
     progress("running the unchanged design")
-    options = replace(options, out=None)
-    result = run(design, options)
+    run_options = replace(options, out=None)
+    result = run(design, run_options)
     if result.passed:
         return Suggestion(design=design, changes={}, verdicts=result.verdicts, reason="passes as it is")
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
         # If a finer tolerance may decide every verdict that did not pass, it is suggested instead of changes.
-        finer_tolerance_hints = [tolerance_hint(verdict, options.tolerance) for verdict in failed_verdicts]
+        finer_tolerance_hints = [tolerance_hint(verdict, run_options.tolerance) for verdict in failed_verdicts]
         if all(finer_tolerance_hints):
             return replace(none_found, reason=str(finer_tolerance_hints[0]))
     search = Search(result, fixed, progress)
@@ -249,7 +251,7 @@ def suggestion(
 
     # A shorter travel for the strains and clearances of the unchanged design is tried first.
     candidates = [*_shorten_travel(result, {}, fixed), *passing]
-    proof = prove_first(candidates, design_of, options, MAX_RUNS, with_shorter_travel)
+    proof = prove_first(candidates, design_of, run_options, MAX_RUNS, with_shorter_travel)
     runs = 1 if proof is None else 1 + proof.runs
     if proof is None or proof.result is None or not proof.passed:
         return replace(none_found, reason=_failure_reason(search, passing), tried=search.tried, runs=runs)

@@ -189,7 +189,8 @@ def _accuracy_by_modulus(
     Raises RiseError if a press has no modulus after a small change of its forces.
     """
     design, placements = sensor.design, presses.placements
-    reading = design.reading or ReadingRequirements()  # never None here, see `analyse_readings`
+    # `design.reading` is never None here, because `analyse_readings` returns early without `[reading]`.
+    reading = design.reading or ReadingRequirements()
     E_read = np.array([[math.nan if found is None else found.E for found in row] for row in press_readings])
     biases = E_read / np.array(presses.moduli)[:, None] - 1.0
     bias_errors = _bias_errors(model, presses, biases)
@@ -406,6 +407,7 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
         if not all_touch[first:].all() or first + 1 >= samples:
             return Estimate(1.0, 0.0)
         flesh_shift, spring_shift = (_samples_to_touch(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
+        # number of samples until the last tip touches, by each of the two extrapolations
         earlier, later = (first + np.clip(shift, 0.0, 1.0).max() for shift in (flesh_shift, spring_shift))
         fraction = 0.5 * (earlier + later) / samples
         if fraction > latest.value:

@@ -145,7 +145,8 @@ def _errors_after_weights(
     Each spring is loaded up to its force in `largest_forces` (tips,) [N], or up to the largest load of the balance.
     `stiffnesses` (tips,) are in N/mm. `noises` (tips,) [N] are standard deviations of one row of the table.
     """
-    # The relative error of a slope is `slope_error_factor` * resolution / largest value.
+    # The error is computed for a resolution of 1 and a largest value of 1, with rows at the fractions `WEIGHED_AT` of
+    # this value. The relative error of any slope is then `slope_error_factor` * resolution / largest value.
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY
     loads = np.minimum(largest_forces, newtons_per_g * bench.balance_max_g)
@@ -155,7 +156,9 @@ def _errors_after_weights(
     noise_error = _relative_error(slope_error_factor / ROUNDED * noises, loads)
     springs = np.maximum(np.hypot(balance_error, dial_error), LEAST_ERROR)
     return _CalibrationErrors(
-        springs, np.hypot(balance_error, noise_error), {"balance": balance_error, "dial": dial_error}
+        springs=springs,
+        gains=np.hypot(balance_error, noise_error),
+        causes={"balance": balance_error, "dial": dial_error},
     )
 
 
@@ -174,7 +177,7 @@ def _errors_after_plate(
     `noises` (tips,) [N] are standard deviations of one row of the table. The gains returned are the relative errors of
     the deflections.
     """
-    slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)
+    slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)  # for a resolution and a largest value of 1
     full_travel = float((largest_forces / stiffnesses).min())  # of the press on the plate [mm]
     plate_forces = full_travel * stiffnesses
     # change in the flattening of the domes from the first to the last row of the table [mm]
@@ -194,13 +197,13 @@ def _errors_after_plate(
         gains=weighed.gains,
         deflections=deflections,
         travel=travel_error,
-        alike=math.hypot(travel_error, mean_error),
+        alike=math.hypot(travel_error, mean_error),  # the travel is common to all tips
         apart=deviations_from_mean,
     )
     # The rest of the variance is attributed to the dial, on which the travel is read.
     dial_error = np.sqrt(np.maximum(springs**2 - weighed.gains**2 - deflections**2, 0.0))
     causes = {"balance": weighed.causes["balance"], "dial": dial_error, "noise": np.hypot(noise_error, deflections)}
-    return _CalibrationErrors(springs, deflections, causes)
+    return _CalibrationErrors(springs=springs, gains=deflections, causes=causes)
 
 
 def _relative_error(deviation: Floats | float, largest: Floats | float) -> Floats:

@@ -47,8 +47,9 @@ class Placement(Stand):
         if self.radii_mm and self.azimuth_deg is None:
             parts.append(f"on a radius of {self.radii_mm[0]:.3g} mm")
         elif self.radii_mm:
-            first, second = self.radii_mm
-            parts.append(f"on radii of {first:.3g} and {second:.3g} mm, the first at {self.azimuth_deg:.3g} deg")
+            radius, radius_across = self.radii_mm
+            azimuth = self.azimuth_deg
+            parts.append(f"on radii of {radius:.3g} and {radius_across:.3g} mm, the first at {azimuth:.3g} deg")
         if self.thickness_mm:
             parts.append(f"on flesh of {self.thickness_mm:.3g} mm")
         return ", ".join(parts)
@@ -125,7 +126,8 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
     The first placement is level on the design's fruit, and the next ones are tilted in eight directions. They are
     followed by level placements at the apex of fruits at the ends of the ranges of flesh thickness and radii, at
     several azimuths. On fruits of other radii, the sensor is also tilted towards each of four diagonals, as far from
-    the apex as the design allows. There are no such placements at azimuth 0.
+    the apex as the design allows. These placements are omitted at azimuth 0, where the skin under the tips has a
+    smaller saddle.
     """
     fruits = fruits_of(design.fruit, reading)
     # The level press is placement 0; the error analysis relies on it.

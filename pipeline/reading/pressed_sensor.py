@@ -104,7 +104,8 @@ class PressedSensor(Record):
         """
         tips = self.design.tips
         if tips.tip_layout.is_pair:
-            return pair_law(rows_of(self.C), 1.0 / self.contact.K_m_over_E())
+            s11_minus_s12 = 1.0 / self.contact.K_m_over_E()
+            return pair_law(rows_of(self.C), s11_minus_s12)
         weights = contrast_weights(tips.places_mm, tips.springs)
         if tips.dome_radius_mm is None:
             # depth of the skin below the apex [mm]
@@ -123,6 +124,7 @@ class PressedSensor(Record):
         `weights` (tips,) [1] are the weights of the tips in the contrast. The compliances are evaluated at the
         geometric mean of the smallest and the largest modulus.
         """
+        # `contrast` adds the height offsets due to weight, so the scene has none
         scene = scene_of(self.design, (), self.springs.sideways)
         middle_E = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
         contrast = dome_contrast(scene, self.contact, self.C, middle_E)
@@ -152,15 +154,10 @@ class PressedSensor(Record):
         signal = self.signal
         if signal is None:
             return None
-        travel = self.design.press.travel_mm
-        forces = self.presses([self.design.fruit.largest_E_MPa], [Placement()]).F[0, 0]
-        x = np.concatenate([[0.0], travels(travel, RISE_TRAVELS)])
-        forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
         # The times are fractions of the duration, so the slopes with respect to time errors are for a press of 1 s.
         times = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
-        travel_by_hand = travel * (1.0 - (1.0 - times) ** 2)  # x = X (1 - (1 - t / T)^2): a hand slows to a stop
+        press = self._press_by_hand(times)
         least_forces = LEAST_OVER_NOISE * np.array(signal.errors_N)
-        press = np.column_stack([np.interp(travel_by_hand, x, tip_forces) for tip_forces in forces.T])
         try:
             rise = rise_of(press, len(least_forces), least_forces, t=times)
             reading = read_rise(self.law, rise, np.zeros(len(least_forces)))
@@ -177,6 +174,20 @@ class PressedSensor(Record):
         # (1 - t / T)^2).
         fraction_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
         return max(shortest_for_times, samples / signal.rate_Hz / fraction_after_touch)
+
+    def _press_by_hand(self, times: Floats) -> Floats:
+        """Return the forces (times, tips) [N] of a level press by hand on the firmest fruit.
+
+        `times` [1] are fractions t / T of the duration, from 0 to 1. A hand slows to a stop at the full travel X: x = X
+        (1 - (1 - t / T)^2). The forces are interpolated between the samples of a solved press. Raises the same errors
+        as `pose_forces`.
+        """
+        travel = self.design.press.travel_mm
+        forces = self.presses([self.design.fruit.largest_E_MPa], [Placement()]).F[0, 0]
+        x = np.concatenate([[0.0], travels(travel, RISE_TRAVELS)])
+        forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
+        travel_by_hand = travel * (1.0 - (1.0 - times) ** 2)
+        return np.column_stack([np.interp(travel_by_hand, x, tip_forces) for tip_forces in forces.T])
 
     @property
     def is_exact_seated(self) -> bool:

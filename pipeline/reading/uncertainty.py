@@ -192,8 +192,8 @@ def designed_channels(
 
     `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. `signal` is
     the signal path of the read-out, None without one. If `[reading]` has no value for springs or gains, their errors
-    are 0 until `calibrated` replaces them. Creep is counted from `WEIGHED_AFTER_S`, the time after which a weight hung
-    on a spring is read.
+    are 0 until `calibrated` replaces them. `creep` is the creep law of the print material. Creep is counted from
+    `WEIGHED_AFTER_S`, the time after which a weight hung on a spring is read.
     """
     ones = np.ones(len(full_scale))
     channels = Channels(

@@ -229,7 +229,7 @@ class CurveReport:
 
     @classmethod
     def from_stage(cls, table: "ReadingTable", tips: "Tips") -> Self:
-        """Return the last travel of a table, which is the full travel, as lists of P and of the band's ends by modulus.
+        """Return P at full travel and the ends of the error band of the modulus, as lists over the moduli of a table.
 
         The first modulus of the table represents the softest possible fruit. Its P becomes `P_softest`. The layout of
         `tips` determines which tips are on the low and on the high spring.

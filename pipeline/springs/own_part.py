@@ -408,7 +408,8 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
 
     K at element size 0 is extrapolated from K on all meshes. The refinement ends when the error of this value is small
     enough, or when the next mesh would exceed the limit of time or memory. The layers are empty if no mount holds the
-    part. Raises InputError if the limits allow fewer than three meshes, or if nothing bends.
+    part. Raises InputError if the limits allow fewer than three meshes, or if nothing bends. Raises MeshError if a mesh
+    is unreliable.
     """
     from cad.checks.own_part import name_side_faces, sample_wall_thickness
 
@@ -456,7 +457,8 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
 
     The error bar is the sum of three contributions: the difference between the two meshes, sharp inner corners, and
     features that are not swept. The mount of the design holds the part if its layers lie on the ends of the extrusion.
-    Otherwise the faces named `HELD` do not move. Raises MeshError if the section cannot be meshed.
+    Otherwise the faces named `HELD` do not move. Raises MeshError if the section cannot be meshed, and InputError if
+    nothing bends.
     """
     # The mesh is swept along y, so the directions of the loads are rotated into the axes of the extrusion.
     presses = {name: tuple((extrusion.rotation @ direction).tolist()) for name, direction in scene.presses.items()}
