@@ -139,10 +139,6 @@ def _noise_note(readings: ReadingAccuracy) -> Note:
 
 def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator[Note]:
     """Yield the notes on a sensor that reads whole presses: the allowed noise, and assumptions that affect E."""
-    design = sensor.design
-    fruit = design.fruit
-    # E is proportional to 1 - nu^2. If nu changes by d nu, the relative change of E is 2 nu d nu / (1 - nu^2).
-    poisson_percent = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     if readings.moduli:
         yield _noise_note(readings)
     uneven = readings.uneven
@@ -154,6 +150,13 @@ def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator
             f"Press {uneven.presses:g} places of a fruit: uneven skin and flesh move E by {one_press:.2g} % in one "
             f"press, by {mean_of_presses:.2g} % in their mean (95 %).",
         )
+    yield from _flesh_notes(sensor.design, readings)
+    yield from _duration_note(sensor)
+
+
+def _flesh_notes(design: Design, readings: ReadingAccuracy) -> Iterator[Note]:
+    """Yield the notes on properties of the flesh that a reading assumes: layers, material law and Poisson's ratio."""
+    fruit = design.fruit
     if design.tips.dome_radius_mm is not None:
         yield Note(
             _FLESH_RANK,
@@ -166,12 +169,13 @@ def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator
             percent,
             f"Allow {percent:.2g} % if you compare E with other instruments, because laws of the flesh differ by it.",
         )
+    # E is proportional to 1 - nu^2. If nu changes by d nu, the relative change of E is 2 nu d nu / (1 - nu^2).
+    poisson_percent = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     yield Note(
         poisson_percent,
         f"Set fruit.poisson if it is known: E assumes {fruit.poisson:g}, and within {fruit.poisson_spread:g} of it "
         f"E moves by {poisson_percent:.2g} %.",
     )
-    yield from _duration_note(sensor)
 
 
 def _duration_note(sensor: PressedSensor) -> Iterator[Note]:

@@ -281,6 +281,7 @@ def fit_lengths(
     """
     start = time.perf_counter()
     pin = None if housing.pin is None else pin_compliance(housing.pin, solver.E, solver.poisson)
+    # the mesh has no pins, so their compliance is subtracted from the targets and added to the result
     foot_targets = np.array(targets if pin is None else targets_without_pins(targets, pin))
     if tolerance >= ROUGH_TOLERANCE:
         housing, stiffness = _fit_on_rough_mesh(housing, foot_targets, solver)

@@ -127,5 +127,5 @@ def _choose_springs(design: Design, K_m_max: float, stiffness_ratio: float, stif
     try:
         return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, stiffness_ratio, stiffening)
     except ValueError as error:
-        msg = f"targets.{error}"
+        msg = f"targets.{error}"  # the message begins with the key of the target, NL or P_max
         raise InputError(msg, field="targets.NL", value=targets.NL) from error

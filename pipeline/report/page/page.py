@@ -16,7 +16,7 @@ from pipeline.storage.plain import Plain
 from pipeline.storage.record_data import as_data
 from pipeline.verdicts.in_words import as_read, headline, is_on_the_part, not_passed
 from sensor.quantity import COVERAGE
-from sensor.verdict import all_passed
+from sensor.verdict import Verdict, all_passed
 from solve.linear import SolveError
 
 TEMPLATE = "page.html.j2"
@@ -56,11 +56,11 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
     paper = () if report.paper is None else report.paper.verdicts
     # If all verdicts passed, the first notes are shown beside the answer; otherwise the problems are shown there.
-    limiting = [] if problems else report.notes[:_LIMITING_NOTES]
+    limiting_notes = [] if problems else report.notes[:_LIMITING_NOTES]
     return render_page(
         TEMPLATE,
         (*FIGURES, *BODIES, "tables.js", "page.js"),
-        _script_data(report, result, bodies, drawings),
+        _script_data(report, result, verdicts, bodies, drawings),
         latest=result.options.look,
         report=report,
         command=result.options.command,
@@ -70,8 +70,8 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
         not_passed=problems,
         numbers=[*problems, *(verdict for _, verdict in targets if verdict.passed)][:_FIRST_NUMBERS],
         brief=answer.brief,
-        limiting_notes=limiting,
-        other_notes=report.notes[len(limiting) :],
+        limiting_notes=limiting_notes,
+        other_notes=report.notes[len(limiting_notes) :],
         closest=answer.closest_to_limit(verdict for _, verdict in targets),
         targets=targets,
         part=on_the_part,
@@ -86,12 +86,14 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     )
 
 
-def _script_data(report: Report, result: SensorResult, bodies: list[Plain], drawings: list[Path]) -> Plain:
+def _script_data(
+    report: Report, result: SensorResult, verdicts: list[Verdict], bodies: list[Plain], drawings: list[Path]
+) -> Plain:
     """Return the data that the scripts of the page read.
 
-    `bodies` are the 3-D bodies as page data, and `drawings` are the paths of SVG files.
+    `verdicts` are the verdicts of the report in the units that a reader sees. `bodies` are the 3-D bodies as page data,
+    and `drawings` are the paths of SVG files.
     """
-    verdicts = [as_read(verdict) for verdict in report.verdicts]
     return {
         "report": report_data(report),
         "coverage": COVERAGE,
