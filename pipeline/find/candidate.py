@@ -50,10 +50,10 @@ def _unreadable_fraction(verdict: Verdict) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A design in a search: its changes by TABLE.KEY and its verdicts; None if it is invalid or cannot be solved.
+    """A design in a search: its changes by TABLE.KEY, and its verdicts.
 
-    `value` is the value of the objective. For comparisons it is divided by the scale `unit`. `number` is the number of
-    the candidate's point in a study.
+    `verdicts` is None if the design is invalid or cannot be solved. `value` is the value of the objective. For
+    comparisons it is divided by the scale `unit`. `number` is the number of the candidate's point in a study.
     """
 
     changes: Mapping[str, Setting | None]

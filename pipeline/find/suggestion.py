@@ -280,7 +280,7 @@ def _failure_reason(search: Search, passing: Sequence[Candidate]) -> str:
         return f"none found: the design that passes with ideal springs, {in_words(passing[0].changes)}, fails its run"
     nearest = search.nearest_miss
     if nearest is None:
-        return "none found: no change is known that may help, or every changed design is invalid"
+        return "none found: no known change can help, or every changed design is invalid"
     still_fail = ", ".join(verdict.name for verdict in nearest.failed)
     miss = f"nearest: {in_words(nearest.changes)}, where {still_fail} still fails"
     return f"none found: none of {search.tried} changed designs passes; {miss}"

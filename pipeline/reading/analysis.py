@@ -77,9 +77,9 @@ class ReadingAccuracy(Record):
     reading, and why. It is None if all poses have one. The bias and the uncertainty leave out the poses without a
     reading. `level` are the readings of level presses, by which all other readings are corrected. `full_scale` (tips,)
     [N] is the largest force of each channel over all poses. `pressures` are the pressures on the skin at each modulus.
-    `flesh` [1] is the possible change of E, up or down, if the flesh under domes obeys the law of Hencky or of
-    Storakers. `face_mm` is the smallest width of a dome's face that contains the contact in every pose; it is 0 for
-    other tips. `calibration` are the errors that remain in the springs and gains after calibration.
+    `flesh` [1] is the possible change of E, up or down, if the flesh under domes obeys Hencky's or Storakers' law.
+    `face_mm` is the smallest width of a dome's face that contains the contact in every pose; it is 0 for other tips.
+    `calibration` are the errors that remain in the springs and gains after calibration.
     """
 
     method: str

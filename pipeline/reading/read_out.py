@@ -111,7 +111,7 @@ class ReadingConstants(Record):
     )
     fastest_press_s: float | None = report_field(
         "s",
-        "shortest duration of a press by hand, from the first touch to the deepest point, that gives E. A "
+        "shortest duration of a press by hand, from the first touch to the deepest point, that gives an accurate E. A "
         "faster press has too few samples, or the conversion times of its channels cause an error of E "
         "above 2 % on level fruit. Left out without `[readout]`",
         default=None,

@@ -150,7 +150,10 @@ class Channels:
         return {**standard_uncertainties(sources), **springs_and_gains}
 
     def moment_uncertainty(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
-        """Return the same as `press_uncertainty`, for a modulus read from the forces (tips,) [N] at one moment."""
+        """Return the uncertainties of `press_uncertainty` for a modulus that is read from the forces at one moment.
+
+        `slopes` are the slopes of ln E with respect to errors of forces and springs, and `forces` (tips,) are in N.
+        """
         force_slopes = np.array(slopes.forces)
         zero_sources = standard_uncertainties({"zero_drift": (BOUNDED * self.zero_drift, force_slopes)})
         return {**zero_sources, **self.spring_and_gain_uncertainty(np.array(slopes.springs), force_slopes * forces)}

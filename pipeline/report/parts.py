@@ -174,9 +174,9 @@ class ResponseReport:
     )
     slope_ratio: Numbers = report_field(
         "1",
-        "slope of the high force divided by the slope of the low force, both over the travel; null if a "
-        "tip is off the fruit. Once both faces are in full contact it does not depend on which tip touches "
-        "first, as P does",
+        "slope of the high force against the travel, divided by the slope of the low force; null if a tip is "
+        "off the fruit. Once the two faces are in full contact, it does not depend on which tip touched first, "
+        "unlike P",
     )
     F_error_percent: Numbers = report_field("%", "half width of the error bar of the forces")
     P_error_percent: Numbers = report_field("%", "half width of the error bar of P")
@@ -328,10 +328,10 @@ class ReadingReport:
     noise_for_10_percent: float | None = report_field(
         "% of full scale",
         "noise of the forces at which the uncertainty of the modulus reaches 10 %: an upper limit for the "
-        "noise of the amplifier. Null where the other sources alone exceed 10 %",
+        "noise of the amplifier. Null if the other sources exceed 10 % without any noise",
     )
     refused: str | None = report_field(
-        "", "the pose that gives no reading, with the reason; null if every pose gives one"
+        "", "the number of poses without a reading, and the reason for one of them; null if every pose has a reading"
     )
     moduli: tuple[ModulusReport, ...] = report_field("", "bias and uncertainty at each modulus")
     skin_pressure: tuple[SkinPressure, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
@@ -429,8 +429,10 @@ class RelaxingModulusReport:
     """The forces as a function of time on a fruit of one modulus."""
 
     E_MPa: float = report_field("MPa", "instantaneous modulus of the fruit")
-    F_N: tuple[Numbers, ...] = report_field("N", "force of each tip over time, a row for each in the order of `tips`")
-    P: Numbers = report_field("1", "force ratio over time; null if a tip is off the fruit")
+    F_N: tuple[Numbers, ...] = report_field(
+        "N", "force on each tip as a function of time, with a row for each tip in the order of `tips`"
+    )
+    P: Numbers = report_field("1", "force ratio as a function of time; null if a tip is off the fruit")
     E_apparent_MPa: Numbers = report_field(
         "MPa", "modulus that is computed from the forces at each time as if the flesh were elastic"
     )
@@ -449,7 +451,9 @@ class RelaxationReport:
         "null if a tip is off the fruit",
     )
     moves_error_percent: float | None = report_field("%", "half width of the error bar of `moves_percent`")
-    moduli: tuple[RelaxingModulusReport, ...] = report_field("", "forces over time on a fruit of each modulus")
+    moduli: tuple[RelaxingModulusReport, ...] = report_field(
+        "", "forces as functions of time, on a fruit of each modulus"
+    )
     moments: tuple[Moment, ...] = report_field("", "the best time of a reading")
 
     @classmethod

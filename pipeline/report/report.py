@@ -108,12 +108,12 @@ class Report(Record):
     )
     contact: ContactReport = report_field("", "compliance of the fruit under the tips", level="contact")
     response: tuple[ResponseReport, ...] = report_field(
-        "", "forces over the travel, one entry for each of `design.fruit.E_MPa`", level="contact"
+        "", "forces as functions of the travel, with one entry for each of `design.fruit.E_MPa`", level="contact"
     )
     curve: CurveReport = report_field("", "P at full travel as a function of the modulus, in fine steps")
     tips: tuple[TipReport, ...] = report_field("", "the tips, in the order of the forces in every table")
     read_out: ReadingConstants = report_field(
-        "", "the constants with which [`pipeline read`](read-a-fruit.md) computes a modulus, for every design"
+        "", "the constants from which [`pipeline read`](read-a-fruit.md) computes a modulus; every design has them"
     )
     reading: ReadingReport | None = report_field(
         "", "accuracy of the modulus that the sensor reads; null without `[reading]` in the design", level="contact"
@@ -130,7 +130,7 @@ class Report(Record):
         level="files",
     )
     accuracy: AccuracyReport = report_field("", "the accuracy that was requested, and the accuracy that was reached")
-    notes: tuple[str, ...] = report_field("", "sentences that a user must know in addition to the verdicts")
+    notes: tuple[str, ...] = report_field("", "sentences with advice for the user, in addition to the verdicts")
     versions: dict[str, str] = report_field("", "version of each package that affects a number", each="PACKAGE")
     files: tuple[ListedFile, ...] = report_field("", "the files of the output folder")
     seconds: dict[str, float] = report_field(
@@ -144,7 +144,7 @@ class Report(Record):
     )
     relaxation: RelaxationReport | None = report_field(
         "",
-        "a press over time, on flesh that relaxes; left out unless the design has `fruit.relaxation`",
+        "a press as a function of time, on flesh that relaxes; left out unless the design has `fruit.relaxation`",
         default=None,
         left_out=True,
     )
