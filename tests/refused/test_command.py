@@ -67,7 +67,7 @@ def nothing_solves(tmp_path, monkeypatch):
 def law_of_hertz(test, *_):
     """Return Hertz's law in the place of a solved one, which needs a minute."""
     law = hertz_law(test)
-    return replace(law, others={POISSON: [law]})
+    return replace(law, variants={POISSON: [law]})
 
 
 def stand(files):

@@ -33,7 +33,7 @@ def law_of_hertz(monkeypatch):
 
     def law(test, _count):
         apparent = hertz_law(test) or hertz_law(BALL)
-        return replace(apparent, others={POISSON: [apparent]})
+        return replace(apparent, variants={POISSON: [apparent]})
 
     monkeypatch.setattr("instrument.compress.modulus.solved_law", law)
 
