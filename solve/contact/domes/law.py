@@ -122,6 +122,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) 
     # Derivative of the force along spring i with respect to the interference of dome j [N/mm].
     force_per_interference = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
     interference_bound = law.bound_interference_error(state)
+    # Interference that changes the forces as much as another material law does.
     law_spread_interference = law.depth_change(state, state.strain.law_spread)
     # Per unit of vertical travel, each interference increases by the vertical component of its normal.
     rates = np.einsum("pij,pj->pi", force_per_interference, state.approach.normal[..., 2])
