@@ -84,20 +84,20 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     itself.
     """
     steepness = sensor.steepness(E)
-    fruit = sensor.fruit_deviations(E)
+    fruit_errors = sensor.fruit_deviations(E)  # by cause
     temperature_errors = heat_uncertainty(sensor.report.read_out.signal).values()
 
     def combine(reading_errors: Sequence[float], *modulus_errors: float) -> float:
         return COVERAGE * math.hypot(steepness * math.hypot(*reading_errors), *modulus_errors)
 
     # The tilt varies from press to press and the shape from fruit to fruit, so the error due to the pose may be shared.
-    pose = fruit.pop("pose", 0.0)
+    pose = fruit_errors.pop("pose", 0.0)
     model_error = BOUNDED * sensor.model_error  # uniform within its bound (JCGM 100:2008, 4.3.7)
     return HalfWidth(
         independent=combine(deviations.independent, *sensor.unevenness_deviations(E)),
         undetermined=combine(deviations.undetermined, pose),
         shared=combine(
-            [*deviations.shared, model_error], *temperature_errors, *fruit.values(), *sensor.form_deviations(E)
+            [*deviations.shared, model_error], *temperature_errors, *fruit_errors.values(), *sensor.form_deviations(E)
         ),
         bend=steepness * bend,
     )

@@ -57,14 +57,14 @@ class MeasuringUnit:
         Raises InputError for a unit of another design and for invalid classes.
         """
         if isinstance(unit, str | Path):
-            printed = read_unit(Path(unit), report)  # refuses a unit of another design, too
+            printed_unit = read_unit(Path(unit), report)  # also refuses a unit of another design
         elif unit is None:
-            printed = nominal_unit(report)
+            printed_unit = nominal_unit(report)
         else:
-            printed = unit
-            refuse_other_design(printed, report)
-        text, flag = (classes, "--classes") if classes else (printed.classes, "unit.classes")
-        return cls(report=report, unit=printed, classes=ripeness_classes(text, flag) if text else None)
+            printed_unit = unit
+            refuse_other_design(printed_unit, report)
+        text, flag = (classes, "--classes") if classes else (printed_unit.classes, "unit.classes")
+        return cls(report=report, unit=printed_unit, classes=ripeness_classes(text, flag) if text else None)
 
     @cached_property
     def C(self) -> Matrix:

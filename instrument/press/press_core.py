@@ -464,6 +464,7 @@ class ContrastLine:
         deviations = [(point[0] - self.mean_force, point[1] - self.mean_contrast) for point in points]
         self.spread = sum(u * u for u, _ in deviations)  # [N^2]
         self.moment = sum(u * y for u, y in deviations)  # [N mm]
+        # If all points have the same total force, the slope is unknown and set to 0.
         slope = self.moment / self.spread if self.spread > 0.0 else 0.0
         self.slope = min(max(slope, unit.least_slope), unit.most_slope) if self.spread > 0.0 else 0.0
         self.squares = sum((y - self.slope * u) ** 2 for u, y in deviations)  # sum of the squared residuals [mm^2]

@@ -40,7 +40,7 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return the constants of `press_core.Unit` with which outliers are found.
 
     The contrast is computed at the geometric mean of the range of moduli. The limits of its slope against the total
-    force come from level presses on the softest and the firmest fruit.
+    force come from level presses on fruit that is softer and firmer than this range by the factor `_RANGE_MARGIN`.
     """
     weights, C, S = sensor.rise_law.contrast.arrays
     softest, firmest = sensor.range_MPa

@@ -207,8 +207,8 @@ class TableReader:
         """Return the next table after the `previous` one, or None if there is none; `feed` yields the rows to search.
 
         The table begins at the first row with a number in at least one column that its header names. If flags select
-        the columns by number, all of these columns must have numbers. Raises InputError if a row of numbers
-        after a blank line has no header, or if the units of the table are invalid.
+        the columns by number, all of these columns must have numbers. Raises InputError if a row of numbers after a
+        blank line has no header, or if the units of the table are invalid.
         """
         is_stream = not isinstance(rows, WholeRows)
         max_searched = MAX_BANNER if is_stream else _MAX_SEARCHED
@@ -217,7 +217,7 @@ class TableReader:
         texts_left = 0  # number of rows of text that may still follow the header
         number_columns: Collection[int] = self._by_number  # indices of the columns in which numbers are expected
         are_enough = all if self._by_number else any
-        pending, self._pending = self._pending, []
+        pending, self._pending = self._pending, []  # the row that ended the previous table
         for row in itertools.chain(pending, feed):
             cells = [row.cell(index) for index in number_columns]
             if row.empty:
@@ -227,9 +227,11 @@ class TableReader:
                 # Numbers after a blank line, but without a header, may belong to the previous table.
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
-                header_index, texts_left, number_columns = len(above), MAX_ROWS_BELOW, self.words.numeric_columns(row)
+                header_index = len(above)
+                number_columns = self.words.numeric_columns(row)
+                texts_left = MAX_ROWS_BELOW
                 rows.keep_delimiter()
-            elif cells and are_enough(map(is_number, cells)):
+            elif cells and are_enough(map(is_number, cells)):  # the first row of numbers
                 rows.keep_delimiter()
                 return self._open_table(rows, above, header_index, row, feed)
             elif header_index is not None and not all(map(is_missing, cells)):
@@ -351,8 +353,9 @@ class TableReader:
         is_first_unused = all(column.index for column in table.columns)  # then the first cell may name a statistic
         width = len(table.header.cells)
         used_width = 1 + max(column.index for column in table.columns)
+        min_used_width = used_width if self.is_single else 0
         # Between spaces, a missing cell shifts all cells after it, so rows must be as long as the header.
-        min_width = width if by_spaces else used_width if self.is_single else 0
+        min_width = width if by_spaces else min_used_width
         decimals: Counter[int] = Counter()  # number of rows for each number of decimals in the last cell
         for row in itertools.chain([first], feed):
             if row.empty and self.is_single:
@@ -368,6 +371,7 @@ class TableReader:
                     return
                 self._refuse_other_units(table, row)
                 table.left_out.append(row)
+            # a statistic of the rows, or a last line that was not written completely
             elif (is_first_unused and is_statistic(row)) or (row.cut and _is_incomplete(row, used_width, decimals)):
                 table.left_out.append(row)
             elif is_without_numbers and all(is_missing(column.cell(row)) for column in number_columns):
