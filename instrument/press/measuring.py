@@ -140,6 +140,7 @@ class MeasuringUnit:
             slopes = (self.unit.ball.spring_slopes, self.unit.ball.gain_slopes)
             on_ball = SlopesOnBall(*map(np.array, slopes))
             # Gains drift between the presses on the ball and on fruit, so the drift is separated from `gain_percent`.
+            # A drift is uniform within its bound, so BOUNDED turns the bound into a standard deviation.
             drift = np.minimum(0.01 * BOUNDED * np.array(read_out.channels.gain_drift_percent), gains["gain"])
             gains = {"gain": np.sqrt(gains["gain"] ** 2 - drift**2), OF_DRIFT: drift}
         return replace(

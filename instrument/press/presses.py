@@ -92,7 +92,7 @@ def readings_of(
             has_press = True
             zero, relative_zero = (None, None) if every_sample else zero_error_after_lift(sensor, press)
             yield replace(reading, t=float(t), fruit=press.fruit, zero_left=zero, zero_left_of_touch=relative_zero)
-        else:
+        else:  # too few samples in firm contact
             light_touch = replace(reading, t=float(t))
     if not has_press:
         yield light_touch

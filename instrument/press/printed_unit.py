@@ -137,9 +137,9 @@ class PrintedUnit:
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
                 raise validation_error(name, list(values), "", bound, _HINT)
-        for first, other in _KEY_PAIRS:
-            if (getattr(self, first) is None) != (getattr(self, other) is None):
-                missing, given = (first, other) if getattr(self, first) is None else (other, first)
+        for first, second in _KEY_PAIRS:
+            if (getattr(self, first) is None) != (getattr(self, second) is None):
+                missing, given = (first, second) if getattr(self, first) is None else (second, first)
                 name = f"unit.{missing}"
                 raise validation_error(name, None, "", f"given with {given}", _HINT)
         if self.newtons_per_count or self.zero_counts:

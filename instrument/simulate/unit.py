@@ -147,12 +147,13 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     stiffness_factors = _draw_stiffness_factors(design, rng)
     saturation = report.read_out.channels.saturation_counts
     if signal is None:
+        # The lower bound prevents a division by zero.
         counts_per_N = _FULL_SCALE_FRACTION * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
     else:
         counts_per_N = np.array(signal.counts_per_N)
     # A Hall sensor responds to the deflection, so the counts per mm do not depend on the true stiffness of the spring.
     counts_per_mm = counts_per_N * nominal_K * (1.0 + _SENSITIVITY_DEVIATION * rng.normal(size=tips))
-    creep_per_decade = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
+    creep_per_decade = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)  # springs do not stiffen
     height_deviation, _ = form_deviations(design.tips, design.process)
     return replace(
         designed,
