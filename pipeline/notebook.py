@@ -171,9 +171,9 @@ def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
 
 
 def _ticks(low: float, high: float) -> Floats:
-    """Return round numbers at equal steps, at least five: the smallest at most `low`, the largest at least `high`.
+    """Return round numbers at equal steps, the smallest at most `low` and the largest at least `high`.
 
-    If `low` and `high` are equal, the numbers extend over an arbitrary interval that contains them.
+    There are at least five numbers, or two if `low` and `high` are equal.
     """
     span = high - low or abs(high) or 1.0
     step = round_below(span / (_MIN_TICKS - 1))

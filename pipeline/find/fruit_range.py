@@ -160,7 +160,9 @@ def _measured_range(path: Path) -> FruitRange:
         rows = json.loads(read_bytes(path, "--fruit"))
         lowest = min(row["E_MPa"] * (1.0 - 0.01 * row["u_percent"]) for row in rows)
         highest = max(row["E_MPa"] * (1.0 + 0.01 * row["u_percent"]) for row in rows)
-        E_min, E_max = rounded(lowest, 2, towards=0.0), rounded(highest, 2, towards=math.inf)  # as modulus prints them
+        # rounded outwards to two digits, as `pipeline modulus` prints them
+        E_min = rounded(lowest, 2, towards=0.0)
+        E_max = rounded(highest, 2, towards=math.inf)
         radii = [float(row["geometry"]["radius_mm"]) for row in rows]
         across = [
             float(row["geometry"].get("radius_across_mm") or radius) for row, radius in zip(rows, radii, strict=True)

@@ -30,7 +30,8 @@ class EarlierAnswer(NamedTuple):
     def lost_files_text(self, folder: Path, command: str) -> str | None:
         """Return a sentence on the files that a new run removed from the folder, and how to make them again.
 
-        `command` is the command of the new run. The result is None if every file of the earlier run still exists.
+        `command` is the command of the new run. If it is also the command of the earlier run, it does not make these
+        files again, so the sentence names no command. The result is None if every file of the earlier run still exists.
         """
         # `LATEST` is not a result, and only a run with --look writes it
         lost_names = [name for name in self.names if name != LATEST and not (folder / name).exists()]
