@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusal import refusal
+from scipy.stats import norm
 from stand_ins import specimen
 
 from instrument.compress import modulus
 from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
-from instrument.compress.holds import fit_relaxation
+from instrument.compress.holds import _schwarz_criterion, fit_relaxation
 from instrument.compress.modulus import measured_modulus
 from instrument.compress.phases import split_phases
 from instrument.compress.pressed_shapes import Ellipsoid
@@ -70,6 +71,18 @@ def test_noise_of_a_percent_leaves_the_arm_in_its_bar():
         (arm,) = found(held_curve(((0.4, 8.0),), noise=0.01, rate_Hz=5.0, seed=seed)).arms
         covered.append(abs(arm.share.value - 0.4) <= arm.share.error and abs(arm.time.value - 8.0) <= arm.time.error)
     assert np.mean(covered) >= 0.8  # two sigma of each of two numbers, of 20 tests
+
+
+def test_more_arms_must_raise_the_likelihood_by_more_than_they_cost(rng):
+    """BIC = k ln n - 2 ln L, with L of normally distributed residuals at their own variance."""
+
+    def bic(residuals, parameters):
+        likelihood = norm.logpdf(residuals, scale=np.sqrt(np.mean(residuals**2))).sum()
+        return parameters * np.log(len(residuals)) - 2.0 * likelihood
+
+    wide, narrow = rng.normal(size=200), 0.98 * rng.normal(size=200)
+    change = _schwarz_criterion(narrow, 5) - _schwarz_criterion(wide, 3)
+    assert change == pytest.approx(bic(narrow, 5) - bic(wide, 3), rel=1e-9)
 
 
 def test_curve_without_hold_or_time_has_none():

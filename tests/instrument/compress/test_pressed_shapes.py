@@ -147,3 +147,15 @@ def test_block_between_slippery_plates_is_a_bar():
     """F = E A D / h while the strain is small."""
     side, _ = RectangularBlock(height_mm=20.0, width_mm=12.0, length_mm=9.0).sides(None, 2)
     assert fit_force_curve(side).force(0.005) == pytest.approx(108.0 * 0.01 / 20.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("length", [10.0, 200.0])
+def test_free_ends_lower_the_force_on_a_cylinder_by_plane_stress_over_a_radius_at_each(length):
+    """E / (1 - nu^2) of plane strain is E in plane stress, over at most the whole length."""
+    body = CylinderOnSide(radius_mm=10.0, length_mm=length)
+    sides = body.sides(None, 2)
+    (bounds,) = body.bounds(sides)["free ends"]
+    share = min(1.0, 20.0 / length)
+    for bound, side in zip(bounds, sides, strict=True):
+        stress = 1.0 - side.law.poisson**2
+        assert bound.factor == pytest.approx((1.0 - share) + share * stress, rel=1e-12)
