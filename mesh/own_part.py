@@ -229,7 +229,7 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
         r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
         shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
         corners = profile.quads[:, quads]
-        x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)  # of the lines [mm]
+        x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)  # the lines [mm]
         _, _, part_length = extrusion.spans(x, z)
         mesh_length = (depth[corners].T @ shapes).ravel()
         # A line can miss the part only just outside a curved outline. The final, curved elements follow that outline,

@@ -85,7 +85,7 @@ def _outline(fruit: cq.Shape, tips: Tips, x: float) -> cq.Face:
     It is the intersection of the top face of the `fruit` with a column that has the outline of the tip.
     """
     side = tips.side_mm
-    half_height = fruit.BoundingBox().DiagonalLength  # of the column, so that it extends beyond the fruit
+    half_height = fruit.BoundingBox().DiagonalLength  # half the height of the column, which extends beyond the fruit
     if tips.tip_shape.is_round:
         column = cq.Solid.makeCylinder(0.5 * side, 2.0 * half_height, cq.Vector(x, 0.0, -half_height))
     else:

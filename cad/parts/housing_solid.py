@@ -44,7 +44,7 @@ def housing_part(housing: Housing) -> Part:
     plate = plate.cut(screw_holes)
     plate = fillet_edges_along_y(plate, fillet_corners(housing), housing.corner)
 
-    is_tip_shallower = housing.depth - housing.tip_side > 2.0 * NEAR_MM  # otherwise it is as deep as the plate
+    is_tip_shallower = housing.depth - housing.tip_side > 2.0 * NEAR_MM  # if not, a tip is as deep as the plate
     if is_tip_shallower:
         plate = plate.cut(_neck_cut(housing))
     return named_housing(plate.findSolid(), housing)

@@ -38,8 +38,8 @@ def run(arguments: Namespace) -> Answer:
             place: prove(study, candidates, place, force=arguments.force, progress=work)
             for place in places(study, folder)
         }
-    # The candidates are in order, the best first. The page shows the designs of a front whose runs passed, or else the
-    # best candidates of the search.
+    # The best candidate comes first. The page shows the designs of a front whose runs passed, or else the best
+    # candidates of the search.
     solved = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
     best = list(proved) if study.front and proved else solved[:BEST]

@@ -185,7 +185,10 @@ def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, di
 
 
 def _check_paths(paths: dict[str, list[Path]], *, force: bool) -> None:
-    """Raise InputError if two flags name the same file, or if a file cannot be written. `paths` are given by flag."""
+    """Raise InputError if two flags name the same file, or if a file cannot be written.
+
+    `paths` maps each flag to the paths of its files.
+    """
     flag_of_path: dict[Path, str] = {}
     for flag, paths_of_flag in paths.items():
         for path in paths_of_flag:

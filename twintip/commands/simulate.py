@@ -1,4 +1,4 @@
-"""`pipeline simulate`: the files that a unit of a design would write on fruit and on the bench, or a proof of a design.
+"""`pipeline simulate`: the files that measurements with a unit would give on fruit and on the bench, or a proof.
 
 A proof reads many simulated presses and checks whether the errors of the readings agree with their error bars.
 """
@@ -158,7 +158,10 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
 
 
 def _check_paths(paths: dict[str, Path], *, force: bool) -> None:
-    """Raise InputError if two flags name the same file, or if a file cannot be written. `paths` are given by flag."""
+    """Raise InputError if two flags name the same file, or if a file cannot be written.
+
+    `paths` maps the name of each flag to the path of its file.
+    """
     if len({path.resolve() for path in paths.values()}) < len(paths):
         first, second = list(paths)[-2:]
         bound = f"a different file from that of {_flag(first)}"
