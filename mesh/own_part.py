@@ -224,12 +224,12 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
     for count in np.unique(lines_per_side):
         quads = np.flatnonzero(lines_per_side == count)
         # The lines pass through the middles (r, s) of a grid of equal squares in the unit square. Bilinear shape
-        # functions map the unit square to each quadrilateral.
+        # functions map them to the positions (x, z) in each quadrilateral.
         coordinates = (np.arange(count) + 0.5) / count
         r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
         shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
         corners = profile.quads[:, quads]
-        x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)  # the lines [mm]
+        x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
         _, _, part_length = extrusion.spans(x, z)
         mesh_length = (depth[corners].T @ shapes).ravel()
         # A line can miss the part only just outside a curved outline. The final, curved elements follow that outline,
