@@ -6,7 +6,7 @@ from dataclasses import replace
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.field_files import write_fields
 from pipeline.making.solids import SolidMaker
-from pipeline.options import RunOptions, refuse_unmakeable
+from pipeline.options import RunOptions, check_can_be_made
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import refuse_folder_of_a_run, write_outputs
 from pipeline.report.page.page import prepare_page
@@ -64,7 +64,7 @@ def run(
     """
     options = options or RunOptions()
     stopwatch = Stopwatch(progress or silent)
-    refuse_unmakeable(design, options)
+    check_can_be_made(design, options)
     sensor = Sensor(design=design, options=options, timed=stopwatch)
     if options.look:
         return look(sensor)

@@ -13,7 +13,7 @@ from pipeline.storage.versions import code_digest, pages_digest, run_packages
 from sensor.design.design_file import design_as_mapping
 from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.parameters import Design
-from sensor.gone import refuse_gone
+from sensor.gone import refuse_removed
 from sensor.input_file import read_toml
 from sensor.quantity import Bounds, check_fields, choice, nearest, quantity, validation_error
 from sensor.tips.layouts import LAYOUTS
@@ -101,7 +101,7 @@ class RunOptions:
         return CONTACT_FRACTION * self.tolerance
 
 
-def refuse_unmakeable(design: Design, options: RunOptions) -> None:
+def check_can_be_made(design: Design, options: RunOptions) -> None:
     """Raise InputError if files for fabrication are requested but the layout has no housing."""
     if options.fabrication and not design.tips.tip_layout.has_housing:
         bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for pipeline design"
@@ -123,7 +123,7 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
     presets = preset_names()
-    refuse_gone(f"preset {design}")  # only raises InputError, for a preset that was removed
+    refuse_removed(f"preset {design}")  # only raises InputError, for a preset that was removed
     if design not in presets:
         hint = f"did you mean {nearest(design, presets)}?" if presets else "give a path"
         raise validation_error(name, design, "", f"one of {', '.join(presets)}, or a path that ends in .toml", hint)

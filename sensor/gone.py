@@ -54,7 +54,7 @@ REPORT_KEYS = (
 """Removed keys of report.json in version 0.2. They are ignored when a report is read."""
 
 
-def refuse_gone(*names: str) -> None:
+def refuse_removed(*names: str) -> None:
     """Raise InputError if one of these names was removed; the message says what to use instead."""
     for name in names:
         if name in GONE:
@@ -62,14 +62,14 @@ def refuse_gone(*names: str) -> None:
             raise InputError(msg, field=name, bound="left out")
 
 
-def refuse_gone_key(key: str) -> None:
+def refuse_removed_key(key: str) -> None:
     """Raise InputError if a key of report.json, or a table that contains it, was removed.
 
     The message says what to use instead.
     """
     for gone in REPORT_KEYS:
         if f"{key}.".startswith(f"{gone}."):
-            refuse_gone(gone)
+            refuse_removed(gone)
 
 
 def drop_ineffective_keys(table: str, values: Mapping[str, object]) -> Mapping[str, object]:

@@ -19,7 +19,7 @@ from instrument.press.one_time import simultaneous_samples
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import unit_of
 from instrument.press.signals import Sample, Signal, force_keys
-from instrument.press.touches import PressSamples, cut_presses
+from instrument.press.touches import PressSamples, split_presses
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import analyse_readings, reading_constants
 from pipeline.reading.pressed_sensor import PressedSensor
@@ -164,7 +164,7 @@ def read_log(sensor, rows):
     samples = (Sample(number, number * period, tuple(row)) for number, row in enumerate(rows.astype(float)))
     timing, samples = simultaneous_samples(sensor, samples, "press.csv")
     in_newtons = (row._replace(forces=tuple(sensor.forces_of_channels(row.forces).tolist())) for row in samples)
-    presses = cut_presses(sensor, in_newtons, "press.csv", timing.lag)
+    presses = split_presses(sensor, in_newtons, "press.csv", timing.lag)
     deepest = max(presses, key=lambda press: press.forces.sum(axis=1).max(), default=None)
     if deepest is None:
         return FruitReading(flags=("lift_off",))

@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from pipeline.storage.interrupts import ending_signal
-from sensor.gone import refuse_gone
+from sensor.gone import refuse_removed
 from sensor.quantity import InputError, unknown_name, validation_error
 from twintip.commands.console import (
     EXIT_CODES,
@@ -141,7 +141,8 @@ def _parse_arguments(command: str, words: list[str]) -> argparse.Namespace:
     if command not in COMMANDS:
         raise unknown_name("command", _flag(command), [*COMMANDS])
     parser = command_parser(command)
-    refuse_gone(*(f"{parser.prog} {_flag(word)}" for word in words))  # its message names what replaces a removed flag
+    # its message names what replaces a removed flag
+    refuse_removed(*(f"{parser.prog} {_flag(word)}" for word in words))
     arguments, unknown_words = parser.parse_known_intermixed_args(words)
     if unknown_words and unknown_words[0].startswith("-"):
         raise unknown_name("flag", _flag(unknown_words[0]), parser.flags)

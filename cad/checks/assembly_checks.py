@@ -5,7 +5,7 @@ import cadquery as cq
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.near_faces import PLACE_TOLERANCE_MM, nearest_pair
 from cad.checks.seat_checks import window_verdicts
-from cad.parts.assembly import cover_places, plate_places
+from cad.parts.assembly import cover_locations, plate_locations
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
@@ -21,7 +21,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     shuttles, necks and leaves. It is measured at rest, halfway to the stops, and at the stops. It must be at least the
     smallest gap that `process` can print. With a Hall read-out, geometry.sensor_windows [mm] is returned too.
     """
-    front_place, back_place = cover_places(sensor.housing)
+    front_place, back_place = cover_locations(sensor.housing)
     covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back_place)}
     covers["front"] = cover.moved(front_place)
     pairs = {}
@@ -44,7 +44,7 @@ def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
     An arm is moved as a rigid body. Its leaves then move farther than they would in bending, which is conservative. Of
     two back-to-back plates, only the first is measured, because the second is a rotated copy of it.
     """
-    placement = plate_places(sensor.housing)[0]
+    placement = plate_locations(sensor.housing)[0]
     poses = []
     for arm in sensor.housing.arms:
         shape = moving_part(sensor, arm)
@@ -65,7 +65,7 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     if not sensor.housing.back_to_back:
         return ()
     name = "geometry.plates"
-    plate, other_plate = (sensor.part.shape.moved(placement) for placement in plate_places(sensor.housing))
+    plate, other_plate = (sensor.part.shape.moved(placement) for placement in plate_locations(sensor.housing))
     common_volume = sum(solid.Volume() for solid in plate.intersect(other_plate).Solids())
     if common_volume > 0.0:
         reference = f"the plates intersect in a volume of {common_volume:.3g} mm^3"

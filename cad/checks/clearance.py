@@ -10,7 +10,7 @@ import OCP
 from numpy.typing import NDArray
 
 from cad.checks.line_probe import UP, Lines, Vector, solid_lines
-from cad.parts.assembly import plate_places
+from cad.parts.assembly import plate_locations
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.part import box_through
 from cad.parts.pose import location_matrix, pressed_pose
@@ -48,7 +48,7 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
         box_through(housing.depth, (-half_width, half_width), (tip_height, housing.neck_level))
     )
     # A second plate is a copy, rotated by half a turn about the press axis, and has the same clearances.
-    placement = plate_places(housing)[0]
+    placement = plate_locations(housing)[0]
     return (
         fruit_clearance_verdict("geometry.frame_clearance", sensor, frame.moved(placement)),
         _clearance_verdict("geometry.neck_clearance", sensor, necks.moved(placement), press_tilt(sensor.press)),

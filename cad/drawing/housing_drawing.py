@@ -23,7 +23,7 @@ from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, lay_out_sheet
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, BackToBack, Housing, fillet_corners
 from cad.parts.part import NEAR_MM
-from cad.parts.pin_socket import pin_places, pin_solid
+from cad.parts.pin_socket import pin_locations, pin_solid
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
@@ -65,7 +65,7 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
     pins = []
     if housing.pin is not None:
         pin_shape = pin_solid(housing.pin, sensor.tips)
-        pins = [pin_shape.moved(place) for place in pin_places(housing).values()]
+        pins = [pin_shape.moved(place) for place in pin_locations(housing).values()]
     printed_part = sensor.part.shape
     contents = _SheetContents(
         sensor=sensor,

@@ -23,7 +23,7 @@ from sensor.design.bench import PRESSED, WEIGHED_AT, Bench
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.design.signal_path import SpringReadOut, SpringToRead
-from sensor.design.tips import shown_by_ball
+from sensor.design.tips import represented_by_ball
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.straight_line import slope_error_of_resolution
 
@@ -116,7 +116,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         sliced=_SLICER_MASS_RATIO,
         slicer_settings=slicer_settings(process, sensor.housing),
         tip_accuracy=tip_accuracy_mm(sensor.tips, process),
-        takes_ball=shown_by_ball(sensor.fruit, sensor.tips),
+        takes_ball=represented_by_ball(sensor.fruit, sensor.tips),
         coupon_leaves=[_coupon_row(arm, process) for arm in sensor.housing.arms],
         cover_sizes=cover_sizes(sensor),
         bracket_sizes=bracket_sizes(sensor),

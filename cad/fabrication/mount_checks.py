@@ -5,7 +5,7 @@ import cadquery as cq
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.near_faces import PLACE_TOLERANCE_MM
 from cad.fabrication.mount import HEAD_ROOM_MM, flange_heads
-from cad.parts.assembly import plate_places
+from cad.parts.assembly import plate_locations
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
@@ -35,11 +35,12 @@ def _clearance_verdict(sensor: SensorSolids, bracket: cq.Shape, process: Process
     upper_level = housing.top_level + HEAD_ROOM_MM - _BELOW_SHELF_MM
     corner = cq.Vector(-0.5 * _BOX_MM, -0.5 * _BOX_MM, upper_level - _BOX_MM)
     below_shelf = bracket.intersect(cq.Solid.makeBox(_BOX_MM, _BOX_MM, _BOX_MM, corner))
-    placement = plate_places(housing)[0]  # of two back-to-back plates, the front one
-    distances = [float(sensor.part.shape.moved(placement).distance(heads)), float(below_shelf.distance(heads))]
-    for arm in housing.arms:
-        stop = cq.Location(cq.Vector(0.0, 0.0, housing.cavity_level - arm.top_level))
-        distances.append(float(moving_part(sensor, arm).moved(placement * stop).distance(bracket)))
+    distances = [float(below_shelf.distance(heads))]
+    for placement in plate_locations(housing):
+        distances.append(float(sensor.part.shape.moved(placement).distance(heads)))
+        for arm in housing.arms:
+            stop = cq.Location(cq.Vector(0.0, 0.0, housing.cavity_level - arm.top_level))
+            distances.append(float(moving_part(sensor, arm).moved(placement * stop).distance(bracket)))
     reference = f"smallest distance between bracket and moving parts, or around the flange screws; {process.name}"
     return judge(
         "geometry.mount_clearance", min(distances), reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM

@@ -19,7 +19,7 @@ from cad.parts.hall_seats import HallSeats, seats_of
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, BackToBack, Housing
 from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
 from cad.parts.part import Part
-from cad.parts.pin_socket import cut_pin_sockets, pin_places, pin_solid
+from cad.parts.pin_socket import cut_pin_sockets, pin_locations, pin_solid
 from cad.parts.sensor import SensorSolids
 from sensor.design.parameters import Design
 
@@ -102,7 +102,7 @@ def _add_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
     return plate.clean()  # joins the two faces of a hole through plate and pad
 
 
-def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
+def plate_locations(housing: Housing) -> tuple[cq.Location, ...]:
     """Return the location of the housing in the sensor [mm], or the locations of both back-to-back plates."""
     if not housing.back_to_back:
         return (cq.Location(),)
@@ -110,9 +110,9 @@ def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
     return front_plate, _HALF_TURN * front_plate
 
 
-def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
+def cover_locations(housing: Housing) -> tuple[cq.Location, cq.Location]:
     """Return the locations of the front and the back cover in the sensor [mm]. A cover is drawn behind its plate."""
-    plates = plate_places(housing)
+    plates = plate_locations(housing)
     half_turn = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0)) * _HALF_TURN
     front = plates[0] * half_turn
     return front, plates[1] * half_turn if housing.back_to_back else cq.Location()
@@ -126,7 +126,7 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
     CadQuery's selectors such as `front_cover?rim` do not allow them.
     """
     housing = sensor.housing
-    plates = plate_places(housing)
+    plates = plate_locations(housing)
     suffixes = ("_1", "_2") if housing.back_to_back else ("",)
     assembly = cq.Assembly(name="sensor")
     printed_part = tagged_workplane(sensor.part)
@@ -135,11 +135,11 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
         assembly.add(printed_part, name=name, loc=plate, color=PRINTED_COLOUR)
     if housing.mount == "covers":
         cover = tagged_workplane(cover_part(housing, sensor.seats))
-        for side, location in zip(("front", "back"), cover_places(housing), strict=True):
+        for side, location in zip(("front", "back"), cover_locations(housing), strict=True):
             assembly.add(cover, name=f"{side}_cover", loc=location, color=COVER_COLOUR)
     if housing.pin:
         pin = pin_solid(housing.pin, sensor.tips)
-        for name, location in pin_places(housing).items():
+        for name, location in pin_locations(housing).items():
             for suffix, plate in zip(suffixes, plates, strict=True):
                 assembly.add(pin, name=f"{name}{suffix}", loc=plate * location, color=STEEL_COLOUR)
     _add_fasteners(assembly, sensor)

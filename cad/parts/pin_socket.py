@@ -49,7 +49,7 @@ def gable_side(housing: Housing) -> float:
     return 1.0 if housing.back_to_back else -1.0
 
 
-def pin_places(housing: Housing) -> dict[str, cq.Location]:
+def pin_locations(housing: Housing) -> dict[str, cq.Location]:
     """Return the location of each pin in a plate [mm], by the name of the pin. There are none for printed tips."""
     if housing.pin is None:
         return {}

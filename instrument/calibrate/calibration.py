@@ -322,7 +322,7 @@ def calibrate_unit(
         assumed=notes,
         error_by=error_by,
         weighing=weighing,
-        stiffened=sensor.press_over_weighed(),
+        stiffened=sensor.press_stiffness_ratio(),
         press_s=report.design.press_s,
         scale=scale,
         channels=channels,

@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from instrument.press.contrast_press import AT_ONCE, press_reading
+from instrument.press.contrast_press import SIMULTANEOUS, press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.signals import Sample, force_keys
-from instrument.press.touches import cut_presses
+from instrument.press.touches import split_presses
 from pipeline.storage.record_data import as_data
 from pipeline.tables.decoding import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
@@ -233,7 +233,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
         forces = sensor.forces_of_channels([table.numbers[key][row] for key in keys])
         samples.append(Sample(table.lines[row], moment, tuple(forces.tolist())))
     # A row holds the forces of all tips at the same time, so a bad conversion affects only one sample.
-    presses = list(cut_presses(sensor, samples, table.source, AT_ONCE.lag))
+    presses = list(split_presses(sensor, samples, table.source, SIMULTANEOUS.lag))
     for press in presses:
         if press.lines_left_out:
             place = f"{place_of(table.source, press.lines_left_out[0])}: fruit {name}"

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from instrument.press.fruit_reading import FruitReading
-from instrument.press.half_width import UNDETERMINED
+from instrument.press.half_width import UNKNOWN_CORRELATION
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.reference_ball import FACTOR, MODULUS, RADIUS, BallCorrection
@@ -25,7 +25,7 @@ from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from sensor.arrays import Floats, rows_of
 from sensor.design.bench import RUBBER_POISSON
 from sensor.design.reading import PRESS_SAMPLES
-from sensor.design.tips import SHOWN_BY_BALL
+from sensor.design.tips import REPRESENTED_BY_BALL
 from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading, read_rise, rise_of
@@ -144,7 +144,7 @@ def _check_ball(pressed: PressedBall, sensor: MeasuringUnit) -> None:
     ball = pressed.ball
     design = sensor.report.design
     if not design.takes_ball:
-        bound = f"left out, because a ball is only for {SHOWN_BY_BALL}"
+        bound = f"left out, because a ball is only for {REPRESENTED_BY_BALL}"
         raise validation_error("--ball", str(source), "", bound, "remove the flag")
     if sensor.lacks_form:
         bound = "in report.json if --ball is given"
@@ -275,7 +275,7 @@ def _common_error(on_ball: MeasuringUnit, simulated: RiseReading, press_s: float
     [s] is the duration of the presses, and `time_s` [s] is the standard deviation of each channel's sampling time.
     """
     unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])
-    return math.hypot(*(unit_errors[cause] for cause in UNDETERMINED), BOUNDED * on_ball.model_error)
+    return math.hypot(*(unit_errors[cause] for cause in UNKNOWN_CORRELATION), BOUNDED * on_ball.model_error)
 
 
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:

@@ -118,7 +118,7 @@ def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
         # E.
         S = sensor.report.compliance.at(E).S
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
-        return law, E / sensor.press_over_weighed()
+        return law, E / sensor.press_stiffness_ratio()
     # For other layouts, the press uses the same law as the reading, so its modulus is the reading before correction.
     return sensor.rise_law.contrast, sensor.read_as(E)
 

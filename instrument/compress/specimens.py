@@ -28,13 +28,13 @@ QUANTITIES = {
         units=FORCE,
         default="N",
         words=tuple(WORDS["words"]["force"]),
-        beside_unit=tuple(WORDS["beside_unit"]["force"]),
+        words_with_unit=tuple(WORDS["words_with_unit"]["force"]),
     ),
     "travel": Quantity(
         units=LENGTH,
         default="mm",
         words=tuple(WORDS["words"]["travel"]),
-        beside_unit=tuple(WORDS["beside_unit"]["travel"]),
+        words_with_unit=tuple(WORDS["words_with_unit"]["travel"]),
     ),
     "time": Quantity(units=TIME, default="s", words=tuple(WORDS["words"]["time"]), by_clock=True),
 }

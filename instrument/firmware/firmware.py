@@ -245,7 +245,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "least_E": softest * (1.0 - RANGE_TOLERANCE),
         "largest_E": firmest * (1.0 + RANGE_TOLERANCE),
         "reduced": sensor.reduced(1.0),
-        **_level_constants(sensor.report.read_out.level_readings, sensor.press_over_weighed(), sensor.ball_factor),
+        **_level_constants(sensor.report.read_out.level_readings, sensor.press_stiffness_ratio(), sensor.ball_factor),
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),

@@ -24,10 +24,10 @@ from sensor.quantity import COVERAGE
 from sensor.theory.contrast_law import ReadingError, lowered_tips, plane_through
 from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseLaw, RiseReading, RiseSlopes, moduli_without
 
-AT_ONCE = Timing()
+SIMULTANEOUS = Timing()
 
 
-def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = AT_ONCE) -> FruitReading:
+def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = SIMULTANEOUS) -> FruitReading:
     """Return the reading of a press by the printed unit `sensor`.
 
     If the modulus cannot be determined, the reading has a flag that states why. `timing` is the accuracy of the
@@ -74,7 +74,7 @@ def _evaluate_reading(
     u = parts.total  # half width of E [1]
     tilt, direction = _tilt_and_direction(sensor, law, seated)
     # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
-    deepest_forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
+    deepest_forces = sensor.press_stiffness_ratio(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, deepest_forces, tilt)
     sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
     shift_by_pace = pace_shift(sensor, press)
@@ -189,7 +189,7 @@ def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading
     press_s = press.duration_s
 
     def stiffening(held_s: float) -> float:  # stiffness after a hold of held_s [s], relative to calibration weights
-        return sensor.press_over_weighed(press_s) * sensor.softening_in_hold(held_s, press_s)
+        return sensor.press_stiffness_ratio(press_s) * sensor.softening_in_hold(held_s, press_s)
 
     try:
         held = held_moduli(

@@ -8,7 +8,7 @@ from instrument.press.measuring import MeasuringUnit
 from pipeline.reading.uncertainty import heat_uncertainty
 from sensor.quantity import BOUNDED, COVERAGE
 
-UNDETERMINED = ("zero_drift", "times")
+UNKNOWN_CORRELATION = ("zero_drift", "times")
 """Errors of channels and springs that may vary from press to press or be the same in all presses.
 
 The zero may have been wrong since the tare, or drift between two presses. The converter may be late by the same time in
@@ -36,8 +36,8 @@ class Deviations:
 
         `unit_errors` maps each cause of these errors to a relative standard deviation [1].
         """
-        undetermined = [unit_errors[cause] for cause in UNDETERMINED if cause in unit_errors]
-        constant = [error for cause, error in unit_errors.items() if cause not in UNDETERMINED]
+        undetermined = [unit_errors[cause] for cause in UNKNOWN_CORRELATION if cause in unit_errors]
+        constant = [error for cause, error in unit_errors.items() if cause not in UNKNOWN_CORRELATION]
         return cls(independent=independent, undetermined=undetermined, shared=[*constant, *shared])
 
 

@@ -186,18 +186,18 @@ class MeasuringUnit:
         """Return the measured creep of the unit's springs, or the creep of the print process."""
         return self.unit.creep_or(self.report.creep)
 
-    def press_over_weighed(self, press_s: float | None = None) -> float:
+    def press_stiffness_ratio(self, press_s: float | None = None) -> float:
         """Return the stiffness of the springs in a press, divided by their stiffness under calibration weights [1].
 
         `press_s` [s] is the time from the first touch to the deepest point. If it is None, the press lasts as long as
         the design states.
         """
-        return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.report.design.press_s)
+        return self.creep.press_stiffness_ratio(self.unit.weighed_after_s, press_s or self.report.design.press_s)
 
     def softening_in_hold(self, held_s: float, press_s: float | None = None) -> float:
         """Return the stiffness of the springs after a hold of `held_s` [s], divided by the stiffness at its start [1].
 
-        `press_s` [s] is the duration of the press before the hold, as in `press_over_weighed`.
+        `press_s` [s] is the duration of the press before the hold, as in `press_stiffness_ratio`.
         """
         return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.report.design.press_s)
 
@@ -281,7 +281,7 @@ class MeasuringUnit:
         it is None, the press lasts as long as the design states.
         """
         return self.ball_factor * correct_reading(
-            self.press_over_weighed(press_s) * read, self.report.read_out.level_readings
+            self.press_stiffness_ratio(press_s) * read, self.report.read_out.level_readings
         )
 
     def read_as(self, E: float) -> float:
@@ -289,10 +289,10 @@ class MeasuringUnit:
         E /= self.ball_factor
         level = self.report.read_out.level_readings
         if not level:
-            return E / self.press_over_weighed()
+            return E / self.press_stiffness_ratio()
         logs = np.log([(row.E_MPa, row.read_MPa) for row in level])
         shift = np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0])
-        return E * math.exp(shift) / self.press_over_weighed()
+        return E * math.exp(shift) / self.press_stiffness_ratio()
 
     def steepness(self, E: float) -> float:
         """Return d ln E / d ln(reading) at E [MPa], by which relative errors of the reading are multiplied."""

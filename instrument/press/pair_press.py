@@ -42,7 +42,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
         E=E,
         reduced=sensor.reduced(E),
         u=u,
-        flags=tuple(flags_of_modulus(sensor, E, u, sensor.press_over_weighed() * forces)),
+        flags=tuple(flags_of_modulus(sensor, E, u, sensor.press_stiffness_ratio() * forces)),
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         bend=bend,
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),

@@ -16,7 +16,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import simultaneous_samples
 from instrument.press.printed_unit import PrintedUnit
 from instrument.press.signals import Sample, Signal
-from instrument.press.touches import PressSamples, cut_presses
+from instrument.press.touches import PressSamples, split_presses
 from pipeline.report.report import Report
 from pipeline.tables.rows import rows_of
 from sensor.arrays import Floats
@@ -85,7 +85,7 @@ def readings_of(
     in_newtons = _convert_to_newtons(sensor, signal, samples, tare)
     light_touch = FruitReading(flags=("lift_off",))
     has_press = False
-    for press in cut_presses(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
+    for press in split_presses(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
         reading = press_reading(sensor, press, timing)
         t = press.t[-1 if every_sample else press.deepest]
         if every_sample or press.is_firm(sensor.least_forces, timing.lag):
@@ -123,7 +123,8 @@ def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[f
     creep, duration = sensor.creep, press.duration_s
     if creep.exponent == 0.0 or duration is None:
         return None, None
-    remaining = creep.left_behind(ZERO_AFTER_S, duration, float(press.t[-1]) - press.touched_s)  # fraction of the force
+    press_s = float(press.t[-1]) - press.touched_s
+    remaining = creep.residual_deflection(ZERO_AFTER_S, duration, press_s)  # fraction of the force
     deepest = press.forces[press.deepest]
     relative_errors = remaining * deepest / sensor.least_forces
     tip = int(relative_errors.argmax())

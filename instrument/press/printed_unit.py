@@ -16,7 +16,7 @@ from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml
 from sensor.design.parameters import Design
 from sensor.design.reading import WEIGHED_AFTER_S, ReadingRequirements
-from sensor.design.tips import SHOWN_BY_BALL
+from sensor.design.tips import REPRESENTED_BY_BALL
 from sensor.input_file import read_toml
 from sensor.quantity import BOUNDED, Bounds, InputError, check_fields, choice, quantity, validation_error
 from sensor.theory.creep import CreepLaw
@@ -376,7 +376,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
         hint = f"calibrate the unit with this design, whose digest begins with {digest[:12]}"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
     if unit.ball is not None and not report.design.takes_ball:
-        bound = f"left out, because a ball corrects only {SHOWN_BY_BALL}"
+        bound = f"left out, because a ball corrects only {REPRESENTED_BY_BALL}"
         raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
     if unit.ball is not None:
         _check_list_lengths(unit.ball, report)

@@ -77,7 +77,7 @@ class PressSamples:
         return bool(np.convolve(firm, np.ones(several + 1)).max() > several)
 
 
-def cut_presses(
+def split_presses(
     sensor: MeasuringUnit, samples: Iterable[Sample], source: str, spike_length: int, *, growing: bool = False
 ) -> Iterator[PressSamples]:
     """Yield each press of a signal when it ends. With `growing`, yield the press up to each of its samples instead.

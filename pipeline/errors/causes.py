@@ -191,7 +191,7 @@ def _creep_in_press(pair: PressedSensor) -> Cause:
     """Return the relative change of the stiffness of plastic springs from a hanging weight to a press."""
     creep = pair.springs.creep
     press_s = pair.design.press_s
-    stiffer_in_a_press = creep.press_over_weighed(WEIGHED_AFTER_S, press_s) - 1.0
+    stiffer_in_a_press = creep.press_stiffness_ratio(WEIGHED_AFTER_S, press_s) - 1.0
     reason = (
         f"in a press of {press_s:.3g} s, against a weight read after {WEIGHED_AFTER_S:g} s; the compliance grows "
         f"by {100.0 * creep.per_decade:.2g} % a decade"

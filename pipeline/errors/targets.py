@@ -18,7 +18,7 @@ from sensor.theory.two_spring_law import (
     force_ratio,
     fruit_stiffness,
     nonlinearity,
-    spring_give,
+    spring_deflection,
 )
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
@@ -105,8 +105,8 @@ class ForceRatioCurve:
         """Return the deflection of each spring (2, ...) [mm]. Stiffnesses [N/mm] and travels [mm] must broadcast."""
         K_m = np.asarray(K_m, dtype=np.float64)
         travel = np.maximum(LEAST_TRAVEL, travel)
-        low = spring_give(self.springs.K_l, K_m, travel)
-        high = spring_give(self.springs.K_h, np.asarray(self.stiffness_ratio * K_m), travel)
+        low = spring_deflection(self.springs.K_l, K_m, travel)
+        high = spring_deflection(self.springs.K_h, np.asarray(self.stiffness_ratio * K_m), travel)
         return np.array([low, high])
 
     def _estimate(self, law: Law) -> Estimate:

@@ -16,7 +16,7 @@ from pipeline.find.candidate import REFUSED_COST, Candidate
 from pipeline.find.proved_candidate import Proof, prove_first
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.report.keys import value_at
-from pipeline.storage.files import is_ours, refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, is_ours, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.storage.stopwatch import Count, Progress, silent
 from pipeline.study.engines import Engine
@@ -253,7 +253,7 @@ def refuse_occupied(study: Study, folder: Path, *, force: bool) -> None:
     """Raise InputError if a search could not write its results into its folder; call this before anything is solved."""
     for place in places(study, folder):
         refuse_unusable(place.run, force=force)
-        refuse_taken([place.design], "--out", force=force)
+        check_paths_are_free([place.design], "--out", force=force)
     refuse_page(folder, force=force)
 
 

@@ -13,7 +13,7 @@ from sensor.theory.two_spring_law import (
     force_ratio,
     hayes_stiffness,
     size_springs,
-    spring_give,
+    spring_deflection,
 )
 from solve.fruit.compliance import FruitCompliance
 
@@ -47,8 +47,8 @@ class SpringSizing:
         travel_l, travel_h = travels
         K_m = self.K_m_at_largest_E
         return (
-            spring_give(self.springs.K_l, K_m, max(0.0, travel_l)),
-            spring_give(self.springs.K_h, self.stiffness_ratio * K_m, max(0.0, travel_h)),
+            spring_deflection(self.springs.K_l, K_m, max(0.0, travel_l)),
+            spring_deflection(self.springs.K_h, self.stiffness_ratio * K_m, max(0.0, travel_h)),
         )
 
 

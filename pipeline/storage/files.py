@@ -22,7 +22,7 @@ Content = bytes | Callable[[Path], object]
 _WRITTEN = "written"  # name of the stage under which the cache stores the digests of written files
 
 
-def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> None:
+def check_paths_are_free(paths: Iterable[Path], flag: str, *, force: bool = False) -> None:
     """Raise InputError if a file cannot be written to one of these paths.
 
     `flag` is the command-line flag that the message names. An existing file must be one that `write_files` wrote and
@@ -55,11 +55,11 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
     file that already has the given bytes is left unchanged. With `force`, an existing file that is not from this
     program is kept as NAME.bak.
 
-    Raises InputError if a path is taken, as `refuse_taken` checks, or if a file cannot be written. All paths are
-    checked before the first file is written, and each path again just before its file is moved there.
+    Raises InputError if a path is taken, as `check_paths_are_free` checks, or if a file cannot be written. All paths
+    are checked before the first file is written, and each path again just before its file is moved there.
     """
     new = {path: content for path, content in files.items() if not _has_content(path, content)}
-    refuse_taken(new, flag, force=force)
+    check_paths_are_free(new, flag, force=force)
     for path, content in new.items():
         try:
             with write_beside(path, flag) as folder:
@@ -70,7 +70,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                     else:
                         content(part)
                 digest = file_digest(part)
-                refuse_taken([path], flag, force=force)  # checked again, because writing the content may take long
+                check_paths_are_free([path], flag, force=force)  # checked again: writing the content may take long
                 if os.path.lexists(path) and not is_ours(path):
                     keep_aside(path, path.parent)
                 part.replace(path)

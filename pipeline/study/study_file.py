@@ -16,11 +16,11 @@ from pipeline.study.toml_records import check_table, file_converter, is_instance
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation_of
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
 from pipeline.tables.rows import single_sheet
-from pipeline.tables.table import refuse_length
+from pipeline.tables.table import check_row_length
 from sensor.design.design_file import every_key
 from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import TABLES, Design
-from sensor.gone import refuse_gone
+from sensor.gone import refuse_removed
 from sensor.input_file import read_toml
 from sensor.quantity import (
     Bounds,
@@ -215,7 +215,7 @@ class Study(StudyKeys):
         if self.how == "sensitivity" and len(self.vary) == 1:
             hint = "name another key under [vary], because a single key causes all of the variance"
             raise validation_error("vary", next(iter(self.vary)), "", "a table of at least two keys", hint)
-        refuse_gone(*self.vary)  # a key that an earlier version had gets its own message
+        refuse_removed(*self.vary)  # a key that an earlier version had gets its own message
         for key in self.vary:
             if key not in every_key():
                 raise unknown_name("key", f"vary.{key}", every_key(), key)
@@ -365,7 +365,7 @@ def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
         raise validation_error("points", ",".join(keys), "", bound, f"remove a column from {path.name}")
     rows = []
     for row in points:
-        refuse_length(sheet.source, row, len(keys))
+        check_row_length(sheet.source, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
     # The values are in `rows`. Only the names of the varied keys are used, so each key gets an arbitrary single choice.
     return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)

@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key
 from pipeline.report.page.page_template import FIGURES, render_page
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.plain import Plain
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study
@@ -50,7 +50,7 @@ def refuse_page(folder: Path, *, force: bool) -> None:
     """Raise InputError if the page of a study cannot be written to a folder; call this before anything is solved."""
     designs = folder / _DESIGNS
     paths = [folder / PAGE, designs / _BASE, *designs.glob("point-*.toml")]
-    refuse_taken(paths, "--out", force=force)
+    check_paths_are_free(paths, "--out", force=force)
 
 
 def write_page(

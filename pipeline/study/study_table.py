@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.study.store import StudyStore
 from sensor.quantity import validation_error
 
@@ -23,7 +23,7 @@ def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
         raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its extension")
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
         raise validation_error(FLAG, str(path), "", "a file in an existing folder", "create that folder first")
-    refuse_taken([path], FLAG, force=force)
+    check_paths_are_free([path], FLAG, force=force)
 
 
 def export_table(store: StudyStore, path: Path, *, force: bool = False) -> None:

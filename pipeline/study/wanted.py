@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Literal
 
 from pipeline.report.keys import report_key, report_keys, value_at
-from sensor.gone import refuse_gone_key
+from sensor.gone import refuse_removed_key
 from sensor.quantity import nearest, validation_error
 from sensor.verdict import row_of, verdict_rows
 
@@ -35,7 +35,7 @@ def _level_of(name: str, key: str) -> Level:
 
     `name` is the name of the list in the study file that contains the key.
     """
-    refuse_gone_key(key)
+    refuse_removed_key(key)
     level = _verdict_level(key) if key.startswith("verdicts.") else _plain_level(key)
     for known_level in LEVELS:
         if known_level == level:

@@ -91,7 +91,7 @@ class HeaderWords:
         self._quantity_by_label_with_unit: dict[str, str] = {}  # in column labels that also contain a unit
         for name, quantity in quantities.items():
             by_label = dict.fromkeys(map(folded, (name, *quantity.words)), name)
-            by_label_with_unit = dict.fromkeys(map(folded, quantity.beside_unit), name)
+            by_label_with_unit = dict.fromkeys(map(folded, quantity.words_with_unit), name)
             self._quantity_by_word |= {**by_label_with_unit, **by_label, folded(quantity.chosen): name}
             if not quantity.chosen:
                 self._quantity_by_label_with_unit |= by_label_with_unit
@@ -242,7 +242,7 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     of (%).
     """
     units = list(_trailing_units(label, name, quantity)) if quantity.units else []
-    known_words = set(map(folded, (*quantity.words, *quantity.beside_unit)))
+    known_words = set(map(folded, (*quantity.words, *quantity.words_with_unit)))
     yield from units
     if units or not quantity.units or quantity.flag_unit or folded(label) in known_words:
         return

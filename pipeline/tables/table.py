@@ -378,7 +378,7 @@ class TableReader:
                 table.skipped.append(row)
             else:
                 if len(row.cells) < min_width or any(row.cells[width:]):
-                    refuse_length(table.source, row, width)
+                    check_row_length(table.source, row, width)
                 decimals[_decimal_count(row)] += 1
                 yield row
 
@@ -426,7 +426,7 @@ def _has_number(cell: str) -> bool:
     return is_number(cell) or seconds_of_day(cell) is not None
 
 
-def refuse_length(source: str, row: Row, columns: int) -> None:
+def check_row_length(source: str, row: Row, columns: int) -> None:
     """Raise InputError for a row whose number of cells is not the number of `columns` in the header."""
     if len(row.cells) != columns:
         bound = f"{columns} cells, like its header"

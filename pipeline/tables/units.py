@@ -44,17 +44,17 @@ class Quantity:
     `units` maps each allowed unit to its factor. `default` is the unit that is assumed if no unit is stated; without a
     default, a unit is required. `most` is the largest allowed absolute value, in the unit whose factor is 1.
 
-    `words` are further names of the quantity in headers. A word in `beside_unit` names the quantity only together with
-    one of its units, and only if no other column holds the quantity. Two fields come from flags. `flag_unit` is a unit
-    that a header may omit but not contradict. `chosen` selects a column by its header or by its number, counted from 1.
-    With `by_clock`, the clock of a serial monitor may replace the column.
+    `words` are further names of the quantity in headers. A word in `words_with_unit` names the quantity only together
+    with one of its units, and only if no other column holds the quantity. Two fields come from flags. `flag_unit` is a
+    unit that a header may omit but not contradict. `chosen` selects a column by its header or by its number, counted
+    from 1. With `by_clock`, the clock of a serial monitor may replace the column.
     """
 
     units: Mapping[str, float]
     default: str = ""
     most: float = math.inf
     words: tuple[str, ...] = ()
-    beside_unit: tuple[str, ...] = ()
+    words_with_unit: tuple[str, ...] = ()
     flag_unit: str = ""
     chosen: str = ""
     by_clock: bool = False

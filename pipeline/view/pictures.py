@@ -14,7 +14,7 @@ import pyvista as pv
 
 from pipeline.making.field_files import FLEXURE
 from pipeline.report.report import Report, read_report
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.stopwatch import Count, silent
 from pipeline.view.field_picture import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
@@ -109,7 +109,7 @@ def write_pictures(
     with these names are kept as NAME.bak. Raises InputError if there are such files and `force` is false, or if the
     folder cannot be written.
     """
-    refuse_taken([folder / f"{picture.name}.png" for picture in all_pictures], FLAG, force=force)
+    check_paths_are_free([folder / f"{picture.name}.png" for picture in all_pictures], FLAG, force=force)
     draw_without_display()
     files = {}
     # Pictures are drawn in a temporary folder first, so that an interrupted run leaves none in `folder`.

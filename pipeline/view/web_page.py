@@ -8,7 +8,7 @@ from cad.files.glb import GlbBody
 from pipeline.report.page.page_bodies import ColourScale, assembly_body, field_body
 from pipeline.report.page.page_template import BODIES, FIGURES, render_page
 from pipeline.report.report import Report, read_report
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.plain import Plain
 from pipeline.view.field_picture import DISPLACEMENT, Field, FieldPicture, deformed_surface
 from pipeline.view.scenes import field_scenes
@@ -27,7 +27,7 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
         raise validation_error(FLAG, str(path), "", "a file name that ends in .html", hint)
-    refuse_taken([path], FLAG, force=force)
+    check_paths_are_free([path], FLAG, force=force)
     report = read_report(folder)
     bodies = field_bodies(report, folder) + assembly_bodies(folder)
     if not bodies:

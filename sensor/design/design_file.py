@@ -12,7 +12,7 @@ from sensor.design.processes import Process, own_process, process_as_table
 from sensor.design.reading import ReadingRequirements
 from sensor.design.readout import Readout
 from sensor.design.tips import PressMotion, Tips
-from sensor.gone import drop_ineffective_keys, refuse_gone
+from sensor.gone import drop_ineffective_keys, refuse_removed
 from sensor.input_file import parse_toml
 from sensor.quantity import InputError, as_float, parse_number, unknown_name, validation_error
 
@@ -92,7 +92,7 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
     known_keys = [item.name for item in dataclasses.fields(record_type)]
     # Keys of earlier versions are dropped if they had no effect, and refused otherwise.
     effective_values = drop_ineffective_keys(table, values)
-    refuse_gone(*(f"{table}.{key}" for key in effective_values))
+    refuse_removed(*(f"{table}.{key}" for key in effective_values))
     for key in effective_values:
         if key not in known_keys:
             raise unknown_name("key", f"{table}.{key}", known_keys, key)

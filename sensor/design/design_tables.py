@@ -22,7 +22,7 @@ from sensor.design.design_file import (
 )
 from sensor.design.parameters import TABLES, Design
 from sensor.design.processes import PROCESSES, check_process_name, read_process_file
-from sensor.gone import refuse_gone
+from sensor.gone import refuse_removed
 from sensor.quantity import InputError, unknown_name, validation_error
 
 _PROCESS = "print.process"
@@ -82,7 +82,7 @@ class DesignTables:
         working folder. The order of the settings does not matter, because tables are removed before keys are set.
         Raises InputError for an unknown name.
         """
-        refuse_gone(*settings)
+        refuse_removed(*settings)
         for name, value in settings.items():
             _refuse_unknown(name, value)
         # A setting that is named like a table can only remove it.

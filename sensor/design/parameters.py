@@ -14,7 +14,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
 from sensor.design.reading import PRESS_S, ReadingRequirements
 from sensor.design.readout import Readout
-from sensor.design.tips import SHOWN_BY_BALL, PressMotion, Tips, check_tips_on_fruit, shown_by_ball
+from sensor.design.tips import REPRESENTED_BY_BALL, PressMotion, Tips, check_tips_on_fruit, represented_by_ball
 from sensor.quantity import (
     LENGTH,
     MODULUS,
@@ -433,7 +433,7 @@ class Design:
     def _check_ball(self) -> None:
         """Raise InputError for a reference ball, unless presses on a ball represent presses on the fruit."""
         if self.reading is not None and self.reading.calibrated_by == "ball" and not self.takes_ball:
-            bound = f"'weights' or 'plate', because a ball can only be used for {SHOWN_BY_BALL}"
+            bound = f"'weights' or 'plate', because a ball can only be used for {REPRESENTED_BY_BALL}"
             raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
 
     @property
@@ -460,7 +460,7 @@ class Design:
     @property
     def takes_ball(self) -> bool:
         """Return whether presses on a reference ball, which has no skin, represent presses on the fruit."""
-        return shown_by_ball(self.fruit, self.tips)
+        return represented_by_ball(self.fruit, self.tips)
 
     @property
     def elastic(self) -> "Design":

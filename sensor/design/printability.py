@@ -10,7 +10,7 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.design.tip_mount import plate_depth
 from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
-from sensor.theory.two_spring_law import Springs, spring_give
+from sensor.theory.two_spring_law import Springs, spring_deflection
 
 LENGTH_MARGIN = 0.15  # largest relative error of a leaf length by beam theory
 SHORTEST_LEAF = 5.0
@@ -104,7 +104,7 @@ def check_printable(
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
         # A tip that does not reach the fruit has a negative travel, and no deflection.
         travel = max(0.0, design.full_travels_mm[i])
-        leaf = _leaf_of(design, i, spring_give(K, K_m[i], travel))
+        leaf = _leaf_of(design, i, spring_deflection(K, K_m[i], travel))
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
         passed, reason = _judge_leaf(leaf, length, margin)
         if passed is not True:

@@ -271,11 +271,11 @@ class PressMotion:
         check_fields(self, "press")
 
 
-SHOWN_BY_BALL = "domes in a line or a square, on flesh without a skin"
-"""Designs for which `shown_by_ball` is true, written as text."""
+REPRESENTED_BY_BALL = "domes in a line or a square, on flesh without a skin"
+"""Designs for which `represented_by_ball` is true, written as text."""
 
 
-def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
+def represented_by_ball(fruit: Fruit, tips: Tips) -> bool:
     """Return whether presses on a reference ball, which has no skin, represent presses on the fruit."""
     return tips.dome_radius_mm is not None and not tips.tip_layout.takes_targets and fruit.skin_mm is None
 

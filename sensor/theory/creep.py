@@ -64,7 +64,7 @@ class CreepLaw:
         """Return the compliance at `end` divided by the compliance at `begin` [1]; both are times since loading [s]."""
         return float((end / begin) ** self.exponent)
 
-    def press_over_weighed(self, weighed_s: float, press_s: float) -> float:
+    def press_stiffness_ratio(self, weighed_s: float, press_s: float) -> float:
         """Return k [1]: the stiffness in a press divided by the stiffness under a weight, read after `weighed_s` [s].
 
         `press_s` [s] is the duration of the press, from the first touch to the deepest point.
@@ -88,7 +88,7 @@ class CreepLaw:
         decades = math.log10(weighed_s / (EFFECTIVE * press_s))
         return math.hypot(decades * self.error / (1.0 + self.per_decade), BOUNDED * self.exponent)
 
-    def left_behind(self, since_s: float, press_s: float, lasted_s: float) -> float:
+    def residual_deflection(self, since_s: float, press_s: float, lasted_s: float) -> float:
         """Return an upper bound for the deflection left at `since_s` [s] after the lift of a press.
 
         It is a fraction [1] of the largest deflection of the press. `lasted_s` [s] is the time from the first touch to

@@ -77,7 +77,7 @@ def series_stiffness(K: float, K_m: FloatOrArray) -> FloatOrArray:
     return K * K_m / (K + K_m)
 
 
-def spring_give(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArray:
+def spring_deflection(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArray:
     """Return the deflection of a spring in series with the fruit, at a travel that both share [unit of `travel`]."""
     return travel * series_stiffness(K, K_m) / K
 

@@ -14,7 +14,7 @@ from instrument.press.pair_press import single_reading
 from instrument.press.presses import readings_of, refuse_out_of_scale
 from instrument.press.signals import Signal, numbers_of_text
 from pipeline.report.report import read_report
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.record_data import as_data, as_line
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.rows import rows_of
@@ -145,7 +145,7 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
     if arguments.unit is None:
         print_error("note: no --unit; the springs are assumed to be as designed, with the errors of their process")
     elif sensor.creep.exponent:
-        more_percent = 100.0 * (sensor.press_over_weighed() - 1.0)
+        more_percent = 100.0 * (sensor.press_stiffness_ratio() - 1.0)
         print_error(
             f"note: springs creep by {sensor.creep}; "
             f"in a press of {sensor.report.design.press_s:.3g} s they are stiffer by {more_percent:.2g} % "
@@ -196,7 +196,7 @@ def _check_paths(paths: dict[str, list[Path]], *, force: bool) -> None:
                 bound = f"a different file from that of {flag_of_path[path.resolve()]}"
                 raise validation_error(flag, str(path), "", bound, "choose another name")
             flag_of_path[path.resolve()] = flag
-        refuse_taken(paths_of_flag, flag, force=force)
+        check_paths_are_free(paths_of_flag, flag, force=force)
 
 
 def _answer_text(answer: FruitReading | FruitAnswer) -> str:

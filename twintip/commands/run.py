@@ -13,8 +13,8 @@ from pipeline.options import (
     ROUGH_TOLERANCE,
     TOLERANCES,
     RunOptions,
+    check_can_be_made,
     load_design,
-    refuse_unmakeable,
     run_key,
 )
 from pipeline.storage.digests import Json
@@ -46,7 +46,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     design = load_design(named_design(arguments), settings_of(arguments))
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
-    refuse_unmakeable(design, options)
+    check_can_be_made(design, options)
     file_date()  # raises an error if the date that files are given is invalid
     report = _report_of_same_run(design, options, folder)
     if report is None:

@@ -19,7 +19,7 @@ from instrument.simulate.log import usual_rate
 from instrument.simulate.simulation import FILES, SimulationSettings, unit_of_seed
 from instrument.simulate.unit import SimulatedUnit, designed_unit, given_unit, refuse_unsimulated
 from pipeline.report.report import Report, read_report
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.record_data import as_data
 from sensor.design.reading import ReadingRequirements
 from sensor.quantity import (
@@ -167,7 +167,7 @@ def _check_paths(paths: dict[str, Path], *, force: bool) -> None:
         bound = f"a different file from that of {_flag(first)}"
         raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
     for flag, path in paths.items():
-        refuse_taken([path], _flag(flag), force=force)
+        check_paths_are_free([path], _flag(flag), force=force)
 
 
 def _simulation_settings(arguments: Namespace, report: Report) -> SimulationSettings:

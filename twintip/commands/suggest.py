@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design, setting_text
 from pipeline.storage.digests import Json
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.verdicts.in_words import value_and_limit
 from sensor.design.design_file import design_as_mapping, design_as_toml, every_key
 from sensor.design.parameters import Design
-from sensor.gone import refuse_gone
+from sensor.gone import refuse_removed
 from sensor.quantity import nearest, validation_error
 from sensor.words import OUTCOMES, shown
 from twintip.commands.console import (
@@ -107,7 +107,7 @@ def _run_command(preset_or_file: str, settings: dict[str, str], changes: list[Js
 
 def _check_flags(arguments: Namespace) -> None:
     """Raise InputError for an unknown key of `--keep`, or for a file that could not be written after the search."""
-    refuse_gone(*arguments.keep)  # its message says what replaces a removed key
+    refuse_removed(*arguments.keep)  # its message says what replaces a removed key
     for key in arguments.keep:
         if key not in every_key():
             hint = f"did you mean {nearest(key, every_key())}?"
@@ -117,7 +117,7 @@ def _check_flags(arguments: Namespace) -> None:
     if arguments.out.suffix != ".toml":
         bound = "a file that ends in .toml"
         raise validation_error("--out", str(arguments.out), "", bound, "name a design file, not a folder")
-    refuse_taken([arguments.out], "--out", force=arguments.force)
+    check_paths_are_free([arguments.out], "--out", force=arguments.force)
 
 
 def _search(

@@ -12,7 +12,7 @@ from pipeline.report.keys import ReportKey, report_key
 from sensor.design.fruits import FRUITS, NamedFruit
 from sensor.design.printability import SHORTEST_LEAF
 from sensor.design.reading import LARGEST_TOUCH_FRACTION
-from sensor.gone import refuse_gone, refuse_gone_key
+from sensor.gone import refuse_removed, refuse_removed_key
 from sensor.quantity import InputError
 from sensor.verdict import VerdictRow, verdict_rows
 
@@ -103,8 +103,8 @@ def find_entry(name: str) -> Entry:
     and for a name that was removed.
     """
     # these calls only raise InputError for a removed name
-    refuse_gone(f"verdicts.{name}")
-    refuse_gone_key(name)
+    refuse_removed(f"verdicts.{name}")
+    refuse_removed_key(name)
     names_by_lower_case = {}
     for entry in entries():
         for alias in (entry.name, *entry.each, *entry.aliases):

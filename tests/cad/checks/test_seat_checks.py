@@ -11,7 +11,7 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.checks.seat_checks import pocket_verdicts, window_verdicts
 from cad.files.stl import write_stl
-from cad.parts.assembly import cover_places, plate_places, sensor_of
+from cad.parts.assembly import cover_locations, plate_locations, sensor_of
 from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
@@ -69,7 +69,7 @@ def test_magnets_face_their_sensor_through_the_window(kind, pair):
     sensor = hall_square() if kind == "square" else pair
     housing, seats = sensor.housing, sensor.seats
     assert 0.5 * (seats.upper_disc + seats.lower_disc) - seats.sensor == pytest.approx(0.5 * sensor.press.travel_mm)
-    front = cover_part(housing, seats).shape.moved(plate_places(housing)[0].inverse * cover_places(housing)[0])
+    front = cover_part(housing, seats).shape.moved(plate_locations(housing)[0].inverse * cover_locations(housing)[0])
     size = (PROBE.package_width_mm, PROBE.package_thickness_mm, PROBE.package_height_mm)
     for arm in housing.arms:
         middle = (

@@ -6,9 +6,10 @@ import cadquery as cq
 import pytest
 from squares import RESIN
 
+from cad.checks.clearance import moving_part
 from cad.fabrication.mount import PLATE_MM, back_of, bracket_solid, mounted_grip
 from cad.fabrication.mount_checks import mount_verdicts
-from cad.parts.assembly import grip, screw_length
+from cad.parts.assembly import grip, plate_locations, screw_length
 
 
 @pytest.fixture(scope="module")
@@ -56,3 +57,12 @@ def test_rear_washer_between_frame_and_bracket_is_in_the_grip(sensor):
 def test_planted_wrong_place_fails(move, failing, square, bracket):
     found = outcome(square, bracket.translate(cq.Vector(*move)))
     assert {name for name, passed in found.items() if passed is not True} >= failing
+
+
+@pytest.mark.parametrize("plate", [0, 1])
+def test_planted_wall_near_either_plate_fails(plate, square, bracket):
+    """A wall 0.1 mm beside a shuttle, on the side of the bracket's plate that faces away from the other plate."""
+    shuttle = moving_part(square, square.housing.arms[0]).moved(plate_locations(square.housing)[plate]).BoundingBox()
+    near = shuttle.ymin - 1.1 if shuttle.center.y < 0.0 else shuttle.ymax + 0.1
+    wall = cq.Solid.makeBox(shuttle.xlen, 1.0, 2.0, cq.Vector(shuttle.xmin, near, shuttle.zmax - 2.0))
+    assert outcome(square, cq.Compound.makeCompound([bracket, wall])) == {"clearance": False, "over_fruit": True}

@@ -13,7 +13,7 @@ from cad.parts.assembly import (
     dowel_length,
     grip,
     placed_shape,
-    plate_places,
+    plate_locations,
     screw_length,
 )
 from sensor.design.parameters import Print
@@ -30,7 +30,7 @@ def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each
     every = square.part.shape.Faces()
     caps = [
         (kind, cq.Compound.makeCompound([every[index] for index in square.part.faces[f"{kind}_tip"]]).moved(place))
-        for place in plate_places(square.housing)
+        for place in plate_locations(square.housing)
         for kind in ("low", "high")
     ]
     asked = zip(GENTLE.tips.springs, GENTLE.tips.places_mm, strict=True)

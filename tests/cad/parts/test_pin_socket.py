@@ -11,7 +11,7 @@ from cad.files.stl import triangles
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 from cad.parts.pin import STEEL_MPA, pin_compliance
-from cad.parts.pin_socket import pin_places, pin_solid, tip_solid
+from cad.parts.pin_socket import pin_locations, pin_solid, tip_solid
 from cad.parts.pose import print_pose
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -64,7 +64,7 @@ def test_neck_above_a_wide_foot_prints_without_support():
 
 
 def test_pins_fill_the_pockets_but_for_the_fit_and_stand_out(pinned, foot):
-    places = pin_places(foot)
+    places = pin_locations(foot)
     assert list(places) == ["low_pin", "high_pin"]
     for place, x in zip(places.values(), (-4.0, 4.0), strict=True):
         pin = pin_solid(foot.pin, Tips()).moved(place)

@@ -62,7 +62,7 @@ def test_without_times_the_press_is_that_of_the_design(paper, tmp_path):
     forces = deflections[1:] * sensor.unit.stiffnesses
     found = read_press(sensor, forces)
     still = replace(sensor, unit=elastic(sensor.unit))
-    factor = PROCESSES["fdm-petg"].creep.press_over_weighed(30.0, 3.0)
+    factor = PROCESSES["fdm-petg"].creep.press_stiffness_ratio(30.0, 3.0)
     assert pytest.approx(factor * read_press(still, forces).E, rel=1e-12) == found.E
     assert pytest.approx(2.0, rel=0.01) == single_reading(sensor, forces[-1]).E
     assert pytest.approx(found.E, rel=1e-9) == read_by_module(sensor, forces).E
@@ -81,7 +81,7 @@ def test_the_zero_that_a_press_leaves_is_told(paper):
     found = read_by_command(sensor, times, deflections * sensor.unit.stiffnesses)
     deepest = deflections[-1] * sensor.unit.stiffnesses
     tip = int(np.argmax(deepest / sensor.least_forces))
-    assert found.zero_left == pytest.approx(deepest[tip] * sensor.creep.left_behind(1.0, 2.0, 2.0), rel=0.1)
+    assert found.zero_left == pytest.approx(deepest[tip] * sensor.creep.residual_deflection(1.0, 2.0, 2.0), rel=0.1)
     assert found.zero_left_of_touch == pytest.approx(found.zero_left / sensor.least_forces[tip], rel=1e-9)
     assert 0.0 < found.zero_left < 0.02 * deepest[tip]
     assert read_by_command(replace(sensor, unit=elastic(sensor.unit)), times, deflections).zero_left is None
@@ -90,7 +90,7 @@ def test_the_zero_that_a_press_leaves_is_told(paper):
 def test_only_weights_tell_a_stiffness_with_a_time(paper):
     """The nominal unit has the scatter of its process, which holds creep too; no metal creeps."""
     nominal = MeasuringUnit(report=paper.report, unit=nominal_unit(paper.report))
-    assert (nominal.press_over_weighed(), nominal.channels.creep) == (1.0, 0.0)
+    assert (nominal.press_stiffness_ratio(), nominal.channels.creep) == (1.0, 0.0)
     _, sensor = weighed(paper)
     assert sensor.channels.creep == PROCESSES["fdm-petg"].creep.deviation(30.0, 3.0)
     for name, process in PROCESSES.items():
@@ -101,4 +101,4 @@ def test_a_unit_that_was_weighed_later_takes_a_larger_step(paper):
     _, sensor = weighed(paper, weighed_after_s=3000.0)
     per_decade = PROCESSES["fdm-petg"].creep_per_decade
     _, usual = weighed(paper)
-    assert sensor.press_over_weighed() / usual.press_over_weighed() == pytest.approx((1.0 + per_decade) ** 2)
+    assert sensor.press_stiffness_ratio() / usual.press_stiffness_ratio() == pytest.approx((1.0 + per_decade) ** 2)

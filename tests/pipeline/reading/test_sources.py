@@ -215,7 +215,7 @@ def of_creep(pressed):
     Springs are stiffer in the press than told, and the forces as much larger: deflections are right. The effective time
     is anywhere within a factor e.
     """
-    more = CreepLaw(CREEP.per_decade + 1e-5).press_over_weighed(30.0, 3.0) / CREEP.press_over_weighed(30.0, 3.0)
+    more = CreepLaw(CREEP.per_decade + 1e-5).press_stiffness_ratio(30.0, 3.0) / CREEP.press_stiffness_ratio(30.0, 3.0)
     shown = pressed.on_springs(more * np.ones(4)) / more
     by_share = (pressed.model.modulus(shown) / E - 1.0) * CREEP.error / 1e-5
     return np.hypot(by_share, CREEP.exponent / np.sqrt(3.0))

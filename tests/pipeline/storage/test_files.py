@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from refusal import refusal
 
-from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.folder import OutputError, output_folder
 from sensor.quantity import InputError
 
@@ -121,7 +121,7 @@ def test_place_that_cannot_be_written_is_refused_before_anything_is_done(place, 
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
     for write in (
-        lambda: refuse_taken([Path(place)], "--html"),
+        lambda: check_paths_are_free([Path(place)], "--html"),
         lambda: write_files({Path(place): b"x"}, "--html", force=True),
     ):
         assert refusal(write).field == "--html"

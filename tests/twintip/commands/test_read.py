@@ -145,7 +145,7 @@ def test_time_of_the_weighing_is_taken_and_told(paper, answered, written):
     _, (answer,) = answered("calibrate", paper.folder, written("\n".join(["tip,Gewicht,b", *rows])), *own)
     assert answer["K_N_per_m"] == pytest.approx((1.2e3 * paper.K).tolist())
     assert (answer["weighed_after_s"], answer["creep_of"]) == (300.0, "process")
-    shares = PROCESSES["fdm-petg"].creep.press_over_weighed(300.0, 3.0)
+    shares = PROCESSES["fdm-petg"].creep.press_stiffness_ratio(300.0, 3.0)
     assert answer["K_press_over_weighed"] == pytest.approx(shares)
 
 
