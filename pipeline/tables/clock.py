@@ -33,12 +33,14 @@ class Clock:
         time does not increase.
         """
         t = self._table.number(row, self._column) + self._offset
-        previous_t, self._last_t = self._last_t, t
+        previous_t = self._last_t
+        self._last_t = t
         if previous_t is None or t > previous_t or (t == previous_t and not rises):
             self._was_pause = previous_t is not None and t - previous_t > _LONGEST_PAUSE
             return t
         # A restart is assumed only if there is no long pause just before it.
-        for period in () if self._was_pause else self._periods(row):
+        possible_periods = () if self._was_pause else self._periods(row)
+        for period in possible_periods:
             if t < previous_t and 0.0 <= t + period - previous_t <= _LONGEST_PAUSE:
                 self._offset += period
                 self._last_t = t + period

@@ -109,9 +109,10 @@ class StatedUnits:
         Cells with the indices `used` belong to the table and are left out. A unit is recorded for each quantity whose
         default is another unit. Units of time are not recorded, because texts mention them for many other reasons.
         """
-        for cell in (cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used):
-            # the whole cell, and each text that follows a number or is in brackets
-            for text in (cell, *(after_number or bracketed for after_number, bracketed in _MENTION.findall(cell))):
+        unused_cells = [cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used]
+        for cell in unused_cells:
+            mentions = [after_number or in_brackets for after_number, in_brackets in _MENTION.findall(cell)]
+            for text in (cell, *mentions):
                 for name, quantity in self._words.quantities.items():
                     is_other = unit_of(quantity, text) not in ("", quantity.default)
                     if quantity.default and quantity.units is not TIME and is_other:
@@ -192,12 +193,10 @@ class StatedUnits:
             if not is_missing(column.cell(row))
         ]
         number = as_number(column.cell(first))
+        unit_after_number = number.unit if number else ""
         unit_cell = "" if column.unit_index is None else first.cell(column.unit_index)
         place = place_of(source, first.line, column.label)
-        return [
-            *statements,
-            *(UnitStatement(text, place) for text in (number.unit if number else "", unit_cell) if text),
-        ]
+        return statements + [UnitStatement(text, place) for text in (unit_after_number, unit_cell) if text]
 
     def _with_unit(self, column: Column, statements: Sequence[UnitStatement], *, is_known: bool) -> Column:
         """Return a column with the unit that all statements give, or else with the default unit of its quantity.
@@ -231,7 +230,8 @@ class StatedUnits:
             words = re.sub(r"[()\[\]]", " ", folded(label[:LONGEST_LABEL])).split()
             other_words = [word for word in words if re.sub(r"[.\d]+$", "", word) not in _UNIT_WORDS]
             has_unit_word = len(other_words) < len(words)
-            if index in names or (not has_unit_word and (label or not is_unit(first.cell(index)))):
+            is_unlabelled_unit = not label and is_unit(first.cell(index))
+            if index in names or not (has_unit_word or is_unlabelled_unit):
                 continue
             name = self._words.quantity_of(" ".join(word for word in other_words if not word.isdecimal()))
             # The numeric column to which the units belong; the first one, if several hold the quantity.

@@ -60,10 +60,12 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
     known = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
     # `start` is the text before the first name, which must be empty.
     start, *parts = re.split(rf"(?:^|,)\s*({known})\s*=", text)
-    values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))
-    is_complete = not start and 0 < 2 * len(values) == len(parts) and all(values.values())
+    values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))  # `parts` are a name, its value, ...
+    is_each_name_once = 0 < 2 * len(values) == len(parts)
+    is_complete = not start and is_each_name_once and all(values.values())
     # Another `, WORD =` in a value is an unknown name.
-    if not is_complete or any(re.search(r",\s*\w+\s*=", value) for value in values.values()):
+    has_unknown_name = any(re.search(r",\s*\w+\s*=", value) for value in values.values())
+    if not is_complete or has_unknown_name:
         bound = f"NAME=TEXT separated by commas, each NAME once and one of {', '.join(names)}"
         raise validation_error(flag, text, "", bound, "write for instance force=Kraft, force=2 or force=kN")
     yield from values.items()
@@ -186,7 +188,8 @@ class HeaderWords:
         The result is the label, the name of the quantity, and the text after the name; None if there is no such label.
         """
         for label in row.cells:
-            for words, tail in reversed(list(label_parts(label)) if len(label) <= LONGEST_LABEL else []):
+            parts = list(label_parts(label)) if len(label) <= LONGEST_LABEL else []
+            for words, tail in reversed(parts):
                 name = self._quantity_by_label.get(folded(words), "")
                 if name in names and self.quantities[name].units:
                     return label, name, tail

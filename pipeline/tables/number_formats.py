@@ -130,7 +130,9 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
             _FOUR_DIGITS.match(number.text) for number in numbers
         )
         for line, number in column:
-            if number.plain(sign) is None or (number.unclear and sign not in number.text and not has_thousands_sign):
+            is_invalid = number.plain(sign) is None
+            is_unclear = number.unclear and sign not in number.text and not has_thousands_sign
+            if is_invalid or is_unclear:
                 ambiguous.append((line, number.text))
     if ambiguous:
         line, text = min(ambiguous)

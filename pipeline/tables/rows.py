@@ -25,6 +25,10 @@ _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,
 _SPECIAL_CHARACTERS = ('"', "'", ">", "\u2192", "#", "%", "/")  # characters of quoted cells, clocks and comments
 
 
+_NumberedLine = tuple[int, str | Sequence[str]]
+"""The number of a line, counted from 1, and its text or the cells of a workbook's row."""
+
+
 class Row(NamedTuple):
     """One line of a file: its number, counted from 1, and its cells without surrounding spaces.
 
@@ -84,24 +88,37 @@ class Rows:
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows, without commented lines that hold numbers."""
         numbered_lines = enumerate(self._lines, start=1)
-        lookahead: list[tuple[int, str | Sequence[str]]] = []  # lines read ahead for a quoted cell, but not used yet
+        lookahead: list[_NumberedLine] = []  # lines read ahead for a quoted cell, but not used yet
         has_line_ends = False  # whether an earlier line has a line end
-        while (numbered_line := lookahead.pop(0) if lookahead else next(numbered_lines, None)) is not None:
+        while True:
+            numbered_line = lookahead.pop(0) if lookahead else next(numbered_lines, None)
+            if numbered_line is None:
+                return
             number, line = numbered_line
             row = self._split_line(number, line)
-            if row.fault and str(line).count('"') % 2:
-                # A quoted cell is open, and may continue in the next lines: join lines until the cell is closed.
+            has_open_quote = str(line).count('"') % 2 == 1
+            if row.fault and has_open_quote:
+                # The quoted cell may continue in the next lines.
                 lookahead += itertools.islice(numbered_lines, _MAX_JOINED - 1 - len(lookahead))
-                for end in range(1, len(lookahead) + 1):
-                    text = " ".join(str(text).rstrip() for _, text in (numbered_line, *lookahead[:end]))
-                    joined = self._split_line(row.line, text)
-                    if not joined.fault:
-                        row, lookahead = joined, lookahead[end:]
-                        break
+                row, joined_count = self._join_lines(row, line, lookahead)
+                lookahead = lookahead[joined_count:]
             is_whole = not isinstance(line, str) or line.endswith(("\n", "\r"))
-            if not row.commented or not any(map(is_number, row.cells)):
+            is_removed_data = row.commented and any(map(is_number, row.cells))
+            if not is_removed_data:
                 yield row if is_whole or not has_line_ends else row._replace(cut=True)
             has_line_ends = has_line_ends or is_whole
+
+    def _join_lines(self, row: Row, line: str | Sequence[str], next_lines: Sequence[_NumberedLine]) -> tuple[Row, int]:
+        """Return the row of a line and of the fewest `next_lines` that close its quoted cell, and their number.
+
+        If none of them closes the cell, the result is the faulty `row` of the line, and 0.
+        """
+        for count in range(1, len(next_lines) + 1):
+            lines = [line, *(next_line for _, next_line in next_lines[:count])]
+            joined = self._split_line(row.line, " ".join(str(text).rstrip() for text in lines))
+            if not joined.fault:
+                return joined, count
+        return row, 0
 
     def _split_line(self, number: int, line: str | Sequence[str]) -> Row:
         self._last_delimiter = self._kept_delimiter or delimiter_of([line])

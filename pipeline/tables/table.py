@@ -4,6 +4,7 @@ The rows come from a file, or one by one from a board. Other columns and lines a
 are still compared with the units of the table, so that no contradiction goes unnoticed.
 """
 
+import enum
 import itertools
 import math
 import re
@@ -83,15 +84,20 @@ class FoundTable:
         cell = column.cell(row)
         notation = as_number(cell)
         plain = self.plain(cell)
-        value = float(plain) if plain is not None else seconds_of_day(cell) if column.unit == "s" else None
+        value: float | None = None
+        if plain is not None:
+            value = float(plain)
+        elif column.unit == "s":
+            value = seconds_of_day(cell)
         if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and not an empty cell"
             if value is None and notation is not None:
                 bound = "a number whose comma is clearly decimal, because commas may separate thousands here"
             raise self._cell_error(row, column, cell, bound, "correct it, or leave the row out")
-        # The unit may follow the number, or stand in the column of units.
+        # The unit may follow the number, or stand in the column of units; the message shows the cell that states it.
+        unit_after_number = notation.unit if notation else ""
         unit_cell = "" if column.unit_index is None else row.cell(column.unit_index)
-        for unit, text in ((notation.unit if notation else "", cell), (unit_cell, unit_cell)):
+        for unit, text in ((unit_after_number, cell), (unit_cell, unit_cell)):
             if unit and unit_of(column.quantity, unit) != column.unit:
                 bound = f"in {column.unit}, the unit of its column"
                 raise self._cell_error(row, column, text, bound, "use the same unit in the whole column")
@@ -216,14 +222,17 @@ class TableReader:
         header_index: int | None = None  # index of the header in `above`
         texts_left = 0  # number of rows of text that may still follow the header
         number_columns: Collection[int] = self._by_number  # indices of the columns in which numbers are expected
-        are_enough = all if self._by_number else any
-        pending, self._pending = self._pending, []  # the row that ended the previous table
+        # Below a header, one number is enough, because the other cells may be missing.
+        all_or_any = all if self._by_number else any
+        pending = self._pending  # the row that ended the previous table
+        self._pending = []
         for row in itertools.chain(pending, feed):
-            cells = [row.cell(index) for index in number_columns]
             if row.empty:
                 above.append(row)
                 continue
-            if header_index is None and previous is not None and above and above[-1].empty:
+            number_cells = [row.cell(index) for index in number_columns]
+            follows_blank_line = bool(above) and above[-1].empty
+            if header_index is None and previous is not None and follows_blank_line:
                 # Numbers after a blank line, but without a header, may belong to the previous table.
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
@@ -231,10 +240,10 @@ class TableReader:
                 number_columns = self.words.numeric_columns(row)
                 texts_left = MAX_ROWS_BELOW
                 rows.keep_delimiter()
-            elif cells and are_enough(map(is_number, cells)):  # the first row of numbers
+            elif number_cells and all_or_any(map(is_number, number_cells)):  # the first row of numbers
                 rows.keep_delimiter()
                 return self._open_table(rows, above, header_index, row, feed)
-            elif header_index is not None and not all(map(is_missing, cells)):
+            elif header_index is not None and not all(map(is_missing, number_cells)):
                 texts_left -= 1
                 if texts_left < 0:  # too much text follows, so that row was not a header
                     header_index, number_columns = None, ()
@@ -314,12 +323,14 @@ class TableReader:
         times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
         if first.clock and times and not any(column.name in times for column in columns):
             columns.append(Column(index=-1, label="clock", name=times[0], quantity=self.quantities[times[0]], unit="s"))
+        # Flags that select columns by number need no header, so then the row above is not looked at either.
+        row_above = above[header_index - 1] if header_index and not self._by_number else Row(0, ())
         table = FoundTable(
             source=rows.source,
             header=header,
-            above=above[header_index - 1] if header_index and not self._by_number else Row(0, ()),
+            above=row_above,
             columns=columns,
-            rows=(),
+            rows=(),  # replaced below, because the generator of the rows also fills the lists of this table
             skipped=[row for row in texts if row not in below],
         )
         return replace(table, rows=self._number_rows(table, first, feed, by_spaces=rows.are_parted_by_spaces))
@@ -343,55 +354,110 @@ class TableReader:
         return all(unit_of(quantity, row.cell(index)) for index, quantity in self._by_number.items())
 
     def _number_rows(self, table: FoundTable, first: Row, feed: Iterator[Row], *, by_spaces: bool) -> Iterator[Row]:
-        """Yield the rows of a table that hold numbers, until the table ends; other rows are recorded in the table.
+        """Yield the rows of a table that hold numbers, until the table ends.
+
+        `first` is the first row of numbers, and `feed` yields the rows below it. `table.skipped` collects the rows in
+        which all numbers are missing. `table.left_out` collects text, statistics and an incomplete last line. In a
+        source that may have several tables, a blank row or another header ends the table. That row is stored in
+        `self._pending`, because the search for the next table begins with it.
 
         With `by_spaces`, spaces separate the cells, so an empty cell shows only as a row that is too short. Raises
-        InputError for a row of the wrong length, and for a line of text that contradicts the table.
+        InputError for a row of the wrong length, and for a line of text that states another unit or is a
+        different header.
         """
-        number_columns = [column for column in table.columns if column.is_written]
-        has_texts = not all(column.unit for column in table.columns)
-        is_first_unused = all(column.index for column in table.columns)  # then the first cell may name a statistic
-        width = len(table.header.cells)
-        used_width = 1 + max(column.index for column in table.columns)
-        min_used_width = used_width if self.is_single else 0
-        # Between spaces, a missing cell shifts all cells after it, so rows must be as long as the header.
-        min_width = width if by_spaces else min_used_width
-        decimals: Counter[int] = Counter()  # number of rows for each number of decimals in the last cell
+        classifier = _RowClassifier(table)
+        header_width = len(table.header.cells)
+        min_width = self._min_width(header_width, classifier.used_width, by_spaces=by_spaces)
         for row in itertools.chain([first], feed):
             if row.empty and self.is_single:
                 continue
-            if row.empty:  # the end of the table, if the source may have several
+            if row.empty:
                 self._pending = [row]
                 return
             refuse_fault(table.source, row)
-            is_without_numbers = not has_texts and not any(is_number(column.cell(row)) for column in number_columns)
-            if is_without_numbers and _is_text(row):
+            kind = classifier.kind_of(row)
+            if kind is _RowKind.TEXT:
                 if not self.is_single and self.words.is_header(row, self.needed):
                     self._pending = [row]
                     return
-                self._refuse_other_units(table, row)
+                self._refuse_contradicting_text(table, row)
                 table.left_out.append(row)
-            # a statistic of the rows, or a last line that was not written completely
-            elif (is_first_unused and is_statistic(row)) or (row.cut and _is_incomplete(row, used_width, decimals)):
+            elif kind in (_RowKind.STATISTIC, _RowKind.INCOMPLETE):
                 table.left_out.append(row)
-            elif is_without_numbers and all(is_missing(column.cell(row)) for column in number_columns):
+            elif kind is _RowKind.MISSING:
                 table.skipped.append(row)
             else:
-                if len(row.cells) < min_width or any(row.cells[width:]):
-                    check_row_length(table.source, row, width)
-                decimals[_decimal_count(row)] += 1
+                is_too_short = len(row.cells) < min_width
+                has_text_beyond_header = any(row.cells[header_width:])
+                if is_too_short or has_text_beyond_header:
+                    check_row_length(table.source, row, header_width)
+                classifier.count_decimals(row)
                 yield row
 
-    def _refuse_other_units(self, table: FoundTable, row: Row) -> None:
-        """Raise InputError if a line of text between the rows states another unit, or is a different header."""
+    def _min_width(self, header_width: int, used_width: int, *, by_spaces: bool) -> int:
+        """Return the smallest allowed number of cells in a row of numbers."""
+        if by_spaces:  # a missing cell shifts all cells after it, so rows must be as long as the header
+            return header_width
+        return used_width if self.is_single else 0  # in a source with several tables, cells may be absent
+
+    def _refuse_contradicting_text(self, table: FoundTable, row: Row) -> None:
+        """Raise InputError if a line of text between the rows states other units, or is a different header."""
         place = place_of(table.source, row.line)
         if self.words.is_header(row, self.needed) and row.cells != table.header.cells:
             bound = f"the same as the header in line {table.header.line}, or left out"
             raise validation_error(place, row.text, "", bound, "save each table in its own file")
         stated = self.stated_units.record_statements(table.source, [row])
         for column in table.columns:
-            in_column = [UnitStatement(column.cell(row), place)] if is_unit(column.cell(row)) else []
-            column.refuse_other_unit([*stated.get(column.name, []), *in_column])
+            statements = list(stated.get(column.name, []))
+            if is_unit(column.cell(row)):
+                statements.append(UnitStatement(column.cell(row), place))
+            column.refuse_other_unit(statements)
+
+
+class _RowKind(enum.Enum):
+    """What a row below the first row of numbers holds."""
+
+    NUMBERS = enum.auto()
+    TEXT = enum.auto()  # only text, for example a remark or another header
+    STATISTIC = enum.auto()  # a statistic of the rows, such as their mean
+    INCOMPLETE = enum.auto()  # a last line that was not written completely
+    MISSING = enum.auto()  # placeholders instead of all numbers
+
+
+class _RowClassifier:
+    """Determines what each row of a table holds.
+
+    `used_width` is the number of cells from the start of a row to the last column that is used.
+    """
+
+    def __init__(self, table: FoundTable) -> None:
+        self.used_width = 1 + max(column.index for column in table.columns)
+        self._number_columns = [column for column in table.columns if column.is_written]
+        # A column of text may hold any text, so lines of text cannot be recognised in such a table.
+        self._has_text_columns = not all(column.unit for column in table.columns)
+        # The first cell may name a statistic if no column of the table is there.
+        self._is_first_cell_unused = all(column.index for column in table.columns)
+        # number of rows for each number of decimals in the last cell
+        self._row_counts: Counter[int] = Counter()
+
+    def count_decimals(self, row: Row) -> None:
+        """Count the decimals of a row of numbers, with which an incomplete last line is recognised."""
+        self._row_counts[_decimal_count(row)] += 1
+
+    def kind_of(self, row: Row) -> _RowKind:
+        """Return what a row holds that is not empty; the first kind that applies is returned."""
+        has_no_numbers = not self._has_text_columns and not any(
+            is_number(column.cell(row)) for column in self._number_columns
+        )
+        if has_no_numbers and _is_text(row):
+            return _RowKind.TEXT
+        if self._is_first_cell_unused and is_statistic(row):
+            return _RowKind.STATISTIC
+        if row.cut and _is_incomplete(row, self.used_width, self._row_counts):
+            return _RowKind.INCOMPLETE
+        if has_no_numbers and all(is_missing(column.cell(row)) for column in self._number_columns):
+            return _RowKind.MISSING
+        return _RowKind.NUMBERS
 
 
 def is_statistic(row: Row) -> bool:
