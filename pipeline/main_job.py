@@ -155,9 +155,8 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
     >>> round(K_l.value / K_l.limit, 2)
     1.0
     """
-    result = evaluate_sensor(
-        Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or silent))
-    )
+    sensor = Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or silent))
+    result = evaluate_sensor(sensor)
     return replace(result, report=report_data(report_of_result(result)))
 
 

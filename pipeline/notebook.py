@@ -49,8 +49,10 @@ def answer_html(
         f"<li>{_outcome(verdict)} {escape(f'{verdict.name}: {verdict.remedy or verdict.reference}')}</li>"
         for verdict in not_passed(verdicts)
     ]
-    parts += [f"<ul>{''.join(reasons)}</ul>"] if reasons else []
-    parts += [_spring_table(springs)] if springs else []
+    if reasons:
+        parts.append(f"<ul>{''.join(reasons)}</ul>")
+    if springs:
+        parts.append(_spring_table(springs))
     parts += _plot(E, P, list(moduli))
     return f"<div>{''.join(parts)}</div>"
 
@@ -109,7 +111,8 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     is_known = np.isfinite(P)
     if np.count_nonzero(is_known) < 2:  # noqa: PLR2004 - a line has two ends
         return
-    x_ticks, y_ticks = _ticks(0.0, float(E.max())), _ticks(float(P[is_known].min()), float(P[is_known].max()))
+    x_ticks = _ticks(0.0, float(E.max()))
+    y_ticks = _ticks(float(P[is_known].min()), float(P[is_known].max()))
     width, height = _SIZE
     left, top, right, bottom = _MARGINS
 
@@ -128,7 +131,9 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
         'font-family="sans-serif" font-size="11" fill="currentColor" role="img">'
         "<title>force ratio P against the modulus of the fruit</title>"
     )
-    yield from _axes(list(zip(x_ticks, x_of(x_ticks), strict=True)), list(zip(y_ticks, y_of(y_ticks), strict=True)))
+    placed_x_ticks = list(zip(x_ticks, x_of(x_ticks), strict=True))
+    placed_y_ticks = list(zip(y_ticks, y_of(y_ticks), strict=True))
+    yield from _axes(placed_x_ticks, placed_y_ticks)
     for known in _known_slices(is_known):
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[known]), y_of(P[known]), strict=True))
         yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'

@@ -54,8 +54,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         else:
             arguments = _parse_arguments(words[0], words[1:])
             command: Any = import_module(COMMANDS[words[0]].module)
-            answers: Answer | Iterator[Answer] = command.run(arguments)  # some commands yield several answers
-            for answer in [answers] if isinstance(answers, Answer) else answers:
+            result: Answer | Iterator[Answer] = command.run(arguments)  # some commands yield several answers
+            answers = [result] if isinstance(result, Answer) else result
+            for answer in answers:
                 print_answer(answer, as_json=getattr(arguments, "json", False))
                 code = answer.code
         sys.stdout.flush()

@@ -67,14 +67,13 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
         for spring, weights in zip(SPRINGS, tip_weights, strict=True)
     }
     # In the plane of symmetry, the displacement along y is 0.
+    held = {**fixed_components, _SYMMETRY: (2,)}
     return Deck(
         elements=elements,
         sets=sets,
         E=E,
         poisson=poisson,
-        steps=[
-            LinearStep(held={**fixed_components, _SYMMETRY: (2,)}, loads=0.5 * weights) for weights in means.values()
-        ],
+        steps=[LinearStep(held=held, loads=0.5 * weights) for weights in means.values()],
         springs=half.ground,
         means=means,
     )

@@ -56,14 +56,16 @@ class SolidMaker:
         if housing is None:
             return finished_future(KeptFiles())
         design = self._design
+        tables = {key: value for key, value in design_as_mapping(design).items() if key in _INPUT_TABLES}
         # The cache key is computed from these inputs, so they must include everything that a check uses.
         inputs = {
             "process": design.process,
-            "design": {key: value for key, value in design_as_mapping(design).items() if key in _INPUT_TABLES},
+            "design": tables,
             "housing": housing,
             "seats": seats_of(design, housing),
             "deflections": deflections,
         }
         write = partial(write_solids, design, housing, deflections)
-        self._started = (housing, begin_files("solids", inputs, write, self._executor))
-        return self._started[1]
+        files = begin_files("solids", inputs, write, self._executor)
+        self._started = (housing, files)
+        return files

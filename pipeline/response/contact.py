@@ -78,8 +78,8 @@ def contact_compliance(
         compliance = curved_compliance(compliance, fruit, footprints, presses_along_normals, tolerance)
     if fruit.skin_mm is not None:
         compliance = skin_compliance(compliance, fruit, footprints, presses_along_normals)
-    info = replace(compliance.info, status=f"{_replacement_text(fruit, tips)}{compliance.info.status}")
-    return replace(compliance, info=info)
+    status = _replacement_text(fruit, tips) + compliance.info.status
+    return replace(compliance, info=replace(compliance.info, status=status))
 
 
 def _replacement_text(fruit: Fruit, tips: Tips) -> str:

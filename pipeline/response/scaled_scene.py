@@ -71,7 +71,7 @@ def scene_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     if scene.scale == 1.0:
         return scaled
     # S and its changes have the unit 1/mm, so they are inversely proportional to the scale.
-    skin = scaled.skin and replace(scaled.skin, S=scaled.skin.S / scene.scale)  # None without a skin
+    skin = None if scaled.skin is None else replace(scaled.skin, S=scaled.skin.S / scene.scale)
     return replace(scaled, S=scaled.S / scene.scale, shape_change=scaled.shape_change / scene.scale, skin=skin)
 
 

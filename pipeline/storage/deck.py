@@ -214,7 +214,8 @@ def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None
         ground_stiffness = np.asarray(stiffness_matrix.sum(axis=1)).ravel()
         nodes = np.unique(stiffness_matrix.tocoo().row).tolist()
         # The ground node follows the nodes of the elements, so its number is their count.
-        springs = [*node_springs, *((node, elements.count, ground_stiffness[node]) for node in nodes)]
+        ground_springs = ((node, elements.count, ground_stiffness[node]) for node in nodes)
+        springs = [*node_springs, *ground_springs]
         cards: dict[str, list[str]] = {}
         for first, second, stiffness in springs:
             number += 1
@@ -264,4 +265,6 @@ def support_nodes(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
     """
     held_nodes = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
     pressed_sets = [sets[name] for name in step.pressed]
-    return np.setdiff1d(held_nodes, np.concatenate(pressed_sets) if pressed_sets else [])
+    if not pressed_sets:
+        return np.unique(held_nodes)
+    return np.setdiff1d(held_nodes, np.concatenate(pressed_sets))

@@ -71,7 +71,10 @@ def unchanged_report(path: Path) -> bytes | None:
     target = _check_usable(path)
     _clear_after_kill(target)
     digests = _listed_digests(target)
-    if digests is None or unmanaged_files(target) or not set(digests) <= {file.name for file in target.iterdir()}:
+    if digests is None or unmanaged_files(target):
+        return None
+    present_names = {file.name for file in target.iterdir()}
+    if not set(digests) <= present_names:
         return None
     return (target / REPORT).read_bytes()
 
@@ -91,13 +94,14 @@ def managed_files(folder: Path) -> list[str]:
     digests = _listed_digests(folder)
     if digests is None:
         return []
-    return [*(name for name, digest in sorted(digests.items()) if has_digest(folder / name, digest)), REPORT]
+    unchanged_names = [name for name, digest in sorted(digests.items()) if has_digest(folder / name, digest)]
+    return [*unchanged_names, REPORT]
 
 
 def unmanaged_files(folder: Path) -> list[str]:
-    """Return the sorted names of all entries in a folder that are not managed files, including links and folders.
+    """Return the sorted names of all entries in a folder except the unchanged files of its last run.
 
-    If report.json was changed, it comes first.
+    Links and folders are included. If report.json was changed, it comes first.
     """
     if not folder.exists():
         return []
@@ -109,7 +113,8 @@ def unmanaged_files(folder: Path) -> list[str]:
 def refuse_unmanaged(folder: Path, *, force: bool) -> None:
     """Raise OutputError if a folder contains anything except the unchanged files of its last run.
 
-    With `force`, other files are allowed, but folders, links, pipes and devices are not.
+    With `force`, other files are allowed, because the next run keeps them as NAME.bak. Folders, links, pipes and
+    devices are not allowed.
     """
     names = unmanaged_files(folder)
     for name in names:

@@ -64,7 +64,8 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
     """
     kind, cells = _vtk_cells(mesh)
     # In `doflocs`, the nodes that are written come first, followed by the centres of facets and cells.
-    points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])
+    node_count = 1 + int(cells.max())
+    points = np.ascontiguousarray(mesh.doflocs.T[:node_count])
     arrays = {name: _checked_array(path, name, values, len(points)) for name, values in point_data.items()}
     marks = {name: _mark_nodes(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
     clashes = sorted(arrays.keys() & marks.keys())

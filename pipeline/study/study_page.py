@@ -104,6 +104,10 @@ def _plot_data(
     points = []
     for point in store.rows(sorted({*best, *proved, *sample})):
         points.append({**point.settings, **point.values, "number": point.number})
+    minimised_key = study.goal.minimise if study.how == "search" else study.wanted[0]
+    front = None
+    if study.front:
+        front = {"key": study.goal.front_key, "values": study.front, "proved": list(proved)}
     return {
         "vary": list(study.vary),
         "wanted": list(study.wanted),
@@ -111,10 +115,10 @@ def _plot_data(
         "labels": {shown_key.key: shown_key.label for shown_key in keys},
         "axes": [shown_key.key for shown_key in keys if store.differs(shown_key.key)],
         "parts": [key for key in study.wanted if is_part_of_limit(key)],
-        "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
+        "minimise": minimised_key,
         "points": points,
         "best": list(best),
-        "front": {"key": study.goal.front_key, "values": study.front, "proved": list(proved)} if study.front else None,
+        "front": front,
     }
 
 
@@ -135,8 +139,8 @@ def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
         if key not in keys_without_row:
             low, high = store.span(key) or (None, None)
             varies = key in study.vary
-            label, meaning = _label_and_meaning(key, varies=varies)
-            meaning = _LINK.sub(r"\1", meaning).replace("`", "")  # the page shows plain text, not Markdown
+            label, markdown = _label_and_meaning(key, varies=varies)
+            meaning = _LINK.sub(r"\1", markdown).replace("`", "")  # the page shows plain text, not Markdown
             counts = {shown(value): count for value, count in store.text_counts(key).items()}
             keys.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
     return tuple(keys)
@@ -163,7 +167,8 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
         if field_name in design_fields:
             return key, design_fields[field_name].metadata["meaning"]
     entry = report_key(key)
-    return key, "" if entry is None else entry.meaning
+    meaning = "" if entry is None else entry.meaning
+    return key, meaning
 
 
 def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
@@ -180,7 +185,9 @@ def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
     if row_of(name).standard and field != "passed":
         # A study shows the values in report.json, which are standard deviations and not half widths at 95 %.
         label = f"{label}, one standard deviation"
-    label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
+    has_unit = entry.unit != "1" and field != "passed"
+    if has_unit:
+        label = f"{label} [{entry.unit}]"
     question, _, _ = entry.meaning.partition("?")
     value_sentence = _VALUE_SENTENCE.search(entry.meaning) if field == "value" else None
     return label, f"{question}? {value_sentence[0]}" if value_sentence else f"{question}?"

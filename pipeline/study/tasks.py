@@ -71,12 +71,14 @@ def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
         values = _wanted_values(study, folder, point)
     except Exception as failure:
         fault = _fault_of_machine(failure)
-        if fault is not None and (study.how == "search" or getattr(fault, "errno", None) in _DISK_FULL):
+        is_disk_full = getattr(fault, "errno", None) in _DISK_FULL
+        if fault is not None and (study.how == "search" or is_disk_full):
             raise
         is_refused = isinstance(failure, InputError) and fault is None
         status = "refused" if is_refused else "failed"
         message = str(failure) if is_refused else f"{type(failure).__name__}: {failure}"
-        error = ("" if fault is None else MACHINE) + " ".join(message.split())  # on one line
+        prefix = "" if fault is None else MACHINE
+        error = prefix + " ".join(message.split())  # on one line
     return PointResult(**vars(point), status=status, values=values, error=error, seconds=time.process_time() - start)
 
 

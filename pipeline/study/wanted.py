@@ -65,9 +65,12 @@ def _verdict_level(key: str) -> str:
     if field not in VERDICT_FIELDS:
         return ""
     row = row_of(verdict)
-    level = (row.value_level if field == "value" else None) or row.level
+    if field == "value" and row.value_level:  # the value may be known at a lower level than the verdict
+        return row.value_level
+    if row.level:
+        return row.level
     # Verdicts on solids have no level in the table of verdicts, because they always need a whole run.
-    return level or ("files" if row.group == "solid" else "")
+    return "files" if row.group == "solid" else ""
 
 
 def verdict_field(key: str) -> tuple[str, str]:

@@ -186,14 +186,14 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
     The view is from below, so that the tips are visible. The labels of the tip and the fruit are below all parts, and
     all other labels are above them.
     """
+    # A leader line runs from the start at the part to the end at the label. Upper starts have labels above all parts.
     surfaces, upper_starts, lower_starts = _draw_parts_apart(plotter, parts)
     all_parts = pv.merge(surfaces)
     left, right, front, back, bottom, top = all_parts.bounds
     # The fruit is below the tips. The label of the tip is moved sideways, so that the fruit does not hide it.
     beside_fruit = lower_starts["tip"] - np.array([_TIP_LABEL_SHIFT * (right - left), 0.0, 0.0])
-    upper_ends = _label_positions(all_parts, upper_starts, 1.0)
-    lower_ends = _label_positions(all_parts, {**lower_starts, "tip": beside_fruit}, -1.0)
-    # A leader line runs from the start at the part to the end at the label.
+    upper_ends = _label_positions(all_parts, upper_starts, side=1.0)
+    lower_ends = _label_positions(all_parts, {**lower_starts, "tip": beside_fruit}, side=-1.0)
     starts = {**upper_starts, **lower_starts}
     ends = {**upper_ends, **lower_ends}
     style: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
@@ -202,9 +202,8 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
         # If several labels were added in one call, VTK would omit labels that are close to others.
         plotter.add_point_labels([end], [part_name], always_visible=True, show_points=False, **style)
     heights = [bottom, top, *(float(end[2]) for end in ends.values())]
-    frame_picture(
-        plotter, all_parts, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights))
-    )
+    bounds_with_labels = (left, right, front, back, min(heights), max(heights))
+    frame_picture(plotter, all_parts, title, _EXPLODED_DIRECTION, bounds_with_labels)
 
 
 def _draw_parts_apart(
@@ -247,8 +246,8 @@ def _centre_at_height(surface: Mesh, z: float) -> Floats:
     return np.array([x, y, z])
 
 
-def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
-    """Return the positions [mm] of labels above the assembly in the exploded view, or below it if `sign` is -1.
+def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], *, side: float) -> dict[str, Floats]:
+    """Return the positions [mm] of labels in the exploded view: above the assembly if `side` is 1, below it if -1.
 
     `all_parts` is the mesh of the assembly, and `starts` are the starting points (3,) [mm] of the leader lines. Each
     label is directly above or below the start of its leader line. In the picture, it is a step farther from the
@@ -256,16 +255,16 @@ def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], sign: float)
     """
     left, right, front, back, bottom, top = all_parts.bounds
     # The vertical direction of the picture is z, projected onto the picture plane. A level is a coordinate along it,
-    # multiplied by `sign`, so that it increases away from the assembly.
+    # multiplied by `side`, so that it increases away from the assembly.
     view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - view[2] * view
-    corners = itertools.product((left, right), (front, back), (top if sign > 0.0 else bottom,))
-    level = max(sign * float(np.dot(corner, upwards)) for corner in corners)
+    corners = itertools.product((left, right), (front, back), (top if side > 0.0 else bottom,))
+    level = max(side * float(np.dot(corner, upwards)) for corner in corners)
     positions = {}
     for part_name, (x, y, _) in starts.items():
         level += _LABEL_STEP * (top - bottom)
-        # The level of a position (x, y, z) is the dot product sign (x, y, z) . upwards. It is solved for z.
-        positions[part_name] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
+        # The level of a position (x, y, z) is the dot product side (x, y, z) . upwards. It is solved for z.
+        positions[part_name] = np.array([x, y, (side * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
     return positions
 
 

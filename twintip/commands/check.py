@@ -77,10 +77,13 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
 
         # A wrong part is rejected before the springs of the design are solved, which takes a while.
         refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})
-        springs = None if design is None else _designed_springs(design)
-        housing = None if springs is None or design_name is None else _housing_of_springs(springs, design_name)
-        if springs is not None and pressed:
-            pressed = dict(zip(springs.springs, pressed.values(), strict=True))
+        springs = None
+        housing = None
+        if design is not None and design_name is not None:
+            springs = _designed_springs(design)
+            housing = _housing_of_springs(springs, design_name)
+            if pressed:
+                pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         rules = process if design is None else design.process
         with solver_errors_as_input_errors():
             stiffness = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)

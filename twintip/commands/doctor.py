@@ -115,11 +115,12 @@ def _imports(names: Sequence[str]) -> Iterator[Finding]:
         imported = [name for name in remaining if f"{_IMPORTED} {name}" in completed.stdout.splitlines()]
         for name in imported:
             yield Finding(f"import {name}", "ok")
-        remaining = remaining[len(imported) :]
-        if remaining:  # the first of them failed
+        not_imported = remaining[len(imported) :]
+        remaining = not_imported[1:]
+        if not_imported:  # the first of them failed
             *_, reason = completed.stderr.splitlines() or ["the process ended"]
             remark = f"{reason}; run make setup, which names missing system libraries"
-            yield Finding(f"import {remaining.pop(0)}", "fails", "wrong", remark)
+            yield Finding(f"import {not_imported[0]}", "fails", "wrong", remark)
 
 
 def _optional() -> list[Finding]:

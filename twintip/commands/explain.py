@@ -35,8 +35,10 @@ def run(arguments: Namespace) -> Answer:
     if entry.formula:
         lines.append(_wrapped("formula: ", entry.formula))
     lines.append(_wrapped("source: ", entry.source))
-    hint = "add --out DIR to see its value in that run"
-    lines.append(hint if value_text is None else _wrapped(f"{folder}: ", value_text))
+    if value_text is None:
+        lines.append("add --out DIR to see its value in that run")
+    else:
+        lines.append(_wrapped(f"{folder}: ", value_text))
     return Answer(code=PASSED, data={**asdict(entry), "number": value_text}, text="\n".join(lines))
 
 

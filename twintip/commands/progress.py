@@ -83,7 +83,8 @@ def duration(seconds: float) -> str:
 def showing_progress(name: str) -> Iterator[Work]:
     """Show progress on stderr until the block ends. The block updates the `Work` that is yielded."""
     work = Work(name)
-    with _progress_bar(work) if _is_capable_terminal() else _progress_lines(work):
+    display = _progress_bar(work) if _is_capable_terminal() else _progress_lines(work)
+    with display:
         yield work
 
 

@@ -108,7 +108,8 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         _print_assumptions(arguments, sensor)
         code = FAILED  # until one of the readings has a modulus
         for answer in _readings(arguments, sensor):
-            code = code if answer.E is None else PASSED
+            if answer.E is not None:
+                code = PASSED
             of_stream = arguments.signal is not None
             yield Answer(code=code, data=as_data(answer), text=_answer_text(answer), of_stream=of_stream)
     written = []

@@ -89,16 +89,19 @@ class Simulation:
 
 
 def run(arguments: Namespace) -> Answer:
-    """Write the files of a simulation, or prove a design.
+    """Write a log of simulated presses and simulated bench tables, or test a design on simulated fruit.
 
-    The exit code is 1 if the readings of a proof have larger errors than their error bars state.
+    The flags name the files that are written. With `--prove`, many random presses are read instead, and no file is
+    written. The exit code is then 1 if the readings have larger errors than their error bars state. Raises InputError
+    for an invalid flag, if no output is requested, and for a design whose presses cannot be simulated.
     """
     _check_flags(arguments)
     report = read_report(arguments.folder)
     refuse_unsimulated(report)
     if arguments.prove is not None:
         return _prove_design(arguments, report)
-    paths = {flag: path for flag in FILES if (path := getattr(arguments, flag)) is not None}
+    path_of_flag = {flag: getattr(arguments, flag) for flag in FILES}
+    paths = {flag: path for flag, path in path_of_flag.items() if path is not None}
     if not paths:
         bound = "given, or --weights, --plate, --ball or --prove"
         raise validation_error("--out", None, "", bound, "name the log to write, as in --out press.csv")
@@ -115,7 +118,9 @@ def _check_flags(arguments: Namespace) -> None:
         value = getattr(arguments, name)
         if value is not None and not bounds.hold(value):
             raise validation_error(_flag(name), value, unit, str(bounds), hint)
-    for name in _FLAGS_WITHOUT_PROOF if arguments.prove is not None else ():
+    if arguments.prove is None:
+        return
+    for name in _FLAGS_WITHOUT_PROOF:
         value = getattr(arguments, name)
         if value not in (None, False):
             bound = "left out if --prove is given, which draws fruits, presses and units, and writes no file"
@@ -187,7 +192,8 @@ def _simulation_settings(arguments: Namespace, report: Report) -> SimulationSett
 def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
     """Return the fruit and the pose of the sensor on it. Values for which no flag is given come from the design."""
     usual = usual_fruit(report)
-    changes = {name: value for name in ("E", "azimuth", "thickness") if (value := getattr(arguments, name)) is not None}
+    values_of_flags = {name: getattr(arguments, name) for name in ("E", "azimuth", "thickness")}
+    changes = {name: value for name, value in values_of_flags.items() if value is not None}
     if arguments.radius is not None:
         bound = f"one number or two numbers separated by a comma, each {_RADIUS}"
         changes["radii"] = parse_radii(arguments.radius, _RADIUS, bound, "write for instance --radius 45,65")

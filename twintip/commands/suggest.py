@@ -54,6 +54,7 @@ def run(arguments: Namespace) -> Answer:
             content = f"# {command}\n{design_as_toml(suggestion.changed)}".encode()
             write_files({arguments.out: content}, "--out", force=arguments.force)
             lines.append(f"written to {arguments.out}")
+    nearest_fruit_text = None if nearest_fruit is None else nearest_fruit.in_words
     data = {
         "design": design_as_mapping(suggestion.changed),
         "passes": command is not None,
@@ -61,7 +62,7 @@ def run(arguments: Namespace) -> Answer:
         "command": command,
         "reason": suggestion.reason,
         "preset": None if fruit is None else preset_or_file,
-        "nearest_fruit": None if nearest_fruit is None else nearest_fruit.in_words,
+        "nearest_fruit": nearest_fruit_text,
         "tried": suggestion.tried,
         "runs": suggestion.runs,
         "verdicts": [dataclasses.asdict(verdict) for verdict in suggestion.verdicts],
@@ -100,7 +101,8 @@ def _change_rows(suggestion: "Suggestion") -> list[Json]:
 def _run_command(preset_or_file: str, settings: dict[str, str], changes: list[Json]) -> str:
     """Return the command that runs a suggested design: the starting design with all settings and changes."""
     words = ["pipeline", "run", "--design", preset_or_file]
-    for key, text in {**settings, **{row["key"]: setting_text(row["key"], row["to"]) for row in changes}}.items():
+    changed_settings = {row["key"]: setting_text(row["key"], row["to"]) for row in changes}
+    for key, text in {**settings, **changed_settings}.items():
         words += ["--set", f"{key}={text}"]
     return shlex.join(words)
 
@@ -177,11 +179,12 @@ def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str
     if suggestion.changes is None:
         for verdict in suggestion.verdicts:
             if verdict.passed is not True:
-                lines.append(
-                    f"{OUTCOMES[verdict.passed]} {verdict.name}: {value_and_limit(verdict)}{verdict.reference}"
-                )
+                outcome = OUTCOMES[verdict.passed]
+                lines.append(f"{outcome} {verdict.name}: {value_and_limit(verdict)}{verdict.reference}")
     rows = [("key", "from", "to")] if changes else []
-    rows += [(row["key"], *(shown(row[end], digits=6, absent="not set") for end in ("from", "to"))) for row in changes]
+    for change in changes:
+        old_text, new_text = (shown(change[end], digits=6, absent="not set") for end in ("from", "to"))
+        rows.append((change["key"], old_text, new_text))
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     for row in rows:
         lines.append("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())

@@ -108,7 +108,7 @@ def test_labels_are_further_from_the_assembly_one_after_another_in_the_picture(s
     """In the picture, upwards is z less its part along the view; each step is the same, from the outermost corner."""
     whole = pv.Box((-10.0, 20.0, -5.0, 8.0, 0.0, 40.0))
     starts = {"a": np.array([-3.0, 2.0, 30.0]), "b": np.array([12.0, -4.0, 10.0]), "c": np.array([0.0, 7.0, 5.0])}
-    ends = _label_positions(whole, starts, sign)
+    ends = _label_positions(whole, starts, side=sign)
     view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - view[2] * view
     levels = [sign * end @ upwards for end in ends.values()]
