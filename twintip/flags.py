@@ -36,8 +36,11 @@ def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float
 
     Raises InputError, whose message contains `bound` and `hint`, unless there are one or two numbers within `bounds`.
     """
-    radii = [value for value in map(parse_number, text.split(",")) if value is not None]
-    if len(radii) not in (1, _MAX_RADII) or len(radii) != text.count(",") + 1 or not all(map(bounds.hold, radii)):
+    parts = text.split(",")
+    radii = [value for value in map(parse_number, parts) if value is not None]
+    are_numbers = len(radii) == len(parts)
+    is_one_or_two = len(radii) in (1, _MAX_RADII)
+    if not are_numbers or not is_one_or_two or not all(map(bounds.hold, radii)):
         raise validation_error("--radius", text, "mm", bound, hint)
     return radii[0], radii[-1]
 

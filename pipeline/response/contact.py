@@ -46,8 +46,10 @@ def contact_scene(design: Design) -> tuple[Fruit, Tips]:
     affect the contact, and they keep their values.
     """
     fruit = design.fruit
-    moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
-    return replace(fruit, **IRRELEVANT_VALUES["fruit"] | moduli), replace(design.tips, **IRRELEVANT_VALUES["tips"])
+    fruit_values = dict(IRRELEVANT_VALUES["fruit"])
+    if fruit.skin_mm is not None:
+        fruit_values |= {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
+    return replace(fruit, **fruit_values), replace(design.tips, **IRRELEVANT_VALUES["tips"])
 
 
 def contact_compliance(

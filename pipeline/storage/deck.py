@@ -88,7 +88,9 @@ def elements_of(basis: Basis, kind: str) -> Elements:
     # The positions of the nodes in the reference cell determine CalculiX's node order. Swapping x and y in the
     # reference cell yields the node order of a mirrored cell.
     reference_nodes = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
-    regular, mirrored = (cells[reference_nodes.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
+    _, regular_order = reference_nodes.query(_NODES[kind])
+    _, mirrored_order = reference_nodes.query(_NODES[kind][:, [1, 0, 2]])
+    regular, mirrored = cells[regular_order], cells[mirrored_order]
     # The triple product of the three edges at one corner has the sign of the volume.
     corner, *edge_ends = (nodes[:, regular[node]] for node in _EDGE_ENDS[len(cells)])
     is_inverted = np.linalg.det(np.stack([(end - corner).T for end in edge_ends], axis=1)) < 0.0
@@ -135,18 +137,24 @@ class Deck:
     @property
     def mean_nodes(self) -> dict[str, int]:
         """Return the node number of each mean, keyed by its name."""
-        first = self.elements.count + (self.springs is not None)
+        first = self.elements.count + self._ground_count
         return {name: first + number for number, name in enumerate(self.means)}
+
+    @property
+    def _ground_count(self) -> int:
+        """Return the number of ground nodes: 1 if the deck has springs, else 0."""
+        return 0 if self.springs is None else 1
 
     @property
     def node_count(self) -> int:
         """Return the number of all nodes, including the ground and the means."""
-        return self.elements.count + (self.springs is not None) + len(self.means)
+        return self.elements.count + self._ground_count + len(self.means)
 
     @property
     def printed(self) -> tuple[str, ...]:
         """Return the names of the node sets whose displacements are printed in each step."""
-        return (*self.means, *(() if self.asked is None else (self.asked,)))
+        names = tuple(self.means)
+        return names if self.asked is None else (*names, self.asked)
 
     def text(self, heading: Sequence[str] = ()) -> str:
         """Return the text of the deck; the lines of `heading` come first, as comments."""

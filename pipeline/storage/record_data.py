@@ -40,8 +40,10 @@ def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any rec
     texts = []
     for name in names:
         item = record.__dataclass_fields__[name]
-        is_absent = _is_default(record, item)
-        texts.append(item.metadata.get("absent", "") if is_absent else item.metadata["line"](record))
+        if _is_default(record, item):
+            texts.append(item.metadata.get("absent", ""))
+        else:
+            texts.append(item.metadata["line"](record))
     return "  ".join(filter(None, texts))
 
 
@@ -120,7 +122,8 @@ def fields_by_key(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN4
         is_flat = "flat" in item.metadata
         if item.metadata.get("told", True):
             # The key of a flat field only states whether there is a nested record.
-            by_key[key_of(item)] = (item, bool if is_flat else hints[item.name])
+            value_type = bool if is_flat else hints[item.name]
+            by_key[key_of(item)] = (item, value_type)
         if is_flat:
             by_key |= fields_by_key(item.metadata["flat"])
     return by_key
@@ -145,8 +148,10 @@ def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
     `part` is the data of the nested record, or None. For None, each key has the zero value of its type.
     """
     own_key = {item.name: part is not None} if item.metadata.get("told", True) else {}
+    if part is not None:
+        return own_key | part
     zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}
-    return own_key | (zeros if part is None else part)
+    return own_key | zeros
 
 
 def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
@@ -161,7 +166,8 @@ def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Co
     outer_data = {key: value for key, value in data.items() if key not in keys}
     has_key = item.metadata.get("told", True)
     has_record = converter.structure(data[item.name], bool) if has_key else any(nested_data.values())
-    return outer_data | {item.name: converter.structure(nested_data, kind) if has_record else None}
+    nested_record = converter.structure(nested_data, kind) if has_record else None
+    return outer_data | {item.name: nested_record}
 
 
 def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or records if the factor is 1
@@ -199,7 +205,9 @@ def _is_required(item: Field[Any]) -> bool:
 
     The key of a field with a default value is optional if it may be left out, or if older data do not contain it.
     """
-    return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
+    has_default = item.default is not MISSING or item.default_factory is not MISSING
+    may_be_absent = bool({"left_out", "since"} & item.metadata.keys())
+    return not has_default or not may_be_absent
 
 
 def _is_default(record: object, item: Field[Any]) -> bool:

@@ -113,8 +113,9 @@ def _round_values(array: Floats) -> NDArray[np.float32]:
 
     Further digits are not reproducible, because they depend on the number of threads.
     """
-    # The rounding step is a power of 2, so that its multiples are exact.
-    step = math.ldexp(1.0, math.frexp(float(np.abs(array).max(initial=0.0)))[1] - KNOWN_BITS)
+    largest = float(np.abs(array).max(initial=0.0))
+    _, exponent = math.frexp(largest)  # 2^exponent is the smallest power of 2 above `largest`
+    step = math.ldexp(1.0, exponent - KNOWN_BITS)  # a power of 2, so that its multiples are exact
     rounded = np.round(array / step) * step + 0.0  # adding 0 makes negative zeros positive
     return rounded.astype(np.float32)
 

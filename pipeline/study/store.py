@@ -300,8 +300,10 @@ def _check_same_study(path: Path, stored_facts: Mapping[str, str], new_facts: Ma
     """
     may_increase = ("goal.evaluations",) if new_facts["how"] == '"sensitivity"' else ("goal.evaluations", "samples")
     for key in {**stored_facts, **new_facts}:
-        before, now = (json.loads(facts.get(key, "null")) for facts in (stored_facts, new_facts))
-        if before == now or (key in may_increase and before is not None and now > before):
+        before = json.loads(stored_facts.get(key, "null"))
+        now = json.loads(new_facts.get(key, "null"))
+        is_longer_study = key in may_increase and before is not None and now > before
+        if before == now or is_longer_study:
             continue
         bound = f"{_json(before)[:_MAX_VALUE_LENGTH]}, as in {path}"
         raise validation_error(key, _json(now), "", bound, "change it back, or choose another folder with --out")

@@ -250,7 +250,8 @@ class Study(StudyKeys):
     @property
     def front(self) -> tuple[Setting, ...]:
         """Return the values of the front's key, for each of which one search is run; empty if there is no front."""
-        return self.vary[self.goal.front_key].grid() if self.how == "search" and self.goal.front else ()
+        has_front = self.how == "search" and bool(self.goal.front)
+        return self.vary[self.goal.front_key].grid() if has_front else ()
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -51,7 +51,8 @@ def print_answer(answer: Answer, *, as_json: bool) -> None:
     If nobody reads the output any more, it is discarded. A command that reads a stream is ended instead, by
     BrokenPipeError.
     """
-    with nullcontext() if answer.of_stream else printing_answer():
+    handling_errors = nullcontext() if answer.of_stream else printing_answer()
+    with handling_errors:
         if as_json and answer.data is not None:
             print_json(answer.data, indent=None if answer.of_stream else 2)
         elif not as_json:

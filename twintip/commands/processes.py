@@ -18,7 +18,9 @@ def process_list(own: Process | None) -> Answer:
 
     `own` is the process that the design defines in its own file, or None. It is in the last column.
     """
-    processes = [*PROCESSES.values(), *([] if own is None else [own])]
+    processes = list(PROCESSES.values())
+    if own is not None:
+        processes.append(own)
     records = [dataclasses.asdict(process) for process in processes]
     headings = ("", *(record["name"] for record in records))
     table = Table(*(Column(heading, overflow="fold") for heading in headings), title="print processes")
