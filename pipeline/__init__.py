@@ -1,4 +1,4 @@
-"""Run the stages in order, and judge the result: `from pipeline import RunOptions, load_design, run`.
+"""Run the stages in order, and evaluate the verdicts: `from pipeline import RunOptions, load_design, run`.
 
 The names are imported on first use, so that the command line responds to Ctrl-C before anything is loaded.
 """

@@ -36,7 +36,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
     With this option, three files are written:
 
-    - The file flexure.vtu holds the fields of the housing. The root strains are judged under the same forces.
+    - The file flexure.vtu holds the fields of the housing. The verdicts on the root strains use the same forces.
       An array for each spring is 1 at the node with the largest strain on its leaves, and 0 elsewhere.
     - The file flexure.inp is the CalculiX deck of the housing.
     - The file fruit.vtu holds the fields of the fruit under the forces of the scene.
@@ -68,7 +68,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     """Write the fields and the CalculiX deck of a housing under the tip forces at full travel, if there is a housing.
 
-    The root strains are judged under the same forces. Raises SolveError if the housing cannot be solved.
+    The verdicts on the root strains use the same forces. Raises SolveError if the housing cannot be solved.
     """
     if springs.housing is None:
         return

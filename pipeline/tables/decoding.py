@@ -67,9 +67,9 @@ def _decode_text(content: bytes) -> str:
     """Return the text of a file whose encoding is unknown.
 
     Byte order marks, escape sequences and null bytes are checked first. Then UTF-8 is tried. If the bytes are not valid
-    UTF-8, each legacy encoding is tried. The encoding is chosen in which the known header words that occur have the
-    most letters in total. If no word is found, the first encoding that decodes without an error is chosen. Bytes that
-    are not text become characters of `_NO_TEXT`.
+    UTF-8, each legacy encoding is tried, and known header words are searched in the decoded text. The encoding with the
+    largest total length of the words found is chosen. If no word is found, the first encoding that decodes without an
+    error is chosen. Bytes that are not text become characters of `_NO_TEXT`.
     """
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):

@@ -212,25 +212,22 @@ class TableReader:
     def _find_table(self, rows: Rows, feed: Iterator[Row], previous: FoundTable | None) -> FoundTable | None:
         """Return the next table after the `previous` one, or None if there is none; `feed` yields the rows to search.
 
-        The table begins at the first row with a number in at least one column that its header names. If flags select
-        the columns by number, all of these columns must have numbers. Raises InputError if a row of numbers after a
+        The rows are collected in `above` until a row of numbers begins the table. A row that names the quantities is
+        its header, unless more than `MAX_ROWS_BELOW` rows of text follow. Raises InputError if a row of numbers after a
         blank line has no header, or if the units of the table are invalid.
         """
         is_stream = not isinstance(rows, WholeRows)
-        max_searched = MAX_BANNER if is_stream else _MAX_SEARCHED
+        max_rows = MAX_BANNER if is_stream else _MAX_SEARCHED
         above: list[Row] = []  # the rows before the table
         header_index: int | None = None  # index of the header in `above`
         texts_left = 0  # number of rows of text that may still follow the header
         number_columns: Collection[int] = self._by_number  # indices of the columns in which numbers are expected
-        # Below a header, one number is enough, because the other cells may be missing.
-        all_or_any = all if self._by_number else any
         pending = self._pending  # the row that ended the previous table
         self._pending = []
         for row in itertools.chain(pending, feed):
             if row.empty:
                 above.append(row)
                 continue
-            number_cells = [row.cell(index) for index in number_columns]
             follows_blank_line = bool(above) and above[-1].empty
             if header_index is None and previous is not None and follows_blank_line:
                 # Numbers after a blank line, but without a header, may belong to the previous table.
@@ -240,23 +237,34 @@ class TableReader:
                 number_columns = self.words.numeric_columns(row)
                 texts_left = MAX_ROWS_BELOW
                 rows.keep_delimiter()
-            elif number_cells and all_or_any(map(is_number, number_cells)):  # the first row of numbers
+            elif self._begins_table(row, number_columns):
                 rows.keep_delimiter()
                 return self._open_table(rows, above, header_index, row, feed)
-            elif header_index is not None and not all(map(is_missing, number_cells)):
+            elif header_index is not None and _has_text(row, number_columns):
                 texts_left -= 1
-                if texts_left < 0:  # too much text follows, so that row was not a header
+                if texts_left < 0:  # too much text follows, so the row at `header_index` was not a header
                     header_index, number_columns = None, ()
                     rows.keep_delimiter(keep=False)
             above.append(row)
             # A stream never ends, so the search is given up if its lines have labels instead of a header.
-            if len(above) > max_searched or (is_stream and self._has_labels(row)):
+            if len(above) > max_rows or (is_stream and self._has_labels(row)):
                 break
         if header_index is not None and self.is_single and not self._has_labels(above[header_index]):
             # A header without rows counts as a table, so that the caller can report that it is empty.
             return self._open_table(rows, above, header_index, Row(above[header_index].line, ()), iter(()))
         self._check_remaining_rows(rows.source, above, header_index, previous)
         return None
+
+    def _begins_table(self, row: Row, number_columns: Collection[int]) -> bool:
+        """Return whether a row is the first row of numbers of a table.
+
+        `number_columns` are the indices of the columns of numbers. Below a header, a number in one of them is enough,
+        because other cells may be missing. If flags select the columns by number, all of them must hold numbers.
+        """
+        have_numbers = [is_number(row.cell(index)) for index in number_columns]
+        if self._by_number:
+            return all(have_numbers)
+        return any(have_numbers)
 
     def _check_remaining_rows(
         self, source: str, remaining: list[Row], header_index: int | None, previous: FoundTable | None
@@ -313,16 +321,8 @@ class TableReader:
         texts = [row for row in above[header_index + 1 :] if not row.empty]
         number_columns = self.words.numeric_columns(header)
         # Rows of text in the columns of numbers may state units. All other rows are skipped.
-        below = [row for row in texts if not all(is_missing(row.cell(index)) for index in number_columns)]
-        columns = self.stated_units.columns(rows.source, header, below, first)
-        if not self.is_single:
-            # In a file with several tables, an optional column may have a header but no numbers.
-            required = set(itertools.chain.from_iterable(self.needed))
-            columns = [column for column in columns if column.name in required or _has_number(column.cell(first))]
-        # A serial monitor writes the time of day before each line. It replaces a missing column of times.
-        times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
-        if first.clock and times and not any(column.name in times for column in columns):
-            columns.append(Column(index=-1, label="clock", name=times[0], quantity=self.quantities[times[0]], unit="s"))
+        below = [row for row in texts if _has_text(row, number_columns)]
+        columns = self._used_columns(self.stated_units.columns(rows.source, header, below, first), first)
         # Flags that select columns by number need no header, so then the row above is not looked at either.
         row_above = above[header_index - 1] if header_index and not self._by_number else Row(0, ())
         table = FoundTable(
@@ -334,6 +334,24 @@ class TableReader:
             skipped=[row for row in texts if row not in below],
         )
         return replace(table, rows=self._number_rows(table, first, feed, by_spaces=rows.are_parted_by_spaces))
+
+    def _used_columns(self, columns: list[Column], first: Row) -> list[Column]:
+        """Return the `columns` of a header that the table uses, and the clock of a serial monitor if it is needed.
+
+        In a source that may have several tables, an optional column may have a header but no numbers. It is left out if
+        the `first` row of numbers has none there. A serial monitor writes the time of day before each line. This clock
+        replaces a missing column of times.
+        """
+        used_columns = list(columns)
+        if not self.is_single:
+            required = set(itertools.chain.from_iterable(self.needed))
+            used_columns = [column for column in columns if column.name in required or _has_number(column.cell(first))]
+        times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
+        has_times = any(column.name in times for column in used_columns)
+        if first.clock and times and not has_times:
+            clock = Column(index=-1, label="clock", name=times[0], quantity=self.quantities[times[0]], unit="s")
+            used_columns.append(clock)
+        return used_columns
 
     def _find_unnamed_header(self, above: list[Row], first: Row) -> int:
         """Return the index in `above` of a header whose words may be unknown, because flags select the columns.
@@ -486,6 +504,11 @@ def _is_text(row: Row) -> bool:
     return not all(map(is_missing, row.cells)) and not any(
         _has_number(cell) or (cell[:1] in "+-.,0123456789" and not is_missing(cell)) for cell in row.cells
     )
+
+
+def _has_text(row: Row, columns: Collection[int]) -> bool:
+    """Return whether a row has text in at least one of the columns with these indices."""
+    return not all(is_missing(row.cell(index)) for index in columns)
 
 
 def _has_number(cell: str) -> bool:
