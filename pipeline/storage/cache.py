@@ -66,7 +66,7 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 
 
 def store(stage: str, inputs: object, result: object) -> None:
-    """Store the result of a stage for these inputs, so that a later run need not solve it again.
+    """Store the result of a stage for these inputs, so that a later run does not need to solve it again.
 
     The entry is written to a temporary file that is then renamed, so that no other process reads an incomplete entry.
     Nothing is stored if the cache cannot be written, or if the path of the entry is taken by anything but a regular

@@ -4,8 +4,8 @@ A field declares its key, unit and meaning with `report_field`. Its metadata may
 
 - `key`: the name of the field in the data, if it differs from the name of the field in the record;
 - `times`: the factor that converts the unit of the field to the unit of the key;
-- `left_out`: True if the key is omitted when the field has its default value. The name of another field if the key is
-  omitted when that other field has its default value;
+- `left_out`: True if the key is omitted when the field has its default value, or the name of another field if the key
+  is omitted when that other field has its default value;
 - `inline`: a function of the record. It returns the keys and values that are written instead of the key of this field;
 - `attribute_unit`: the unit of the field in docstrings, if it differs from the unit of its key;
 - `told`: False for a field that has no key in the data;

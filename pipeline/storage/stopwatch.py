@@ -88,7 +88,7 @@ class Stopwatch:
         self._cpu_last = cpu
 
     def seconds(self) -> Seconds:
-        """Return the time of each stage so far, and the total time since the start [s], rounded to milliseconds."""
+        """Return the time of each stage until now, and the total time since the start [s], rounded to milliseconds."""
         wall = {**self._wall, "total": time.perf_counter() - self._wall_start}
         cpu = {**self._cpu, "total": time.process_time() - self._cpu_start}
         return Seconds(

@@ -296,25 +296,25 @@ def read_study(path: Path) -> Study:
     folder = path.parent  # paths in the study file are relative to this folder
     study_file = record_of(StudyFile, data, _CONVERTER)
     how = study_file.how or _default_sampling(data)
-    keys = {item.name: getattr(study_file, item.name) for item in fields(StudyKeys)}
+    study_keys = {item.name: getattr(study_file, item.name) for item in fields(StudyKeys)}
     rows: tuple[Row, ...] = ()
-    # The level is a grade of solution, such as contact only or a whole run; these keys determine the lowest one.
+    # The level states what is solved, from the contact only to a whole run. These keys determine the lowest level.
     level_keys = study_file.wanted
     if how == "points":
-        keys["vary"], rows = _read_points(folder / (study_file.points or ""))
+        study_keys["vary"], rows = _read_points(folder / (study_file.points or ""))
     if how == "search":
         goal = study_file.goal
         front = goal.front or {}
         for key in front.keys() & study_file.vary.keys():
             hint = "remove the key from [vary], or choose another key for the front"
             raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
-        keys["vary"] = {**study_file.vary, **front}
-        keys["wanted"] = _extend_wanted(study_file.wanted, goal)
+        study_keys["vary"] = {**study_file.vary, **front}
+        study_keys["wanted"] = _extend_wanted(study_file.wanted, goal)
         # A search only needs to know whether a verdict passes. Computing the value of a verdict may need a higher
         # level.
         level_keys = (*level_keys, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
-    keys["level"] = max(study_file.level, level_of("wanted", level_keys), key=LEVELS.index)
-    return Study(name=path.stem, base=_base_tables(study_file, folder), how=how, rows=rows, **keys)
+    study_keys["level"] = max(study_file.level, level_of("wanted", level_keys), key=LEVELS.index)
+    return Study(name=path.stem, base=_base_tables(study_file, folder), how=how, rows=rows, **study_keys)
 
 
 def _extend_wanted(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:

@@ -85,7 +85,7 @@ class HeaderWords:
     def __init__(self, quantities: Mapping[str, Quantity]) -> None:
         """Index the words that name each quantity.
 
-        If a flag selects the column of a quantity, the words of this quantity do not name a column.
+        If a flag selects the column of a quantity, the words of this quantity are not looked up in column labels.
         """
         self.quantities = quantities
         self._quantity_by_word: dict[str, str] = {}  # in any text, for example in `Force unit: kN`
@@ -199,7 +199,7 @@ class HeaderWords:
         """Return the quantity that a label names, its unit, and whether the label names it only because of the unit.
 
         The label must consist of known words, which may be followed by a unit of their quantity. The quantity and the
-        unit are "" if there is none.
+        unit are "" if the label names none.
         """
         if name := self._quantity_by_label.get(folded(label), ""):
             return name, "", False

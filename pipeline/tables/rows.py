@@ -191,7 +191,7 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
     sample = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
     sample = sample[:: max(1, len(sample) // _SAMPLE_LINES)]
     best = ""
-    best_score = (1, 0)  # (numbers, minus the number of other cells); one number alone needs no delimiter
+    best_score = (1, 0)  # (numbers, minus the number of other cells); a single number needs no delimiter
     for delimiter in _DELIMITERS:
         cells = [cell for line in sample if delimiter in line for cell in row_of(delimiter, 0, line).cells]
         numbers = sum(map(is_number, cells))

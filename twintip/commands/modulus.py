@@ -138,12 +138,7 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
     if poisson is None:
         poisson = POISSON
         assumptions.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
-    compliance_error = arguments.compliance_error
-    if compliance_error is not None and not arguments.compliance:
-        bound = "given together with --compliance"
-        raise validation_error("--compliance-error", compliance_error, "um/N", bound, "give both, or neither")
-    if compliance_error is None:
-        compliance_error = _COMPLIANCE_ERROR * arguments.compliance
+    compliance_error = _compliance_error(arguments)
     geometry = TestGeometry(
         body=body,
         plunger=plunger,
@@ -156,6 +151,20 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
         compliance_error_um_per_N=compliance_error,
     )
     return geometry, assumptions
+
+
+def _compliance_error(arguments: Namespace) -> float:
+    """Return the largest error of the machine's compliance [um/N], by default a tenth of the compliance.
+
+    Raises InputError if the error is given without the compliance.
+    """
+    compliance_error = arguments.compliance_error
+    if compliance_error is None:
+        return float(_COMPLIANCE_ERROR * arguments.compliance)
+    if not arguments.compliance:
+        bound = "given together with --compliance"
+        raise validation_error("--compliance-error", compliance_error, "um/N", bound, "give both, or neither")
+    return float(compliance_error)
 
 
 def _compressed_body(kind: str | None, sizes: Sizes, assumptions: list[str]) -> CompressedBody:

@@ -42,14 +42,18 @@ def run(arguments: Namespace) -> Answer:
     # candidates of the search.
     solved = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
-    best = list(proved) if study.front and proved else solved[:BEST]
+    has_proved_front = bool(study.front and proved)
+    best = list(proved) if has_proved_front else solved[:BEST]
     with stored_study(folder) as store:
         page = write_page(store, study, best, proved, force=arguments.force)
         messages = store.messages()
     passing_count = sum(candidate.passes for candidate in candidates)
     counts = {"candidates": len(candidates), "possible": passing_count, "messages": messages}
     lines = _search_lines(len(candidates), passing_count, messages)
-    lines += _proof_lines(study, proofs) if solved or proved else [_NOTHING_SOLVED]
+    if solved or proved:
+        lines += _proof_lines(study, proofs)
+    else:
+        lines.append(_NOTHING_SOLVED)
     return Answer(
         code=PASSED if len(proved) == len(proofs) else FAILED,
         data={**counts, **_best_design_data(study, proofs)},

@@ -1,4 +1,4 @@
-"""`pipeline simulate`: the files that measurements with a unit would give on fruit and on the bench, or a proof.
+"""`pipeline simulate`: simulated measurements with a unit on fruit and on the bench, or a proof of the design.
 
 A proof reads many simulated presses and checks whether the errors of the readings agree with their error bars.
 """

@@ -39,7 +39,8 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
         # The smallest and the largest value of each requested key that is a number.
-        ranges = {key: span for key in study.wanted if (span := store.span(key)) is not None}
+        spans = {key: store.span(key) for key in study.wanted}
+        ranges = {key: span for key, span in spans.items() if span is not None}
     lines = _summary_lines(summary, messages, indices)
     lines += ["{}: {:.5g} to {:.5g}".format(key, *span) for key, span in ranges.items()]
     lines += map(str, written)
