@@ -58,7 +58,7 @@ class Elements:
         return int(self.nodes.shape[1])
 
     def at(self, positions: Floats) -> Ints:
-        """Return the numbers of the nodes at `positions` (3, n) [mm]; raises SolveError if there is no node at one."""
+        """Return the numbers of the nodes at `positions` (3, n) [mm]; raises SolveError if one has no node."""
         distance, index = cKDTree(self.nodes.T).query(positions.T)
         farthest = float(np.max(distance))
         if not farthest <= SAME_POSITION:

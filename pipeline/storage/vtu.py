@@ -53,8 +53,8 @@ _FIELD_DATA = (
 def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_y: float | None = None) -> None:
     """Write a mesh [mm] and the arrays in `point_data` to a VTU file.
 
-    An array has the shape (points,), (points, 3) or (points, 6), in the order of `mesh.doflocs`. Six components are the
-    components xx, yy, zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the
+    An array has the shape (points,), (points, 3) or (points, 6), in the order of `mesh.doflocs`. With six components,
+    it holds xx, yy, zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the
     largest value in their array. Each named boundary is written as an array with its name, which is 1 at the nodes of
     the boundary. `half_at_y` [mm] is given for a mesh that is one half of a body; it is the y coordinate of the
     symmetry plane.

@@ -71,7 +71,7 @@ def _settings(study: Study) -> Iterator[Mapping[str, Setting]]:
 def _sobol_fractions(study: Study) -> Iterator[list[float]]:
     """Yield the points of a scrambled Sobol sequence, each as fractions [1] of the ranges of the keys.
 
-    They are drawn one by one, because SciPy warns if several points are drawn whose number is not a power of two.
+    They are drawn one by one, because SciPy warns if the number of points drawn at once is not a power of two.
     """
     sequence = qmc.Sobol(len(study.vary), scramble=True, bits=_SOBOL_BITS, rng=study.seed)
     for _ in range(study.samples):

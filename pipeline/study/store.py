@@ -139,7 +139,7 @@ class StudyStore:
     def messages(self) -> dict[str, int]:
         """Return the five most frequent messages of refused and failed points, and how often each occurs.
 
-        Messages that differ only in their numbers are counted as one message, which is that of the first such point.
+        Messages that differ only in their numbers are counted together, and the first of them represents the others.
         """
         by_pattern: dict[str, list[str]] = {}
         for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):
@@ -295,8 +295,8 @@ def _check_same_study(path: Path, stored_facts: Mapping[str, str], new_facts: Ma
     """Raise InputError if the stored facts differ from the facts of the study; the message names the first difference.
 
     `stored_facts` and `new_facts` hold JSON texts, keyed by dotted names, and `path` is the store. The number of points
-    may increase, because a longer study begins with the points of the shorter one. An exception is `sensitivity`,
-    because SciPy draws different points for each number of samples.
+    may increase, because a longer study begins with the points of the shorter one. The exception is the method
+    `sensitivity`, for which SciPy draws different points for each number of samples.
     """
     may_increase = ("goal.evaluations",) if new_facts["how"] == '"sensitivity"' else ("goal.evaluations", "samples")
     for key in {**stored_facts, **new_facts}:

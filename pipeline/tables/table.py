@@ -196,18 +196,19 @@ class TableReader:
         missing = [name for name in needed if name not in names]
         numbers = ",".join(f"{name}={index}" for index, name in enumerate(needed, start=1))
         bound = f"a header that also has {' and '.join(missing)}"
-        hint = f"write, for example, {self.example}, or name columns by their header or number: --columns {numbers}"
+        place = place_of(source, header.line)
         if labels >= set(needed):
             hint = f"every line of this file has labels: write {self.example} once, and then lines without labels"
-        elif near := self.words.find_near_miss(header, missing):
-            # A label names a missing quantity, but its unit is unknown.
-            label, name, tail = near
+            return validation_error(place, header.text, "", bound, hint)
+        near_miss = self.words.find_near_miss(header, missing)
+        if near_miss is not None:  # a label names a missing quantity, but its unit is unknown
+            label, name, tail = near_miss
             return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
-        elif not missing:
-            # The header is complete, so its numbers are missing.
+        if not missing:  # the header is complete, but no numbers follow
             self.stated_units.columns(source, header, [], Row(0, ()))  # raises InputError if a unit is invalid
             return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
-        return validation_error(place_of(source, header.line), header.text, "", bound, hint)
+        hint = f"write, for example, {self.example}, or name columns by their header or number: --columns {numbers}"
+        return validation_error(place, header.text, "", bound, hint)
 
     def _find_table(self, rows: Rows, feed: Iterator[Row], previous: FoundTable | None) -> FoundTable | None:
         """Return the next table after the `previous` one, or None if there is none; `feed` yields the rows to search.

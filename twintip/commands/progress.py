@@ -139,7 +139,7 @@ def _progress_lines(work: Work) -> Iterator[None]:
         while not has_ended.wait(next_line_s - work.elapsed):
             with suppress(OSError, ValueError):  # the reader of stderr has ended, or stderr is closed
                 print(f"pipeline: {work}", file=sys.stderr, flush=True)
-            next_line_s += min(next_line_s, _LONGEST_PAUSE_S)  # the time doubles until the longest pause is reached
+            next_line_s += min(next_line_s, _LONGEST_PAUSE_S)  # the interval doubles up to the longest pause
 
     thread = threading.Thread(target=print_lines, daemon=True)
     try:

@@ -46,14 +46,14 @@ def run(arguments: Namespace) -> Answer:
     command = None
     if suggestion.changes is not None:  # a design passes
         if fruit is not None and fruit.thickness_mm is None:
-            depth = f"{suggestion.changed.fruit.depth_mm:g} mm"
-            lines.append(f"The flesh is taken to be {depth} thick. Give its range to --fruit, as in 'flesh 14 to 27'.")
+            lines.append(_assumed_thickness_line(suggestion.changed))
         command = _run_command(preset_or_file, settings, changes)
         lines.append(command)
         if arguments.out is not None:
             content = f"# {command}\n{design_as_toml(suggestion.changed)}".encode()
             write_files({arguments.out: content}, "--out", force=arguments.force)
             lines.append(f"written to {arguments.out}")
+    starting_preset = None if fruit is None else preset_or_file
     nearest_fruit_text = None if nearest_fruit is None else nearest_fruit.in_words
     data = {
         "design": design_as_mapping(suggestion.changed),
@@ -61,13 +61,19 @@ def run(arguments: Namespace) -> Answer:
         "changes": changes,
         "command": command,
         "reason": suggestion.reason,
-        "preset": None if fruit is None else preset_or_file,
+        "preset": starting_preset,
         "nearest_fruit": nearest_fruit_text,
         "tried": suggestion.tried,
         "runs": suggestion.runs,
         "verdicts": [dataclasses.asdict(verdict) for verdict in suggestion.verdicts],
     }
     return Answer(code=FAILED if command is None else PASSED, data=data, text="\n".join(lines))
+
+
+def _assumed_thickness_line(design: Design) -> str:
+    """Return the line on the thickness of the flesh, for a fruit whose range of thickness was not given."""
+    depth = f"{design.fruit.depth_mm:g} mm"
+    return f"The flesh is taken to be {depth} thick. Give its range to --fruit, as in 'flesh 14 to 27'."
 
 
 def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
