@@ -36,8 +36,9 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
     With this option, three files are written:
 
-    - The file flexure.vtu holds the fields of the housing. The verdicts on the root strains use the same forces.
-      An array for each spring is 1 at the node with the largest strain on its leaves, and 0 elsewhere.
+    - The file flexure.vtu holds the fields of the housing under the tip forces at full travel. The verdicts on the root
+      strains use the same forces. An array for each spring is 1 at the node with the largest strain on its leaves, and
+      0 elsewhere.
     - The file flexure.inp is the CalculiX deck of the housing.
     - The file fruit.vtu holds the fields of the fruit under the forces of the scene.
 

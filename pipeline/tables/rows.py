@@ -185,8 +185,8 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
     """Return the delimiter that splits the lines into the most numbers.
 
     If two delimiters yield equally many numbers, the one with fewer other cells is chosen. If no delimiter yields two
-    numbers, it is the first one that occurs in half of the lines, or else a comma. In a long file, only a sample of the
-    lines is tested.
+    numbers, the first delimiter that occurs in half of the lines is returned, or else a comma. In a long file, only a
+    sample of the lines is tested.
     """
     sample = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
     sample = sample[:: max(1, len(sample) // _SAMPLE_LINES)]
