@@ -122,7 +122,7 @@ class HeaderWords:
             for name, quantity in self.quantities.items()
             for index in _chosen_columns(row.cells, quantity.chosen)
         ]
-        # For each label: its index, the quantity that it names, its unit, and whether only the unit makes it a name.
+        # For each label: its index, the quantity that it names, its unit, and whether it names it only with this unit.
         labels = [
             (index, *self.interpret_label(label))
             for index, label in enumerate(row.cells)

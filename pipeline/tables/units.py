@@ -79,13 +79,13 @@ def unit_of(quantity: Quantity, text: str) -> str:
     short = _strip_signs(text[:LONGEST_LABEL])
     if short in quantity.units:
         return short
-    # In a different case, a symbol may be a different unit: Ms is not ms, and mPa is not MPa. Words do not have this
-    # problem.
+    # The first letter of these symbols must have the right case: Ms is not ms, and mPa is not MPa. A word
+    # such as Millimetres is the same unit in any case.
     unit = _SPELLINGS.get(short.casefold(), "")
     is_symbol = unit.casefold() == short.casefold()
-    is_other = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
-    is_milli = is_symbol and unit == "MPa" and short.startswith("mP")
-    return unit if unit in quantity.units and not is_other and not is_milli else ""
+    is_capital_for_small = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
+    is_small_for_capital = is_symbol and unit == "MPa" and short.startswith("mP")
+    return unit if unit in quantity.units and not is_capital_for_small and not is_small_for_capital else ""
 
 
 _NAMES = {_strip_signs(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words}

@@ -68,7 +68,7 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     """
     design_name: str | None = arguments.design
     held = [_parse_point("--held", text) for text in arguments.held]
-    # The pressed faces are named by numbers, or with a design by the names of its springs.
+    # The pressed faces are named by numbers. With a design, they get the names of its springs below.
     pressed = {str(number): _parse_point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
     _require_solvable(path, design_name, held, pressed)
     design = None if design_name is None else load_design(design_name)
