@@ -137,10 +137,10 @@ def swept_part(
     """Divide the section of an extruded part into quadrilaterals, and sweep them through the depth [mm].
 
     `scale` [1] is the relative element size: 1 for the mesh of the solution, 2 for the coarse mesh of its error
-    estimate. `layers` is the number of layers of cells through half the depth. `load_directions` are vectors (x, y, z),
-    and `fine` lists the corners at which the mesh is refined. If the part, its named faces and the loads are symmetric
-    about the middle of the depth, only the upper half is meshed. Raises MeshError if no valid mesh is found, and
-    MachineError if gmsh fails.
+    estimate. `layers` is the number of layers of cells through half the depth. `load_directions` are the directions
+    (x, y, z) of the loads, and `fine` lists the corners at which the mesh is refined. If the part, its named faces and
+    the loads are symmetric about the middle of the depth, only the upper half is meshed. Raises MeshError if no valid
+    mesh is found, and MachineError if gmsh fails.
     """
     section = _meshed_section(extrusion, scale, fine)
     profile = section.profile
@@ -245,13 +245,16 @@ def _feature_length_errors(
 ) -> tuple[Floats, Floats]:
     """Return the errors in column length that neglected pockets and ribs cause, and their equivalents in stiffness.
 
-    The faces of these features are found from the solid, in small pieces, because a narrow feature may lie between the
-    lines of `_sampled_length_errors`. At a piece of area A_p, the mesh has the length L and the part the length l along
-    y, so they differ by d = |L - l|. The piece adds d A_p / A to the error of a quadrilateral of area A.
+    The faces of these features are taken from the solid, in small pieces, because a narrow feature may lie between the
+    lines of `_sampled_length_errors`. Along y, the mesh has the length L [mm] at a piece, and the part the length l
+    [mm]. The piece adds two errors [mm] to the quadrilateral in which it lies:
 
-    If the mesh fills a pocket of width w, so that L > l, the equivalent error is larger by the factor
-    max(1, d / w) * L / l. A pocket that is deeper than wide weakens the part as much as one that is as wide as deep.
-    The stress in the remaining depth is L / l times as large.
+        error in length     d A_p / A         with d = |L - l|
+        equivalent error    f d A_p / A       with f = max(1, d / w) L / l if L > l, and f = 1 otherwise
+
+    Here A_p is the area of the piece, A is the area of the quadrilateral [mm^2], and w [mm] is the width of the
+    feature. If L > l, the mesh fills a pocket of the part. A pocket that is deeper than wide weakens the part as much
+    as one that is as wide as deep. The stress in the remaining depth is L / l times as large.
 
     `depth` (points,) [mm] is the length of the mesh along y, and `area` (quadrilaterals,) [mm^2] the area of each
     quadrilateral. Both results [mm] have shape (quadrilaterals,).
@@ -273,8 +276,10 @@ def _feature_length_errors(
         corner_depths = depth[profile.quads[:, quad]]
         mesh_length = float(corner_depths.mean())
         difference = abs(mesh_length - float(part_length[i]))
-        if np.ptp(corner_depths) > _NEAR or not difference > _NEAR:
-            continue  # the mesh follows a slanted face here; `_sampled_length_errors` covers the remaining error
+        # Where the depth of the mesh varies, it follows a slanted face. `_sampled_length_errors` covers its error.
+        follows_slanted_face = np.ptp(corner_depths) > _NEAR
+        if follows_slanted_face or difference <= _NEAR:
+            continue
         length_errors[quad] += difference * piece_areas[i] / area[quad]
         weakening = 1.0
         if mesh_length > part_length[i]:
@@ -463,7 +468,8 @@ class _Outline:
             count = max(_MIN_CURVE_SAMPLES, int(np.ceil(lengths[tag] / sample_spacing)))
             curve = _sample_curve(tag, count)
             curves.append(curve)
-            for (position, direction), sample in zip(curve.ends, (first_sample, first_sample + count - 1), strict=True):
+            end_samples = (first_sample, first_sample + count - 1)
+            for (position, direction), sample in zip(curve.ends, end_samples, strict=True):
                 curve_ends.append(_CurveEnd(position, direction, sample))
             first_sample += count
         self.points = np.hstack([curve.points for curve in curves])
@@ -724,12 +730,12 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
         edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
         boundaries[FILLETS] = boundary_facets[~is_level & (index_by_nodes(fillets, edge_ends) >= 0)]
     middles = _facet_middles(profile, straight, boundary_facets, profile_points)
+    meshed_to_whole = 2.0 if is_half else 1.0
     for name in extrusion.part.faces:
         boundaries[name] = boundary_facets[extrusion.are_on_face(name, middles, _ON_FACE)]
         if not len(boundaries[name]):
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "choose another face")
-        meshed_area = (2.0 if is_half else 1.0) * facets_area(straight, boundaries[name])
-        _check_face_area(extrusion, name, meshed_area)
+        _check_face_area(extrusion, name, meshed_to_whole * facets_area(straight, boundaries[name]))
     named_facets = np.concatenate(list(boundaries.values()))
     boundaries[WALLS] = np.setdiff1d(boundary_facets[~is_level], named_facets)
     return boundaries

@@ -77,10 +77,10 @@ def as_designed_verdict(
     x, y, z = farthest.point
     place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
     part = f", compared with the {against} of the design" if against else ""
-    remarks = [
-        *(() if farthest.distance <= worst_limit else _likely_causes(mesh, design, worst_limit)),
-        f"distance between both surfaces, measured from each{part}{place}",
-    ]
+    remarks = []
+    if farthest.distance > worst_limit:
+        remarks += _likely_causes(mesh, design, worst_limit)
+    remarks.append(f"distance between both surfaces, measured from each{part}{place}")
     # Adding 0.0 replaces -0.0 by 0.0.
     volume_change = round(enclosed_volume(mesh) - enclosed_volume(design), _DECIMALS) + 0.0
     remarks.append(f"volume {volume_change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design")
@@ -176,9 +176,9 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return sample points (m, 3) [mm] on triangles, and the index of the triangle of each point, shape (m,).
 
     `corners` (n, 3, 3) [mm] are the corners of the triangles. The points are in rows along the longest side of each
-    triangle. Rows are at most d = 0.4 mm apart, and so are the points in a row. The angles at the longest side are
-    acute, so every point between two rows lies directly above the longer row. It is at most d above this row, and its
-    foot is at most d / 2 from the nearest point of the row. Its distance from that point is at most sqrt(1.25) d.
+    triangle. Rows are at most d = `_SPACING_MM` apart, and so are the points in a row. The angles at the longest side
+    are acute, so every point between two rows lies directly above the longer row. It is at most d above this row, and
+    its foot is at most d / 2 from the nearest point of the row. Its distance from that point is at most sqrt(1.25) d.
     """
     side_lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     corner_order = (np.argmax(side_lengths, axis=1)[:, None] + np.arange(3)) % 3
@@ -228,7 +228,8 @@ def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
         largest = max(largest, bounds[index])
     # This may be a point that was not measured: its bound exceeds the largest distance by at most the accuracy.
     worst = int(np.argmax(bounds))
-    return round(float(bounds[worst]), _DECIMALS) if bounds[worst] > _SAME_MM else 0.0, points[worst]
+    distance = round(float(bounds[worst]), _DECIMALS) if bounds[worst] > _SAME_MM else 0.0
+    return distance, points[worst]
 
 
 def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
@@ -247,9 +248,8 @@ def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
         for start in range(0, len(candidates), _BATCH):
             batch = candidates[start : start + _BATCH]
             to_samples, nearest = tree.query(points[batch], k=np.arange(1, 1 + min(neighbour_count, tree.n)))
-            bounds[batch] = _triangle_distances(
-                points[batch][:, None], surface.corners[triangle_index[np.asarray(nearest)]]
-            ).min(axis=1)
+            nearby_triangles = surface.corners[triangle_index[np.asarray(nearest)]]
+            bounds[batch] = _triangle_distances(points[batch][:, None], nearby_triangles).min(axis=1)
             lower_bound = max(lower_bound, float(np.asarray(to_samples)[:, 0].max()) - _COVER_MM)
     return bounds
 
@@ -262,18 +262,20 @@ def _triangle_distances(points: Floats, corners: Floats) -> Floats:
     """
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
-    squared_lengths = np.einsum("...i,...i->...", edges, edges)
     # Position of the nearest point of each edge, as a fraction of the edge. The divisor 1 replaces the length 0 of a
     # collapsed edge, whose fraction does not matter.
-    fractions = np.einsum("...i,...i->...", from_corners, edges) / np.where(squared_lengths > 0.0, squared_lengths, 1.0)
-    to_edges = np.linalg.norm(from_corners - np.clip(fractions, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
+    squared_lengths = np.einsum("...i,...i->...", edges, edges)
+    length_divisors = np.where(squared_lengths > 0.0, squared_lengths, 1.0)
+    fractions = np.einsum("...i,...i->...", from_corners, edges) / length_divisors
+    nearest_on_edges = np.clip(fractions, 0.0, 1.0)[..., None] * edges  # relative to the corner at which an edge starts
+    to_edges = np.linalg.norm(from_corners - nearest_on_edges, axis=-1).min(axis=-1)
     normals = np.cross(edges[..., 0, :], edges[..., 1, :])
+    # The divisor 1 replaces the area 0 of a collapsed triangle, whose height is not used.
     doubled_areas = np.linalg.norm(normals, axis=-1)
+    area_divisors = np.where(doubled_areas > 0.0, doubled_areas, 1.0)
+    heights = np.abs(np.einsum("...i,...i->...", from_corners[..., 0, :], normals)) / area_divisors
     # A point projects into the triangle if it lies on the inner side of all three edges.
     side_products = np.einsum("...ij,...j->...i", np.cross(edges, from_corners), normals)
-    heights = np.abs(np.einsum("...i,...i->...", from_corners[..., 0, :], normals)) / np.where(
-        doubled_areas > 0.0, doubled_areas, 1.0
-    )
     is_inside = (side_products >= 0.0).all(axis=-1) & (doubled_areas > 0.0)
     return np.asarray(np.where(is_inside, heights, to_edges))
 
@@ -286,17 +288,17 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
     """
     if not (enclosed_volume(mesh) > 0.0 and enclosed_volume(design) > 0.0):
         return
+    mesh_in_mm = mesh
     scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
     for unit, factor in UNITS.items():
-        # At most one unit matches. The checks below then use the mesh in millimetres.
-        if math.isclose(scale, factor, rel_tol=_SCALE_TOLERANCE):
+        if math.isclose(scale, factor, rel_tol=_SCALE_TOLERANCE):  # at most one unit matches
             yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
-            mesh = mesh.copy()
-            mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
+            mesh_in_mm = mesh.copy()
+            mesh_in_mm.apply_transform(np.diag([factor, factor, factor, 1.0]))
     design_surface = _surface_of(design)
     # The identity is tried first, because the unit may be the only mistake.
-    for transform in [np.eye(4), *_aligning_transforms(mesh, design)]:
-        moved_mesh = mesh.copy()
+    for transform in [np.eye(4), *_aligning_transforms(mesh_in_mm, design)]:
+        moved_mesh = mesh_in_mm.copy()
         moved_mesh.apply_transform(transform)
         corners = np.asarray(moved_mesh.vertices)
         # A few corners are measured first, because most transforms are wrong and the whole surface takes longer.
@@ -305,7 +307,7 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
             _distance_bounds(sampled_corners, design_surface).max() <= limit
             and _largest_distance(_surface_of(moved_mesh), design_surface).distance <= limit
         ):
-            yield from _displacement_text(transform, mesh)
+            yield from _displacement_text(transform, mesh_in_mm)
             return
 
 

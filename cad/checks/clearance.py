@@ -110,14 +110,14 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     for heading in HEADINGS:
         matrix = location_matrix(pressed_pose(travel, tilt, heading))
         posed_corners = corners @ matrix[:, :3].T + matrix[:, 3]
-        corner_distances = np.linalg.norm(
-            np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1])), axis=1
-        )
+        # Along each axis, a corner is outside the box by its distance from the nearer bound, or by 0 between both.
+        outside = np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1]))
+        corner_distances = np.linalg.norm(outside, axis=1)
         # The distance of the nearest corner is an upper bound on the gap, so manifold3d need not search beyond it. The
         # chord is added as a margin for round-off.
         gaps[heading] = body.transform(matrix).min_gap(box, corner_distances.min() + _CHORD_MM)
-    largest_gap = min(gaps.values()) + 2.0 * _CHORD_MM
-    return tuple(heading for heading, gap in gaps.items() if gap <= largest_gap)
+    gap_limit = min(gaps.values()) + 2.0 * _CHORD_MM
+    return tuple(heading for heading, gap in gaps.items() if gap <= gap_limit)
 
 
 def _triangulate(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:

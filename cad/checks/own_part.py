@@ -232,12 +232,13 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
     faces = solid.Faces()
     area_vector = np.zeros(3)  # sum of area times mean outer normal [mm^2]
     area = 0.0
-    for face in (faces[index] for index in indices):
+    for index in indices:
+        face = faces[index]
         mean_normal = _FaceNormals(face).normals.mean(axis=0)
         # On a reversed face, the normal of the surface points into the solid.
-        area_vector += face.Area() * (
-            mean_normal if face.wrapped.Orientation() != OCP.TopAbs.TopAbs_REVERSED else -mean_normal
-        )
+        is_reversed = face.wrapped.Orientation() == OCP.TopAbs.TopAbs_REVERSED
+        outer_normal = -mean_normal if is_reversed else mean_normal
+        area_vector += face.Area() * outer_normal
         area += face.Area()
     # For a plane face, the length of the area vector equals the area. For a closed ring, the area vector is zero.
     resultant = float(np.linalg.norm(area_vector))
@@ -350,11 +351,9 @@ class Extrusion:
         y_axis = np.array([0.0, 1.0, 0.0])
         for face in self.part.shape.Faces():
             face_normals = _FaceNormals(face)
-            is_end = (
-                face_normals.is_cap(y_axis)
-                and min(abs(face_normals.middle[1] - end) for end in (self.low, self.high)) < _NEAR_MM
-            )
-            if is_end or face_normals.is_side(y_axis):
+            to_nearer_end = min(abs(face_normals.middle[1] - end) for end in (self.low, self.high))
+            is_end_of_sweep = face_normals.is_cap(y_axis) and to_nearer_end < _NEAR_MM
+            if is_end_of_sweep or face_normals.is_side(y_axis):
                 continue
             pieces = [(middle[[0, 2]], area) for middle, area in _pieces_along_y(face) if area > _NEAR_MM**2]
             # The mean width is the area of the face divided by the diagonal of its bounding box, both seen along y.
@@ -513,11 +512,13 @@ def _extrude_largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     if len(cap_areas) < 2:  # noqa: PLR2004 - a sweep has two ends
         return None
     # The sweep ends at the two levels with the largest cap areas.
-    low, high = sorted(sorted(cap_areas, key=lambda level: -cap_areas[level])[:2])
+    levels_by_area = sorted(cap_areas, key=lambda level: -cap_areas[level])
+    low, high = sorted(levels_by_area[:2])
     neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
     # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels. A layer thinner than
     # `_STEP_MM` is not cut.
-    planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM)]
+    planes = [0.5 * (low + high)]
+    planes += [round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM]
     sections = [(_cut_across_y(part.shape, box, plane), plane) for plane in dict.fromkeys(planes)]
     # Areas are rounded, so that round-off does not decide between sections of the same area.
     section, plane = max(sections, key=lambda candidate: round(candidate[0].Area(), 3))

@@ -41,10 +41,11 @@ def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     open_edges = edges[counts < _TRIANGLES_PER_EDGE]
     crowded_edges = edges[counts > _TRIANGLES_PER_EDGE]
-    fault_count = len(open_edges)
     if len(open_edges) == 0 and len(crowded_edges) == 0:
         faces_inward = not mesh.is_winding_consistent or enclosed_volume(mesh) < 0.0
         fault_count = int(faces_inward)
+    else:
+        fault_count = len(open_edges)
     first_open, first_crowded = _first_edge_text(mesh, open_edges), _first_edge_text(mesh, crowded_edges)
     watertight_text = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{first_open}"
     manifold_text = f"edges that join more than two triangles, of {len(edges)}{first_crowded}"
@@ -160,20 +161,20 @@ def narrowest_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
     return _shortest_facing_distance(mesh, 1.0)
 
 
-def _shortest_facing_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | None:
-    """Return the shortest distance between two opposite faces, or None if all distances exceed 16 mm.
+def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> FacingDistance | None:
+    """Return the shortest distance between two opposite faces, or None if all distances exceed `_FARTHEST_MM`.
 
-    Distances are measured along rays. If `sense` is 1, the rays run outward, across gaps; if it is -1, they run inward,
-    through walls. They start at random points (with a fixed seed), and at the centre of the largest triangle of each
-    plane face. Faces are opposite if the cosine of the angle between their normals is below `_OPPOSITE`.
+    Distances are measured along rays. If `direction` is 1, the rays run outward, across gaps; if it is -1, they run
+    inward, through walls. They start at random points (with a fixed seed), and at the centre of the largest triangle of
+    each plane face. Faces are opposite if the cosine of the angle between their normals is below `_OPPOSITE`.
     """
     random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
     # trimesh calls a triangle a face, and a plane face a facet.
-    largest_faces = [facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets]
-    faces = np.concatenate([random_faces, np.array(largest_faces, dtype=np.int64)])
-    points = np.concatenate([random_points, mesh.triangles_center[faces[_SAMPLES:]]])
+    largest_faces = np.array([facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets], dtype=np.int64)
+    faces = np.concatenate([random_faces, largest_faces])
+    points = np.concatenate([random_points, mesh.triangles_center[largest_faces]])
     normals = np.asarray(mesh.face_normals)
-    rays = sense * normals[faces]
+    rays = direction * normals[faces]
     hits, source, target = mesh.ray.intersects_location(points + _OFF_SURFACE_MM * rays, rays, multiple_hits=False)
     if len(hits) == 0:
         return None

@@ -274,25 +274,28 @@ class Canvas:
         axis: Literal["x", "z"],
         start: Point,
         end: Point,
-        level: float,
+        line_position: float,
         text: DimensionText,
     ) -> None:
         """Draw a linear dimension: the distance between two points [mm] along an axis.
 
-        `level` [mm] is the position of the dimension line: its z for the axis x, or its x for the axis z. `text` gives
-        the label and its place. If the text is beyond the ends of the line, the line is extended to it.
+        `line_position` [mm] is the z of the dimension line for the axis x, or its x for the axis z. `text` gives the
+        label and its place. If the text is beyond the ends of the line, the line is extended to it.
         """
-        index = 0 if axis == "x" else 1  # index of the coordinate along the axis
+        if axis == "x":
+            index, angle, point_on_line = 0, 0.0, (text.at[0], line_position)
+        else:
+            index, angle, point_on_line = 1, 90.0, (line_position, text.at[1])
         # If the points are not in ascending order, ezdxf reverses the arrows.
-        start, end = sorted((start, end), key=lambda point: point[index])
-        distance = end[index] - start[index]
+        low, high = sorted((start, end), key=lambda point: point[index])
+        distance = high[index] - low[index]
         dimension = self.space.add_linear_dim(
-            base=(text.at[0], level) if axis == "x" else (level, text.at[1]),  # a point on the dimension line
-            p1=start,
-            p2=end,
+            base=point_on_line,
+            p1=low,
+            p2=high,
             location=text.at,
             text=_encode_signs(text.label),
-            angle=0.0 if axis == "x" else 90.0,
+            angle=angle,
             text_rotation=text.rotation,
             dimstyle=_STYLE,
             override={"dimdec": self._decimals(text.label, distance)},  # the number of decimals
@@ -300,21 +303,21 @@ class Canvas:
         )
         dimension.render()
         half_width = 0.5 * self.label_width(text.label, distance)
-        self._lead_to_text(axis, (start[index], end[index]), level, text, half_width)
+        self._lead_to_text(axis, (low[index], high[index]), line_position, text, half_width)
 
     def _lead_to_text(
         self,
         axis: Literal["x", "z"],
         ends: tuple[float, float],
-        level: float,
+        line_position: float,
         text: DimensionText,
         half_width: float,
     ) -> None:
         """Extend a dimension line to the far end of its text, unless the text is between the ends of the line.
 
-        `ends` are the coordinates of the two ends along the axis [mm]. `level` [mm] is the position of the line: its z
-        for the axis x, or its x for the axis z. `half_width` [mm] is half the width of the text. If a horizontal text
-        is beside a vertical line, the line is extended to the bottom of the text, bends there, and underlines the text.
+        `ends` are the coordinates of the two ends along the axis [mm]. `line_position` [mm] is the z of the line for
+        the axis x, or its x for the axis z. `half_width` [mm] is half the width of the text. If a horizontal text is
+        beside a vertical line, the line is extended to the bottom of the text, bends there, and underlines the text.
         """
         low, high = ends
         middle = text.at[0] if axis == "x" else text.at[1]
@@ -323,14 +326,14 @@ class Canvas:
         direction = 1.0 if middle > high else -1.0
         end = high if direction > 0.0 else low
         if axis == "x":
-            self.line((end, level), (middle + direction * half_width, level), "DIMENSIONS")
+            self.line((end, line_position), (middle + direction * half_width, line_position), "DIMENSIONS")
         elif text.rotation:
-            self.line((level, end), (level, middle + direction * half_width), "DIMENSIONS")
+            self.line((line_position, end), (line_position, middle + direction * half_width), "DIMENSIONS")
         else:
             under_text = text.at[1] - LINE_TO_TEXT * self.text_height
-            self.line((level, end), (level, under_text), "DIMENSIONS")
-            far_end = math.copysign(half_width, text.at[0] - level)
-            self.line((level, under_text), (text.at[0] + far_end, under_text), "DIMENSIONS")
+            self.line((line_position, end), (line_position, under_text), "DIMENSIONS")
+            to_far_end = math.copysign(half_width, text.at[0] - line_position)
+            self.line((line_position, under_text), (text.at[0] + to_far_end, under_text), "DIMENSIONS")
 
     def callout(
         self,
@@ -348,7 +351,8 @@ class Canvas:
         """
         gap = 2.0 * self.text_height  # space for the arrow of the leader, chosen by eye
         x, z = text.beside
-        leader_end = (x + (gap if text.side == "right" else -gap), z)
+        to_text = gap if text.side == "right" else -gap
+        leader_end = (x + to_text, z)
         attributes: dict[str, Any] = {
             "text": _encode_signs(text.label),
             "dimstyle": _STYLE,

@@ -104,7 +104,7 @@ def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[B
 def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
     """Draw the section with its dimensions, names and hole marks, in the coordinates x and z of the housing [mm].
 
-    Pins and magnet pockets are drawn on the layer of the notes, because they are not part of the printed section.
+    Pins and magnet pockets are drawn on the layer NOTES, because they are not part of the printed section.
     """
     housing = contents.housing
     measured = contents.measured
@@ -124,8 +124,8 @@ def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
     if contents.sensor.seats is not None:
         _draw_magnet_pockets(canvas, housing, contents.sensor.seats)
     # The name of the section is written above all dimensions, at a distance chosen by eye.
-    level = canvas.extents().top + 1.6 * canvas.text_height
-    canvas.write_text("A-A", (0.5 * (housing.left + housing.right), level), _VIEW_NAME * canvas.text_height)
+    name_position = (0.5 * (housing.left + housing.right), canvas.extents().top + 1.6 * canvas.text_height)
+    canvas.write_text("A-A", name_position, _VIEW_NAME * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))
 
 
@@ -337,16 +337,23 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
         dimensions += _draw_hall_parts(canvas, housing, contents.sensor.seats, front)
     draw_dimensions(canvas, dimensions, Box(pad_left, -housing.beyond_face, front, top))
     if housing.dome:
-        radius = housing.dome.radius
-        half_tip = 0.5 * housing.tip_side
-        # The text is to the lower right of the tip. A spherical radius is marked by SR, of which ezdxf adds the R.
-        text = CalloutText(
-            (middle_x + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
-        )
-        # The arrow meets the dome halfway between its apex, which is at 270 degrees, and the edge of the tip.
-        angle = 270.0 + math.degrees(0.5 * half_tip / radius)
-        canvas.callout("radius", (middle_x, radius), radius, text, angle=angle)
+        _draw_dome_radius(canvas, housing.dome.radius, 0.5 * housing.tip_side, middle_x, measured["tip"])
     _draw_cutting_line(canvas, middle_x, canvas.extents(after=drawn_count))
+
+
+def _draw_dome_radius(
+    canvas: Canvas, radius: float, half_tip: float, middle_x: float, measured: MeasuredDimension
+) -> None:
+    """Draw the radius of a dome in the view from the left, with its text to the lower right of the tip.
+
+    `radius` is the radius of the dome, `half_tip` half the side of the tip, and `middle_x` the x coordinate of its
+    middle [mm]. `measured` is the entry of the measuring table for the radius.
+    """
+    label = measured.label(f"2x S{MEASURED}")  # a spherical radius is marked by SR, of which ezdxf adds the R
+    text = CalloutText((middle_x + half_tip, -1.2 * canvas.text_height), "right", label)
+    # The arrow meets the dome halfway between its apex, which is at 270 degrees, and the edge of the tip.
+    angle = 270.0 + math.degrees(0.5 * half_tip / radius)
+    canvas.callout("radius", (middle_x, radius), radius, text, angle=angle)
 
 
 def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[LinearDimension]:
@@ -359,14 +366,14 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
     dimensions = []
     if housing.pin:
         half_pin = 0.5 * housing.pin.side
-        pin_protrusion = housing.pin.outside
-        label = measured.label(f"2x {'Ø' if housing.pin.is_round else '□'}{MEASURED}")
-        dimensions.append(
-            LinearDimension("bottom", (middle - half_pin, -pin_protrusion), (middle + half_pin, -pin_protrusion), label)
-        )
+        pin_end = -housing.pin.outside  # z of the end of a pin
+        shape_symbol = "Ø" if housing.pin.is_round else "□"
+        label = measured.label(f"2x {shape_symbol}{MEASURED}")
+        dimensions.append(LinearDimension("bottom", (middle - half_pin, pin_end), (middle + half_pin, pin_end), label))
     if _has_neck(housing):
         half_tip = 0.5 * housing.tip_side
-        label = MEASURED if housing.pin or housing.dome else measured.label(f"2x □{MEASURED}")
+        touches_fruit = not (housing.pin or housing.dome)  # whether the flat tip itself touches the fruit
+        label = measured.label(f"2x □{MEASURED}") if touches_fruit else MEASURED
         dimensions.append(LinearDimension("bottom", (middle - half_tip, 0.0), (middle + half_tip, 0.0), label))
     return dimensions
 
@@ -375,15 +382,16 @@ def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: 
     """Draw the magnet pockets and the Hall sensor in the view from the left, and return their position dimensions.
 
     The pockets open at the front of the plate, at x = `front` [mm]. The sensor is in front of them. Both are drawn on
-    the layer of the notes, because they are hidden or not part of the housing.
+    the layer NOTES, because they are hidden or not part of the housing.
     """
     top_corner = (front, housing.top_level)
+    half_width = 0.5 * seats.pocket_diameter
     dimensions = []
     for depth_below_top in seats.discs:
-        level = housing.top_level - depth_below_top
-        half_width = 0.5 * seats.pocket_diameter
-        canvas.rectangle(Box(front - seats.pocket_depth, level - half_width, front, level + half_width), "NOTES")
-        dimensions.append(LinearDimension("right", (front, level), top_corner))
+        pocket_z = housing.top_level - depth_below_top
+        canvas.rectangle(Box(front - seats.pocket_depth, pocket_z - half_width, front, pocket_z + half_width), "NOTES")
+        dimensions.append(LinearDimension("right", (front, pocket_z), top_corner))
+    # `seats.face_out` is the distance of the sensor from the front, and `seats.sensor` its depth below the upper edge.
     sensor_centre = (front + seats.face_out, housing.top_level - seats.sensor)
     canvas.circle(sensor_centre, _SENSOR_MARK_MM / canvas.scale, "NOTES")
     return [
@@ -394,12 +402,12 @@ def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: 
 
 
 def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: BackToBack, section_box: Box) -> None:
-    """Draw the back of one of two back-to-back plates below the other views, with its pads and its dowel holes.
+    """Draw the back of one of two back-to-back plates below the other views, with its pad and its dowel holes.
 
-    `section_box` is the bounding box of the section [mm]. Seen from behind, +x of the housing points to the left.
+    The pad is the raised part of the back, which touches the pad of the other plate. `section_box` [mm] is the bounding
+    box of the section y = 0, which is already drawn. Seen from behind, +x of the housing points to the left.
     """
     housing = contents.housing
-    height = canvas.text_height
     # `origin` is the position of the origin of the housing in the drawing. The view begins at the left edge of the
     # section, plus the space for its own dimensions.
     origin = (
@@ -412,27 +420,46 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
         return origin[0] - x, origin[1] + z
 
     draw_view(canvas, contents.from_behind, origin)
+    left, top = to_view(housing.right, housing.top_level)
+    right, bottom = to_view(housing.left, housing.protrusion)
+    # PAD is written in the middle of the pad's bar.
+    middle_x, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
+    canvas.write_text("PAD", (middle_x, 0.5 * (bar_underside + top)), canvas.text_height)
+    dimensions = [*_dowel_dimensions(housing, to_view), *_pad_dimensions(housing, to_view)]
+    draw_dimensions(canvas, dimensions, Box(left, bottom, right, top))
+    _mark_holes(canvas, housing, to_view)
+    _draw_dowel_diameter(canvas, housing, back_to_back.dowel_hole, to_view)
+    name_position = (middle_x, bottom - _NAME_BELOW_MM / canvas.scale)
+    canvas.write_text("FROM BEHIND", name_position, _VIEW_NAME * canvas.text_height)
+
+
+def _dowel_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) -> list[LinearDimension]:
+    """Return the dimensions of the positions of the dowel holes in the view from behind.
+
+    `to_view` maps the coordinates x and z of the housing to a point in the view [mm].
+    """
     top_left = to_view(housing.right, housing.top_level)
     bottom_left = to_view(housing.right, housing.protrusion)
-    bottom_right = to_view(housing.left, housing.protrusion)
     # Seen from behind, the dowel with the smallest x is on the right.
     right_dowel, left_dowel = (to_view(*dowel) for dowel in sorted(housing.dowels))
-    dimensions = [
+    return [
         LinearDimension("top", top_left, left_dowel),  # dowel hole from the left edge
         LinearDimension("top", left_dowel, right_dowel),  # spacing of the dowel holes
         LinearDimension("left", bottom_left, left_dowel),  # dowel hole from the lower edge
     ]
-    dimensions += _pad_dimensions(housing, to_view)
-    # The word is written in the middle of the bar of the pad.
-    _, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
-    canvas.write_text("PAD", (origin[0], 0.5 * (bar_underside + top_left[1])), height)
-    draw_dimensions(canvas, dimensions, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
-    _mark_holes(canvas, housing, to_view)
-    window_level = origin[1] + 0.5 * (housing.cavity_level + housing.protrusion)
-    text = CalloutText((right_dowel[0], window_level), "left", f"2x {MEASURED}")  # in the cavity between the posts
-    canvas.callout("diameter", right_dowel, back_to_back.dowel_hole, text)
-    level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
-    canvas.write_text("FROM BEHIND", (origin[0], level), _VIEW_NAME * height)
+
+
+def _draw_dowel_diameter(
+    canvas: Canvas, housing: Housing, diameter: float, to_view: Callable[[float, float], Point]
+) -> None:
+    """Draw the diameter [mm] of the dowel holes at the right hole, with its text in the cavity between the posts.
+
+    `to_view` maps the coordinates x and z of the housing to a point in the view [mm].
+    """
+    right_dowel = to_view(*min(housing.dowels))  # seen from behind, the smallest x is on the right
+    _, text_z = to_view(0.0, 0.5 * (housing.cavity_level + housing.protrusion))
+    text = CalloutText((right_dowel[0], text_z), "left", f"2x {MEASURED}")  # both holes have this diameter
+    canvas.callout("diameter", right_dowel, diameter, text)
 
 
 def _pad_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) -> list[LinearDimension]:

@@ -9,8 +9,8 @@ from cad.drawing.canvas import LINE_TO_TEXT, MEASURED, Box, Canvas, DimensionTex
 
 Side = Literal["top", "bottom", "left", "right"]
 SIDES: tuple[Side, ...] = ("top", "bottom", "left", "right")
-_FIRST_MM = 8.0  # distance from the view to the first row of dimensions, on paper
-_STEP_MM = 7.0  # distance between rows of dimensions, on paper
+_FIRST_ROW_MM = 8.0  # distance from the view to the first row of dimensions, on paper
+_ROW_STEP_MM = 7.0  # distance between rows of dimensions, on paper
 
 
 class Interval(NamedTuple):
@@ -133,22 +133,23 @@ def _text_positions(canvas: Canvas, dimension: LinearDimension) -> list[Interval
 def _draw_dimension(canvas: Canvas, placed: _PlacedDimension, view: Box) -> None:
     """Draw a dimension in its row beside a view, whose bounding box is `view` [mm].
 
-    The text is above a horizontal dimension line, and to the left of a vertical one, rotated by 90 degrees.
+    Row 0 is nearest to the view. The text is above a horizontal dimension line, and to the left of a vertical one,
+    rotated by 90 degrees.
     """
     dimension = placed.dimension
-    distance = (_FIRST_MM + placed.row * _STEP_MM) / canvas.scale
+    distance = (_FIRST_ROW_MM + placed.row * _ROW_STEP_MM) / canvas.scale
     line_positions = {
         "top": view.top + distance,
         "bottom": view.bottom - distance,
         "left": view.left - distance,
         "right": view.right + distance,
     }
-    level = line_positions[dimension.side]  # z of a horizontal dimension line, or x of a vertical one
-    middle = 0.5 * (placed.text.low + placed.text.high)
+    line_position = line_positions[dimension.side]  # z of a horizontal dimension line, or x of a vertical one
+    text_middle = 0.5 * (placed.text.low + placed.text.high)
     text_offset = LINE_TO_TEXT * canvas.text_height
     if dimension.side in ("top", "bottom"):
-        text = DimensionText((middle, level + text_offset), dimension.label)
-        canvas.linear_dimension("x", dimension.start, dimension.end, level, text)
+        text = DimensionText((text_middle, line_position + text_offset), dimension.label)
+        canvas.linear_dimension("x", dimension.start, dimension.end, line_position, text)
     else:
-        text = DimensionText((level - text_offset, middle), dimension.label, rotation=90.0)
-        canvas.linear_dimension("z", dimension.start, dimension.end, level, text)
+        text = DimensionText((line_position - text_offset, text_middle), dimension.label, rotation=90.0)
+        canvas.linear_dimension("z", dimension.start, dimension.end, line_position, text)

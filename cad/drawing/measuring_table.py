@@ -204,13 +204,20 @@ def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimens
             moves=_change_text("contact", math.sqrt((radius + STEP_MM) / radius)),
         )
     side = housing.touching_side
+    if housing.pin:
+        part = "pin"
+        size = "diameter" if housing.pin.is_round else "width"
+        tolerance = PIN_FIT
+    else:
+        part = "tip"
+        size = "width"
+        tolerance = _plus_minus(general_mm(process, side))
+    # The width determines the contact only if the end is flat and has sharp edges.
     is_flat = sensor.tips.tip_shape.is_flat
-    size = "diameter" if housing.pin and housing.pin.is_round else "width"
-    part = "pin" if housing.pin else "tip"
+    contact_change = _change_text("contact", (side + STEP_MM) / side) if is_flat else "-"
     return MeasuredDimension(
         places=tuple(f"{size}, {name} {part}" for name in names),
         nominal=side,
-        tolerance=PIN_FIT if housing.pin else _plus_minus(general_mm(process, side)),
-        # The width determines the contact only if the end is flat and has sharp edges.
-        moves=_change_text("contact", (side + STEP_MM) / side) if is_flat else "-",
+        tolerance=tolerance,
+        moves=contact_change,
     )

@@ -106,12 +106,13 @@ class PdfPage(Recorder):
             end = Vec2(command.end)
             if isinstance(command, Curve3To):
                 control = Vec2(command.ctrl)
-                operators.append(
-                    f"{self._coordinates(start.lerp(control, 2.0 / 3.0), end.lerp(control, 2.0 / 3.0), end)} c"
-                )
+                first_control, second_control = start.lerp(control, 2.0 / 3.0), end.lerp(control, 2.0 / 3.0)
+                operators.append(f"{self._coordinates(first_control, second_control, end)} c")
             elif isinstance(command, Curve4To):
                 operators.append(f"{self._coordinates(Vec2(command.ctrl1), Vec2(command.ctrl2), end)} c")
+            elif isinstance(command, MoveTo):
+                operators.append(f"{self._coordinates(end)} m")
             else:
-                operators.append(f"{self._coordinates(end)} {'m' if isinstance(command, MoveTo) else 'l'}")
+                operators.append(f"{self._coordinates(end)} l")
             start = end
         return " ".join(operators)

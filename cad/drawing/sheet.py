@@ -358,6 +358,8 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
     be filled in by hand.
     """
     date = given_date()
+    date_text = date.strftime("%Y-%m-%d") if date else ""
+    mass_text = "" if title.mass_g is None else f"{title.mass_g:.3g} g"
     # The widths of the cells of each row add up to the width of the title block.
     cells_to_fill_in = (
         _Cell("legal owner", "", 44.0),
@@ -370,7 +372,7 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
         (
             _Cell("number", f"{title.name}-01", 62.0),
             _Cell("revision", revision, 22.0),
-            _Cell("mass", "" if title.mass_g is None else f"{title.mass_g:.3g} g", 40.0),
+            _Cell("mass", mass_text, 40.0),
         ),
         (
             _Cell("material", title.process.material, 62.0),
@@ -380,7 +382,7 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
             _Cell("general tolerance", title.general_tolerance, 40.0),
             _Cell("scale", scale, 18.0),
             _Cell("sheet", f"{size} 1/1", 20.0),
-            _Cell("date", date.strftime("%Y-%m-%d") if date else "", 26.0),
+            _Cell("date", date_text, 26.0),
             _Cell("first angle", "", 20.0),  # `_draw_title` draws the symbol in this cell
         ),
     )

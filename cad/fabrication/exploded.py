@@ -74,12 +74,12 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
             continue
         box = cq.Compound.makeCompound([placed_shape(part) for part in group]).BoundingBox()
         groups[position] = _displace(group, front_y - box.ymin)
-        # Plate 1 holds the pins whose names end with 1, and plate 2 the pins whose names end with 2.
-        held_pins = [
-            pin
-            for pin in pins
-            if position == "housing" or (position[-1] == pin.name[-1] and position.startswith("plate"))
-        ]
+        held_pins = []
+        if position == "housing":
+            held_pins = pins
+        elif position.startswith("plate"):
+            # Plate 1 holds the pins whose names end with 1, and plate 2 the pins whose names end with 2.
+            held_pins = [pin for pin in pins if pin.name[-1] == position[-1]]
         if held_pins:
             groups[f"pin {position}"] = _displace(held_pins, front_y - box.ymin, -_GAP_MM)
         front_y += box.ylen + (_BEHIND_COVER_MM if position == "front_cover" else _GAP_MM)

@@ -49,11 +49,11 @@ def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, i
         mesh = rest_on_flange(meshes[name]) if name == "mount" else meshes[name]
         rotated[name] = _rotate_lengthwise(mesh)
     names_by_length = sorted(counts, key=lambda name: -float(rotated[name].extents[1]))
-    copies = [
-        (f"{name} {copy}" if counts[name] > 1 else name, rotated[name])
-        for name in names_by_length
-        for copy in range(1, counts[name] + 1)
-    ]
+    copies = []
+    for name in names_by_length:
+        for number in range(1, counts[name] + 1):
+            copy_name = f"{name} {number}" if counts[name] > 1 else name
+            copies.append((copy_name, rotated[name]))
     row_widths = itertools.accumulate(float(mesh.extents[0]) + GAP_MM for _, mesh in copies)
     return min((_place_in_rows(copies, width) for width in row_widths), key=_bed_side)
 

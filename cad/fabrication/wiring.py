@@ -8,16 +8,17 @@ from sensor.design.readout import BOARDS
 
 
 def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> None:
-    """Write the wiring plan from the tips of a sensor to a board as an SVG file.
+    """Write the wiring plan that connects the tips of a sensor to a board, as an SVG file.
 
     `names` are the names of the tips in the order of the channels, plate by plate. `plates` is the number of plates,
     and `board` is a key of `BOARDS`. Raises OSError if the file cannot be written.
     """
     tips_per_plate = len(names) // plates
-    # If there are two plates, the number of the plate is added to the name of each tip.
-    channels = [f"{name}, plate {1 + i // tips_per_plate}" if plates > 1 else name for i, name in enumerate(names)]
-    pins = BOARDS[board].pins  # pins of the amplifier, each with the number of the board's pin
-    pin_names = [f"GP{number}" for number in pins.values()]
+    channels = list(names)
+    if plates > 1:  # the number of the plate is added to the name of each tip
+        channels = [f"{name}, plate {1 + i // tips_per_plate}" for i, name in enumerate(names)]
+    pins = BOARDS[board].pins  # maps the name of each amplifier pin to the GPIO number of the board's pin
+    pin_names = [f"GP{number}" for number in pins.values()]  # the labels of the GPIO pins on the board
     picture = render_template(
         "wiring.svg.jinja",
         channels=channels,

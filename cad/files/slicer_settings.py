@@ -30,9 +30,9 @@ def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
         "support_material": 0,
         "brim_type": "no_brim",
     }
-    # A process may have no layer height. The slicer then uses the value of its print profile.
-    return {
-        key: f"{value:g}" if isinstance(value, float) else str(value)
-        for key, value in settings.items()
-        if value is not None
-    }
+    texts = {}
+    for key, value in settings.items():
+        # A process may have no layer height. The slicer then uses the value of its print profile.
+        if value is not None:
+            texts[key] = f"{value:g}" if isinstance(value, float) else str(value)
+    return texts

@@ -65,7 +65,8 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mappi
     """
     objects = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
     items = [f'<item objectid="{number}"/>' for number in range(1, len(bodies) + 1)]
-    entries = {name: text.replace("{more}", _SETTINGS_TYPE if settings else "") for name, text in _FRAME.items()}
+    settings_type = _SETTINGS_TYPE if settings else ""
+    entries = {name: text.replace("{more}", settings_type) for name, text in _FRAME.items()}
     entries["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(objects), items="".join(items))
     if settings:
         entries[_SETTINGS] = _settings_text(bodies, settings)

@@ -22,12 +22,16 @@ MAX_SAG_RATIO = 0.09
 
 
 def modulus_factor(flexure: Flexure) -> float:
-    """Return the factor C [1/mm] by which the modulus of a coupon follows from its sag, E = C F / d [MPa].
+    """Return the factor C [1/mm] by which the modulus E [MPa] of a coupon follows from its sag.
 
-    F [N] is the weight at the hole, and d [mm] is the sag of the hole. The leaf is an Euler-Bernoulli cantilever with a
-    rigid pad. C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over the leaf with its fillets. Here s is the distance
-    from the block, and a is the value of s at the hole [mm]. The leaf has the width w and the thickness t(s) [mm].
-    See S. Timoshenko, Strength of Materials I, 1930, art. 34.
+    The leaf is an Euler-Bernoulli cantilever with a rigid pad, and its length L includes the fillets:
+
+        E = C F / d
+        C = integral of 12 (a - s)^2 / (w t(s)^3) ds from s = 0 to L
+
+    F [N] is the weight at the hole, and d [mm] is the sag of the hole. The distance from the block is s, and a is the
+    value of s at the hole [mm]. The leaf has the width w and the thickness t(s) [mm]. See S. Timoshenko, Strength of
+    Materials I, 1930, art. 34.
     """
     r = flexure.fillet
     length = flexure.length

@@ -44,7 +44,9 @@ class HallSeats:
 
     def depth_at(self, radius: float) -> float:
         """Return the depth of a pocket, including its cone, at the distance `radius` from its axis [mm]."""
-        return self.pocket_depth + (0.5 * self.pocket_diameter - max(radius, POINT_MM) if self.is_pointed else 0.0)
+        if not self.is_pointed:
+            return self.pocket_depth
+        return self.pocket_depth + (0.5 * self.pocket_diameter - max(radius, POINT_MM))
 
 
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:

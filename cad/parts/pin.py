@@ -46,9 +46,9 @@ def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
     )
     foot_compliance = (1.0 - poisson**2) / (E * side)
     return Estimate(
-        bar_compliance + glue_compliance + FOOT_COMPLIANCE * foot_compliance,
-        0.5 * glue_compliance + FOOT_COMPLIANCE_SPREAD * foot_compliance,
-        "mm/N",
+        value=bar_compliance + glue_compliance + FOOT_COMPLIANCE * foot_compliance,
+        error=0.5 * glue_compliance + FOOT_COMPLIANCE_SPREAD * foot_compliance,
+        unit="mm/N",
     )
 
 

@@ -15,7 +15,7 @@ from mesh.session import MeshError
 
 # Smallest distance from the centre of a hole to the edge of its ring, divided by the radius of the hole.
 _MIN_RING_RATIO = 1.3
-# The same ratio for an edge at a level that is added only for the ring.
+# The same ratio for an edge at an extra level, which divides the wall only for the ring.
 _NEW_EDGE_RATIO = 1.7
 _MAX_RING_RATIO = 2.0 * _NEW_EDGE_RATIO  # largest such ratio of an edge at an existing level
 # Largest extent of a fan in x, as a fraction of the distance from the post to the edge of the hole.

@@ -72,12 +72,13 @@ def mesh_of_counts(housing: Housing, counts: ElementCounts, layers: int) -> Mesh
 
 
 def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
-    """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`, without a new mesh.
+    """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`, without remeshing.
 
-    The mesh is stretched in x along the straight leaves and in the plain cells of the walls. All other elements are
-    only shifted. Returns None if the mesh would be stretched or compressed by more than `MAX_STRETCH`, or if only one
-    of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf lengths, or if the
-    stretched mesh has a folded element.
+    The mesh is stretched in x along the straight leaves and in the plain cells of the walls. These are the cells
+    between the leaf roots and the screw holes, which only a wall that is wider than its post has. All other elements
+    are only shifted. Returns None if the mesh would be stretched or compressed by more than the factor `MAX_STRETCH`,
+    or if only one of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf
+    lengths, or if the stretched mesh has a folded element.
     """
     flexures = {}
     for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
