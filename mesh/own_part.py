@@ -411,10 +411,8 @@ class GradedSizes:
         # difference changes by at most the growth over a diagonal.
         margin = self._growth * self._bin_size * np.sqrt(len(key))
         relevant = size_at_middle <= size_at_middle.min() + margin
-        return [
-            (x, y, z, size)
-            for (x, y, z), size in zip(self._points.T[relevant].tolist(), self._sizes[relevant].tolist(), strict=True)
-        ]
+        points, sizes = self._points.T[relevant].tolist(), self._sizes[relevant].tolist()
+        return [(x, y, z, size) for (x, y, z), size in zip(points, sizes, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,7 +77,7 @@ def as_designed_verdict(
     x, y, z = farthest.point
     place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
     part = f", compared with the {against} of the design" if against else ""
-    remarks = []
+    remarks: list[str] = []
     if farthest.distance > worst_limit:
         remarks += _likely_causes(mesh, design, worst_limit)
     remarks.append(f"distance between both surfaces, measured from each{part}{place}")
@@ -124,11 +124,15 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
         ("design", design_only, file_only, file),
     ):
         points, _ = _sample_points(own_triangles.corners)
+        if not len(points):
+            continue
         # Usually the two surfaces divide the same face into different triangles. The points then lie on the unshared
         # triangles of the other surface. These are few, so they are tried before the whole surface.
-        is_subset = 0 < len(other_triangles.corners) < len(other_surface.corners)
-        if len(points) and not (is_subset and _farthest_point(points, other_triangles)[0] == 0.0):
-            candidates.append(Farthest(*_farthest_point(points, other_surface), owner))
+        if 0 < len(other_triangles.corners) < len(other_surface.corners):
+            distance_to_unshared, _ = _farthest_point(points, other_triangles)
+            if distance_to_unshared == 0.0:
+                continue
+        candidates.append(Farthest(*_farthest_point(points, other_surface), owner))
     return max(candidates, key=lambda candidate: candidate.distance)
 
 
@@ -347,7 +351,8 @@ def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str
     # Adding 0.0 replaces -0.0 by 0.0.
     x, y, z = np.round(centre - (rotation @ centre + transform[:3, 3]), _DECIMALS) + 0.0
     # The trace of a rotation by an angle is 1 + 2 cos(angle). Round-off may make the cosine slightly larger than 1.
-    angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(rotation)) - 1.0)))))
+    cosine = 0.5 * (float(np.trace(rotation)) - 1.0)
+    angle = math.degrees(math.acos(min(1.0, max(-1.0, cosine))))
     rotation_text = f" and rotated by {angle:.1f} deg" if angle > _MIN_ROTATION_DEG else ""
     if rotation_text or any((x, y, z)):
         yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{rotation_text}, but otherwise as designed"

@@ -81,10 +81,13 @@ def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: f
     fruit = sensor.fruit_box()
     # Pins protrude beyond z = 0. At the first touch, their ends are at z = 0, where the top of the fruit is.
     touching_shape = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.beyond_face)))
+    headings: tuple[float, ...] = (0.0,)  # without a tilt, the heading has no effect
+    if tilt > 0.0:
+        headings = nearest_headings(touching_shape, fruit, travel, tilt)
     distances = {}
-    # Without a tilt, the heading has no effect.
-    for heading in nearest_headings(touching_shape, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
-        distances[heading] = _signed_distance(touching_shape.moved(pressed_pose(travel, tilt, heading)), fruit)
+    for heading in headings:
+        pressed_shape = touching_shape.moved(pressed_pose(travel, tilt, heading))
+        distances[heading] = _signed_distance(pressed_shape, fruit)
     worst = min(distances, key=distances.__getitem__)
     pose = f"travel {travel:g} mm, tilt {tilt:g} deg in any direction"
     direction = f"smallest if the tilt lowers the side at {worst:g} deg from +x"

@@ -384,12 +384,15 @@ class Extrusion:
         """
         is_on_face = np.zeros(points.shape[1], dtype=bool)
         all_faces = self.part.shape.Faces()
-        for face in (all_faces[index] for index in self.part.faces[name]):
+        for face_index in self.part.faces[name]:
+            face = all_faces[face_index]
             box = face.BoundingBox()
             lowest = np.array([[box.xmin], [box.ymin], [box.zmin]]) - tolerance
             highest = np.array([[box.xmax], [box.ymax], [box.zmax]]) + tolerance
-            for index in np.flatnonzero(((points >= lowest) & (points <= highest)).all(axis=0) & ~is_on_face):
-                is_on_face[index] = face.distance(cq.Vertex.makeVertex(*points[:, index].tolist())) <= tolerance
+            is_in_box = ((points >= lowest) & (points <= highest)).all(axis=0)
+            for index in np.flatnonzero(is_in_box & ~is_on_face):
+                vertex = cq.Vertex.makeVertex(*points[:, index].tolist())
+                is_on_face[index] = face.distance(vertex) <= tolerance
         return is_on_face
 
 
@@ -406,11 +409,9 @@ def extrusion_of(part: Part) -> Extrusion | None:
     if direction is None or _swept_fractions(faces, direction)[0] < _MIN_SWEPT_FRACTION:
         return None
     rotation = _rotation_to_y(direction)
-    rotated = (
-        part
-        if np.allclose(rotation, np.eye(3))
-        else replace(part, shape=part.shape.moved(_rotation_location(rotation)))
-    )
+    rotated = part
+    if not np.allclose(rotation, np.eye(3)):
+        rotated = replace(part, shape=part.shape.moved(_rotation_location(rotation)))
     return _extrude_largest_section(rotated, rotation)
 
 
@@ -452,12 +453,14 @@ def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
     """
     earlier_normals: list[Floats] = []
     for face in sorted(faces, key=lambda face: -face.area):
-        normal = face.normals[0]
-        # The normals of a curved face differ. A face whose normal is undefined everywhere has a zero vector instead.
-        if not np.allclose(face.normals, normal, atol=_ANGLE_TOLERANCE) or not normal.any():
+        face_normal = face.normals[0]
+        is_plane = np.allclose(face.normals, face_normal, atol=_ANGLE_TOLERANCE)  # the normals of a curved face differ
+        is_defined = face_normal.any()  # a face whose normal is undefined everywhere has a zero vector instead
+        if not is_plane or not is_defined:
             continue
         # Opposite normals give the same direction, because their largest component is made positive.
-        normal = np.round(normal * np.sign(normal[np.argmax(np.abs(normal))]), 9) + 0.0
+        sign = np.sign(face_normal[np.argmax(np.abs(face_normal))])
+        normal = np.round(face_normal * sign, 9) + 0.0
         if all(abs(normal @ earlier) < 1.0 - _ANGLE_TOLERANCE**2 for earlier in earlier_normals):
             earlier_normals.append(normal)
             yield normal
@@ -603,7 +606,7 @@ def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
         count = max(1, math.ceil(math.sqrt(projected_area) / _PIECE_MM))
         for i, j in itertools.product(range(count), repeat=2):
             r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
-            if r + s < 1.0:
+            if r + s < 1.0:  # otherwise the centroid lies outside the original triangle
                 yield a + r * (b - a) + s * (c - a), 2.0 * projected_area / (count * (count + 1))
 
 
@@ -689,5 +692,5 @@ def _points_and_normals(face: cq.Face, spacing: float) -> Iterator[tuple[Floats,
         count = max(1, math.ceil(math.sqrt(doubled_area) / spacing))
         for i, j in itertools.product(range(count), repeat=2):
             r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
-            if r + s < 1.0:
+            if r + s < 1.0:  # otherwise the centroid lies outside the original triangle
                 yield a + r * (b - a) + s * (c - a), normal / doubled_area

@@ -62,9 +62,8 @@ class _PlacedDimension:
         """Return whether two dimensions collide.
 
         Dimensions in the same row collide if a line or text of one overlaps a line or text of the other, or if their
-        texts are less than `gap` [mm] apart.
-        Dimensions in different rows collide if an extension line of the outer dimension comes within `gap` of the text
-        of the inner one.
+        texts are less than `gap` [mm] apart. Dimensions in different rows collide if an extension line of the outer
+        dimension comes within `gap` of the text of the inner one.
         """
         if self.row == other.row:
             return self.extent.overlaps(other.extent) or self.text.overlaps(other.text, gap)

@@ -124,7 +124,8 @@ def lay_out_sheet(
     paper_canvas = canvas.paper(layout.corner)
     _draw_frame(paper_canvas, paper, notes)
     _draw_table(paper_canvas, paper, layout.scaled_views.table)
-    _draw_title(paper_canvas, paper, _title_rows(title, layout.size, layout.scale, _revision(canvas, title)))
+    revision = _revision(canvas, title)
+    _draw_title(paper_canvas, paper, _title_rows(title, layout.size, layout.scale, revision))
     return Sheet(canvas=canvas, size=layout.size, scale=layout.scale, window=window)
 
 

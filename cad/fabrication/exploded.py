@@ -95,13 +95,15 @@ def place_balloons(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine
     numbers: dict[str, int] = {}
     for number, row in enumerate(bill, start=1):
         numbers.setdefault(row.part, number)  # a part with several lines in the bill gets the number of the first line
-    # The only groups that are not named in `_STACK` are pins.
-    targets = sorted(
-        (_highest_point(position, group), numbers[_STACK.get(position, "pin")]) for position, group in groups.items()
-    )
+    targets = []  # the point of each group to which its line leads, and the number of the group
+    for position, group in groups.items():
+        part_name = _STACK.get(position, "pin")  # the only groups that are not named in `_STACK` are pins
+        targets.append((_highest_point(position, group), numbers[part_name]))
     balloons: list[Balloon] = []
-    for target, number in targets:
-        x = max(target[0], balloons[-1].x + _BALLOON_SPACING_MM) if balloons else target[0]
+    for target, number in sorted(targets):
+        x = target[0]
+        if balloons:
+            x = max(x, balloons[-1].x + _BALLOON_SPACING_MM)
         balloons.append(Balloon(number, x, target))
     return balloons
 
@@ -119,11 +121,11 @@ def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, 
     searched.
     """
     shapes = [placed_shape(part) for part in group]
-    right_edge = max(shape.BoundingBox().xmax for shape in shapes)
-    # The chord height also serves as the tolerance of this comparison.
-    visible = [
-        shape for shape in shapes if position not in _PARTLY_HIDDEN or shape.BoundingBox().xmax > right_edge - _CHORD_MM
-    ]
+    visible = shapes
+    if position in _PARTLY_HIDDEN:
+        right_edge = max(shape.BoundingBox().xmax for shape in shapes)
+        # The chord height also serves as the tolerance of this comparison.
+        visible = [shape for shape in shapes if shape.BoundingBox().xmax > right_edge - _CHORD_MM]
     # OCCT stores triangles in a shape, and would reuse finer ones of an earlier call. The copies have none.
     corners = [corner for shape in visible for corner in shape.copy().tessellate(_CHORD_MM)[0]]
     return max((point_in_view(corner, "corner") for corner in corners), key=lambda point: point[1])

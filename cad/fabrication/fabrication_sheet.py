@@ -85,12 +85,16 @@ def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str
     # A calibration does not load a spring as far as it is loaded in use.
     deflection = PRESSED * spring.deflection
     weight_g = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
+    if bench is None:
+        dial_mm, balance_g = coarsest_resolution(deflection), coarsest_resolution(weight_g)
+    else:
+        dial_mm, balance_g = bench.dial_mm, bench.balance_g
     return {
         "name": spring.name,
         "deflection": deflection,
         "grams": weight_g,
-        "dial": coarsest_resolution(deflection) if bench is None else bench.dial_mm,
-        "balance": coarsest_resolution(weight_g) if bench is None else bench.balance_g,
+        "dial": dial_mm,
+        "balance": balance_g,
     }
 
 

@@ -72,11 +72,12 @@ def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq
     half_ellipse = cq.Edge.makeEllipse(semi_axis_y, radius, centre, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
     if beyond_equator:
         half_ellipse = half_ellipse.toNURBS()
-    outline = cq.Wire.assembleEdges(
-        [half_ellipse, cq.Edge.makeLine(half_ellipse.endPoint(), half_ellipse.startPoint())]
-    )
-    upper = cq.Solid.revolve(outline, [], -180.0, centre, axis)
-    return upper.fuse(cq.Solid.revolve(outline, [], 180.0, centre, axis)) if beyond_equator else upper
+    diameter = cq.Edge.makeLine(half_ellipse.endPoint(), half_ellipse.startPoint())
+    outline = cq.Wire.assembleEdges([half_ellipse, diameter])
+    upper_half = cq.Solid.revolve(outline, [], -180.0, centre, axis)
+    if not beyond_equator:
+        return upper_half
+    return upper_half.fuse(cq.Solid.revolve(outline, [], 180.0, centre, axis))
 
 
 def _outline(fruit: cq.Shape, tips: Tips, x: float) -> cq.Face:

@@ -198,5 +198,6 @@ def _tip_protrusion(design: Design, lengths: tuple[float, ...], depth: float) ->
     reach_along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), half_length)
     half_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm
     reach_across = min(0.5 * fruit.width_mm, half_width)
-    drop = math.tan(math.radians(max(TILT_DEG, abs(press.tilt_deg)))) * max(reach_along, reach_across)
-    return math.ceil(10.0 * (press.travel_mm + drop + CLEARANCE)) / 10.0
+    tilt_deg = max(TILT_DEG, abs(press.tilt_deg))
+    edge_drop = math.tan(math.radians(tilt_deg)) * max(reach_along, reach_across)
+    return math.ceil(10.0 * (press.travel_mm + edge_drop + CLEARANCE)) / 10.0
