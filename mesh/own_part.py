@@ -148,11 +148,9 @@ def swept_part(
     is_half = _can_mesh_half(extrusion, load_directions, low, high)
     levels = _layer_boundaries(layers, is_half=is_half)
     straight = _sweep_between(profile, levels, low, high)
-    # The edges of these elements become curved where the outline of the section is curved.
-    quadratic = MeshHex2.from_mesh(straight)
-    mesh = dataclasses.replace(quadratic, doflocs=curved_nodes(quadratic, profile))
-    mesh = mesh.with_boundaries(_boundaries(extrusion, profile, straight, is_half=is_half))
-    check_jacobian(mesh)
+    curved = _curve_edges(straight, profile)
+    boundaries = _boundaries(extrusion, profile, straight, is_half=is_half)
+    check_jacobian(curved)
     corners = profile.points[:, profile.quads]
     # The area of a quadrilateral is half the cross product of its diagonals.
     area = 0.5 * np.abs(_cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
@@ -160,7 +158,7 @@ def swept_part(
     x, z = corners.mean(axis=1)
     middle = 0.5 * (extrusion.low + extrusion.high)
     return SweptPart(
-        mesh=mesh,
+        mesh=curved.with_boundaries(boundaries),
         extrusion=extrusion,
         profile=profile,
         depth=high - low,
@@ -171,6 +169,12 @@ def swept_part(
         corner=section.corner,
         corner_count=section.corner_count,
     )
+
+
+def _curve_edges(straight: MeshHex1, profile: Profile) -> MeshHex2:
+    """Return quadratic elements whose edges are curved where the outline of the section is curved."""
+    quadratic = MeshHex2.from_mesh(straight)
+    return dataclasses.replace(quadratic, doflocs=curved_nodes(quadratic, profile))
 
 
 def _can_mesh_half(

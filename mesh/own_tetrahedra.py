@@ -60,12 +60,12 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
         with stage("read", _HINT):
             cells = element_nodes("Tetrahedron", 2)
             nodes = used_nodes(cells)
-            faces = {
+            faces = {}
+            for name, indices in part.faces.items():
                 # The first three nodes of a quadratic triangle are its corners.
-                name: np.hstack([element_nodes("Triangle", 2, tags[index])[:3] for index in indices])
-                for name, indices in part.faces.items()
-            }
-    return _quadratic_mesh(nodes.points, nodes.index[cells], {name: nodes.index[face] for name, face in faces.items()})
+                corner_tags = np.hstack([element_nodes("Triangle", 2, tags[index])[:3] for index in indices])
+                faces[name] = nodes.index[corner_tags]
+    return _quadratic_mesh(nodes.points, nodes.index[cells], faces)
 
 
 def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> MeshTet2:

@@ -23,7 +23,7 @@ Ints = NDArray[np.int64]
 OPTIONS = {
     "General.Terminal": 0.0,
     "General.NumThreads": 1.0,
-    "General.AbortOnError": 2.0,  # raise an exception; with 0 a failed step returns as if it had succeeded
+    "General.AbortOnError": 2.0,  # an error raises an exception; with 0, a failed step returns like a successful one
     "Mesh.RandomSeed": 1.0,
     "Mesh.Algorithm": 6.0,
     "Mesh.Algorithm3D": 1.0,

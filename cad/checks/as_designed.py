@@ -27,7 +27,7 @@ NAME = "geometry.as_designed"
 OWN_MM = 0.02  # largest distance allowed for a file of this program, in addition to the chord of its triangles
 FOREIGN_MM = 0.05  # largest distance allowed for a file of another program, whose chord is unknown
 STEP_KINDS = (".step", ".stp")
-_STEP_ANGLE_RAD = 0.5  # largest angle between triangles of a STEP file, whose distance from the file the chord limits
+_STEP_ANGLE_RAD = 0.5  # largest angle between neighbouring triangles of a face in a STEP file
 _SAME_MM = 1e-4  # corners are equal if they round to the same multiple; an STL file resolves 4e-6 mm at 60 mm
 _RELATIVE_ACCURACY = 1e-3  # relative accuracy of a distance, in addition to `_SAME_MM`
 _DECIMALS = 4  # number of decimals of a distance [mm], in line with its accuracy `_SAME_MM`
@@ -192,12 +192,13 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
     # `row_triangles` holds the index of the triangle of each row, and `rows` below the index of the row of each point.
-    row_triangles, row_fractions = _spread_evenly(1 + np.ceil(heights / _SPACING_MM).astype(np.int64))
+    row_counts = 1 + np.ceil(heights / _SPACING_MM).astype(np.int64)  # for each triangle
+    row_triangles, row_fractions = _spread_evenly(row_counts)
     starts = a[row_triangles] + row_fractions[:, None] * (c - a)[row_triangles]
     ends = b[row_triangles] + row_fractions[:, None] * (c - b)[row_triangles]
-    rows, point_fractions = _spread_evenly(
-        1 + np.ceil(longest[row_triangles] * (1.0 - row_fractions) / _SPACING_MM).astype(np.int64)
-    )
+    row_lengths = longest[row_triangles] * (1.0 - row_fractions)
+    point_counts = 1 + np.ceil(row_lengths / _SPACING_MM).astype(np.int64)  # for each row
+    rows, point_fractions = _spread_evenly(point_counts)
     return starts[rows] + point_fractions[:, None] * (ends - starts)[rows], row_triangles[rows]
 
 

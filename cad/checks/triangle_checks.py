@@ -152,12 +152,12 @@ class FacingDistance:
 
 
 def thinnest_wall(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the thinnest wall of a mesh, or None if no wall is thinner than 16 mm."""
+    """Return the thinnest wall of a mesh, or None if all walls are thicker than `_FARTHEST_MM`."""
     return _shortest_facing_distance(mesh, -1.0)
 
 
 def narrowest_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the narrowest gap between two faces of a mesh, or None if no gap is narrower than 16 mm."""
+    """Return the narrowest gap between two faces of a mesh, or None if all gaps are wider than `_FARTHEST_MM`."""
     return _shortest_facing_distance(mesh, 1.0)
 
 
@@ -188,7 +188,10 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> Facing
 
 
 def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, method: str) -> Verdict:
-    """Return the verdict on a wall or a gap, which must be at least `limit` [mm]. It passes if there is none."""
+    """Return the verdict on the thickness of a wall or the width of a gap, which must be at least `limit` [mm].
+
+    `distance` is None if no wall or gap was found, and the verdict then passes. `method` says how it was measured.
+    """
     if distance is None:
         return judge(name, None, f"{method}; none within {_FARTHEST_MM:g} mm", limit=limit, passed=True)
     reference = f"{method}; smallest at {_point_text(distance.start)} mm"
@@ -204,8 +207,10 @@ def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:
     """
     heights = np.asarray(mesh.triangles) @ up
     # If a face points down, its normal has the vertical component -sin(angle of the face from the vertical).
-    is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(np.radians(min(limit_deg + _FACET_ERROR_DEG, 90.0)))
-    is_overhang = is_steep & (heights.max(axis=1) - heights.min() > _BED_MM)
+    limit_rad = np.radians(min(limit_deg + _FACET_ERROR_DEG, 90.0))  # beyond 90 degrees, the sine would decrease
+    is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(limit_rad)
+    is_above_bed = heights.max(axis=1) - heights.min() > _BED_MM
+    is_overhang = is_steep & is_above_bed
     neighbours = np.asarray(mesh.face_adjacency)
     overhanging_pairs = neighbours[is_overhang[neighbours].all(axis=1)]
     patches = trimesh.graph.connected_components(overhanging_pairs, nodes=np.flatnonzero(is_overhang))

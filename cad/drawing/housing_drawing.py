@@ -118,7 +118,8 @@ def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
     ]
     draw_dimensions(canvas, dimensions, Box(housing.left, -housing.beyond_face, housing.right, housing.top_level))
     for arm in housing.arms:
-        _draw_thickness_and_name(canvas, arm, measured[f"{arm.name} thickness"])
+        _draw_thickness(canvas, arm, measured[f"{arm.name} thickness"])
+        _write_spring_name(canvas, arm)
         _draw_stop(canvas, housing, arm, measured[f"{arm.name} stop"])
     _draw_callouts(canvas, housing, measured["fillet"])
     if contents.sensor.seats is not None:
@@ -222,30 +223,38 @@ def _tip_dimensions(housing: Housing, measured: Measured) -> list[LinearDimensio
     return dimensions
 
 
-def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
-    """Draw the leaf thickness and the name of a spring, both in the window between its two leaves.
+def _draw_thickness(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
+    """Draw the leaf thickness of a spring at its upper leaf, with the text in the window between the two leaves.
 
-    `measured` is the entry of the measuring table for the thickness. The dimension is at the upper leaf near its left
-    root, with its text below. If the window is too narrow for a name such as "LOW SPRING (L)", the short form "LOW (L)"
-    is written. The distances from the lines to the texts were chosen by eye.
+    `measured` is the entry of the measuring table for the thickness. The dimension line is near the left root. Its
+    distances from the root and from the text were chosen by eye.
     """
     height = canvas.text_height
     left, right = arm.roots
     thickness = arm.flexure.thickness
-    lower_leaf, upper_leaf = arm.levels
-    underside = upper_leaf - 0.5 * thickness
+    underside = arm.levels[1] - 0.5 * thickness
     label = measured.label()
     x = left + max(_BESIDE_LINE * height, 0.1 * (right - left))
     text_position = (x + _BESIDE_LINE * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
     canvas.linear_dimension("z", (x, underside), (x, underside + thickness), x, DimensionText(text_position, label))
 
-    window_centre = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
+
+def _write_spring_name(canvas: Canvas, arm: Arm) -> None:
+    """Write the name of a spring, such as "LOW SPRING (L)", in the window between its two leaves.
+
+    If the window is too narrow, the short form "LOW (L)" is written. The text is slightly above the centre of the
+    window, by a distance chosen by eye.
+    """
+    height = canvas.text_height
+    left, right = arm.roots
+    lower_leaf, upper_leaf = arm.levels
+    position = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
     name = arm.name.upper()
     spring_letter = name[0]
-    full_name = f"{name} SPRING ({spring_letter})"
-    if text_width(full_name, _SPRING_NAME * height) >= right - left - height:
-        full_name = f"{name} ({spring_letter})"
-    canvas.write_text(full_name, window_centre, _SPRING_NAME * height)
+    text = f"{name} SPRING ({spring_letter})"
+    if text_width(text, _SPRING_NAME * height) >= right - left - height:
+        text = f"{name} ({spring_letter})"
+    canvas.write_text(text, position, _SPRING_NAME * height)
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:

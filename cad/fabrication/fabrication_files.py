@@ -67,16 +67,20 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     paths = [*drawing.write(folder / "drawing")]
     part_files = _write_parts(sensor, parts, folder)
     paths += part_files.paths
-    paths.append(folder / "plate.3mf")
-    write_plate(part_files.meshes, part_files.volumes, bill, slicer_settings(process, housing), paths[-1])
+    plate_path = folder / "plate.3mf"
+    write_plate(part_files.meshes, part_files.volumes, bill, slicer_settings(process, housing), plate_path)
+    paths.append(plate_path)
 
     signal = read_out.signal
     if signal is not None:
-        paths.append(folder / "wiring.svg")
-        write_wiring(paths[-1], sensor.tips.names, housing.plates, signal.board)
-    paths.append(folder / "exploded.svg")
+        wiring_path = folder / "wiring.svg"
+        write_wiring(wiring_path, sensor.tips.names, housing.plates, signal.board)
+        paths.append(wiring_path)
     # The bracket is added only now, because the bill counts the parts of an assembly without the bracket.
-    write_exploded(assembly.add(parts["mount"]), bill, paths[-1])
+    assembly_with_bracket = assembly.add(parts["mount"])
+    exploded_path = folder / "exploded.svg"
+    write_exploded(assembly_with_bracket, bill, exploded_path)
+    paths.append(exploded_path)
     documents = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),

@@ -71,7 +71,8 @@ def bracket_solid(sensor: SensorSolids) -> cq.Solid:
     lower_plane = cq.Workplane("XY", origin=(0.0, 0.0, _shelf_level(sensor) - _MARGIN_MM))
     flange_screw_holes = lower_plane.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
     bracket = bracket.cut(flange_screw_holes.extrude(hole_length))
-    if (opening := window(sensor)) is not None:
+    opening = window(sensor)
+    if opening is not None:
         bracket = bracket.cut(cq.Workplane(obj=opening))
     return bracket.findSolid().Solids()[0]
 

@@ -82,9 +82,10 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
 
     paths = [housing_step, assembly_step, stl_path, package_path, assembly_glb]
     if sensor.housing.pin:
-        paths.append(folder / "pin.step")
+        pin_step = folder / "pin.step"
         pin = pin_solid(sensor.housing.pin, sensor.tips)
-        export_step(cq.Assembly(pin, name="pin", color=STEEL_COLOUR), paths[-1])
+        export_step(cq.Assembly(pin, name="pin", color=STEEL_COLOUR), pin_step)
+        paths.append(pin_step)
     return SensorFiles(paths=tuple(paths), forms=FormsRead(step=housing_read, stl=mesh))
 
 

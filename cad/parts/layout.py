@@ -55,6 +55,7 @@ def housing_for(
     lower_leaf_level = max(neck_level, protrusion) + LEDGE + half_leaf
     # The gaps between the shuttles and their stops, rounded to 0.01 mm.
     low_gap, high_gap = (round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
+    # The cavity ends above the upper leaf, its fillet, a ledge and the wider gap.
     cavity_level = lower_leaf_level + separation + half_leaf + LEDGE + max(low_gap, high_gap)
     pin = _pin(tips, shuttle_end, neck_level - process.min_wall_mm)
     # A dome on a pin is a shape of the pin, not of the printed tip.
