@@ -198,8 +198,11 @@ def _layer_boundaries(layers: int, *, is_half: bool) -> Floats:
 
     `layers` is the number of layers through half the depth.
     """
-    half_levels = half_depth_fractions(layers)
-    return 0.5 + 0.5 * (half_levels if is_half else np.concatenate([-half_levels[:0:-1], half_levels]))
+    # The boundaries are first measured from the middle of the depth, in units of half the depth.
+    from_middle = half_depth_fractions(layers)
+    if not is_half:
+        from_middle = np.concatenate([-from_middle[:0:-1], from_middle])
+    return 0.5 + 0.5 * from_middle
 
 
 def _sweep_between(profile: Profile, levels: Floats, low: Floats, high: Floats) -> MeshHex1:

@@ -81,7 +81,8 @@ def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> 
     boundary_facets = mesh.boundary_facets()
     boundaries = {}
     for name, indices in part.faces.items():
-        position = index_by_nodes(mesh.facets[:, boundary_facets], np.hstack([triangles[i] for i in indices]))
+        triangles_on_face = np.hstack([triangles[i] for i in indices])
+        position = index_by_nodes(mesh.facets[:, boundary_facets], triangles_on_face)
         if (position < 0).any():
             raise MeshError("read", "a triangle of a face is not an outer facet of the mesh", "check the solid")
         boundaries[name] = boundary_facets[position]

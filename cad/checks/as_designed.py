@@ -67,10 +67,13 @@ def as_designed_verdict(
     farthest_points = {}
     limits = {}
     for name, (mesh, design) in pairs.items():
-        # The triangles of an STL or 3MF file may also deviate from curved faces by their chord height.
-        default_limit = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
         farthest_points[name] = largest_distance(mesh, design)
-        limits[name] = default_limit if limit is None else limit
+        if limit is not None:
+            limits[name] = limit
+        elif Path(name).suffix.lower() in STEP_KINDS:
+            limits[name] = OWN_MM
+        else:  # the triangles of an STL or 3MF file may also deviate from curved faces by their chord height
+            limits[name] = OWN_MM + CHORD_MM
     worst = max(pairs, key=lambda name: farthest_points[name].distance - limits[name])
     farthest, worst_limit = farthest_points[worst], limits[worst]
     mesh, design = pairs[worst]

@@ -75,7 +75,8 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     if pad_gap > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not touch: screws would bend the plates by {pad_gap:.3g} mm"
         return (judge(name, None, reference),)
-    nearest_name, distance = nearest_pair({pose: (arm, other_plate) for pose, arm in _arm_poses(sensor)})
+    pairs = {pose: (arm, other_plate) for pose, arm in _arm_poses(sensor)}
+    nearest_name, distance = nearest_pair(pairs)
     reference = (
         f"the pads of the plates touch; smallest distance between the moving parts of one and the other: {nearest_name}"
     )

@@ -212,10 +212,13 @@ def tagged_faces(workplane: object, solid: cq.Solid, flag: str, tag: str) -> tup
         raise validation_error(
             flag, tag, "", f"a tag of the workplane, whose tags are: {names}", "tag the face, or give a point"
         )
-    tagged_shapes = [face for value in tags[tag].vals() if isinstance(value, cq.Shape) for face in value.Faces()]
-    faces = solid.Faces()
+    faces_with_tag: list[cq.Face] = []
+    for value in tags[tag].vals():
+        if isinstance(value, cq.Shape):
+            faces_with_tag += value.Faces()
     # A tagged face may have been cut away later, so only the faces that the solid still has are returned.
-    indices = [index for index, face in enumerate(faces) if any(face.isSame(tagged) for tagged in tagged_shapes)]
+    faces = solid.Faces()
+    indices = [index for index, face in enumerate(faces) if any(face.isSame(tagged) for tagged in faces_with_tag)]
     if not indices:
         bound = "a tag of faces that the finished part still has"
         raise validation_error(flag, tag, "", bound, "tag the faces of the finished part")
@@ -490,8 +493,8 @@ def _rotation_to_y(direction: Floats) -> Floats:
     y = direction
     # The new x axis is the old x axis, or the old y axis if x is too close to the direction. It is then made
     # perpendicular to the direction.
-    x = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
-    x = x - (x @ y) * y
+    old_axis = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
+    x = old_axis - (old_axis @ y) * y
     x /= np.linalg.norm(x)
     return np.stack([x, y, np.cross(x, y)])
 

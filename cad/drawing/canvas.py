@@ -19,6 +19,7 @@ from ezdxf.addons.drawing.svg import SVGBackend
 from ezdxf.document import Drawing
 from ezdxf.entities.dimension import Dimension
 from ezdxf.entities.dimstyleoverride import DimStyleOverride
+from ezdxf.entities.dxfentity import DXFEntity
 from ezdxf.entities.insert import Insert
 from ezdxf.entities.mtext import MText
 from ezdxf.entities.text import Text
@@ -234,11 +235,11 @@ class Canvas:
         This includes plain texts, texts in the sheet block, and texts of dimensions.
         """
         texts = []
-        sheet_entities = [
-            text for sheet in self.space.query("INSERT") for text in cast(Insert, sheet).virtual_entities()
-        ]
         # The entities of a block have block coordinates. Virtual entities are copies of them in drawing coordinates.
         # Dimensions have such copies too: the lines and texts by which they are drawn.
+        sheet_entities: list[DXFEntity] = []
+        for sheet in self.space.query("INSERT"):
+            sheet_entities += cast(Insert, sheet).virtual_entities()
         for entity in (*self.space, *sheet_entities):
             if isinstance(entity, Text) and entity.plain_text():
                 extents = bbox.extents([entity])

@@ -67,12 +67,14 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
         pin_shape = pin_solid(housing.pin, sensor.tips)
         pins = [pin_shape.moved(place) for place in pin_locations(housing).values()]
     printed_part = sensor.part.shape
+    # A single plate has no pads, and no view from behind.
+    from_behind = view_of(printed_part, "behind") if housing.back_to_back else ()
     contents = _SheetContents(
         sensor=sensor,
         cut=section(printed_part),
         pin_cuts=[section(pin) for pin in pins],
         from_left=view_of(cq.Compound.makeCompound([printed_part, *pins]), "left"),
-        from_behind=view_of(printed_part, "behind") if housing.back_to_back else (),
+        from_behind=from_behind,
         measured=measuring_table(sensor, title.process),
     )
     return lay_out_sheet(lambda canvas: _draw_views(canvas, contents), _notes(contents, title.process), title)
@@ -331,7 +333,8 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
     measured = contents.measured
     drawn_count = canvas.entity_count()
     pad_left = section_box.right + BETWEEN_MM / canvas.scale
-    back = pad_left + (housing.back_to_back.pad_height if housing.back_to_back else 0.0)
+    pad_height = housing.back_to_back.pad_height if housing.back_to_back else 0.0
+    back = pad_left + pad_height
     front = back + housing.depth
     middle_x = back + 0.5 * housing.depth
     top = housing.top_level

@@ -202,10 +202,10 @@ def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str])
     all_views = Box(*(scale * side for side in _bounding_box(scaled_views.views)))
     for shift_x, shift_y in _shifts_to_try(all_views, usable, note_box, table_box):
         shifted_views = [_box_on_paper(view, scale, shift_x, shift_y) for view in scaled_views.views]
-        is_clear = not any(
-            _boxes_overlap(box, occupied, _CLEARANCE_MM) for box in shifted_views for occupied in (note_box, table_box)
-        )
-        if is_clear and _is_within(_bounding_box(shifted_views), usable):
+        overlaps_notes = any(_boxes_overlap(view, note_box, _CLEARANCE_MM) for view in shifted_views)
+        overlaps_table = any(_boxes_overlap(view, table_box, _CLEARANCE_MM) for view in shifted_views)
+        is_in_frame = _is_within(_bounding_box(shifted_views), usable)
+        if is_in_frame and not overlaps_notes and not overlaps_table:
             # A shift of the views moves the corner of the sheet the other way in the drawing.
             return -shift_x / scale, -shift_y / scale
     return None
@@ -346,9 +346,9 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
         paper.line((x, base), (x, top), "SHEET")
         if cell.heading:
             paper.write_text(cell.heading, (x + 1.0, top - 2.0), _HEADING_LETTER_MM, "NOTES", left_aligned=True)
-        text_z = base + (_UNDER_HEADING_MM if cell.heading else 0.5 * row_height)
+        text_middle = _UNDER_HEADING_MM if cell.heading else 0.5 * row_height  # height of the text above the lower edge
         if cell.text:
-            paper.write_text(cell.text, (x + 1.5, text_z), letter_height, "SHEET", left_aligned=True)
+            paper.write_text(cell.text, (x + 1.5, base + text_middle), letter_height, "SHEET", left_aligned=True)
         x += cell.width
 
 

@@ -148,7 +148,9 @@ def _volume_at_origin(solid: cq.Shape) -> float:
     OCCT integrates spheres and surfaces of revolution numerically. If no tolerance is given, the relative error is up
     to 1e-4.
     """
-    return float(solid.Volume(tol=_INTEGRAL_TOLERANCE) if _has_revolved_face(solid) else solid.Volume())
+    if _has_revolved_face(solid):
+        return float(solid.Volume(tol=_INTEGRAL_TOLERANCE))
+    return float(solid.Volume())
 
 
 def step_volume(shape: cq.Shape) -> Estimate:

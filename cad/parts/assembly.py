@@ -111,11 +111,16 @@ def plate_locations(housing: Housing) -> tuple[cq.Location, ...]:
 
 
 def cover_locations(housing: Housing) -> tuple[cq.Location, cq.Location]:
-    """Return the locations of the front and the back cover in the sensor [mm]. A cover is drawn behind its plate."""
+    """Return the locations of the front and the back cover in the sensor [mm].
+
+    A cover is drawn behind its plate, so a front cover is rotated by half a turn. Of two plates, each has one cover, on
+    the face away from the other plate.
+    """
     plates = plate_locations(housing)
     half_turn = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0)) * _HALF_TURN
     front = plates[0] * half_turn
-    return front, plates[1] * half_turn if housing.back_to_back else cq.Location()
+    back = plates[1] * half_turn if housing.back_to_back else cq.Location()
+    return front, back
 
 
 def assembly_of(sensor: SensorSolids) -> cq.Assembly:
@@ -175,7 +180,8 @@ def outwards(part: cq.Assembly) -> float:
 def grip(sensor: SensorSolids) -> float:
     """Return the grip of the screws [mm], which is the thickness of the plates and covers that they clamp."""
     housing = sensor.housing
-    return housing.stack + (2.0 * COVER_MM if housing.mount == "covers" else 0.0)
+    covers = 2.0 * COVER_MM if housing.mount == "covers" else 0.0
+    return housing.stack + covers
 
 
 def screw_length(grip_mm: float) -> int | None:

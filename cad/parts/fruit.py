@@ -20,7 +20,10 @@ def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
     body = outer_box(fruit) if fruit.radius_mm is None else _curved_piece(fruit, fruit.radius_mm)
     if not tips.tip_layout.is_pair:
         return body
-    outlines = [footprint(tips, x) if fruit.radius_mm is None else _outline(body, tips, x) for x in tips.centres_mm]
+    if fruit.radius_mm is None:
+        outlines = [footprint(tips, x) for x in tips.centres_mm]
+    else:
+        outlines = [_outline(body, tips, x) for x in tips.centres_mm]
     return body.split(*outlines).Solids()[0]
 
 

@@ -60,6 +60,7 @@ def housing_for(
     pin = _pin(tips, shuttle_end, neck_level - process.min_wall_mm)
     # A dome on a pin is a shape of the pin, not of the printed tip.
     dome = DomeCap(radius=tips.dome_radius_mm) if pin is None and tips.dome_radius_mm is not None else None
+    back_to_back = _back_to_back(process) if layout.is_back_to_back else None
     return Housing(
         low=low,
         high=high,
@@ -78,7 +79,7 @@ def housing_for(
         cover_level=cover_level(protrusion, design.press),
         pin=pin,
         dome=dome,
-        back_to_back=_back_to_back(process) if layout.is_back_to_back else None,
+        back_to_back=back_to_back,
     )
 
 
