@@ -637,11 +637,11 @@ def _read_section(surfaces: list[int], concave: set[int], sharp_corners: Floats)
     tags = np.hstack(tags_of_quads)
     nodes = used_nodes(tags)
     points = np.ascontiguousarray(nodes.points[[0, 2]])  # x and z, because the section is normal to y
-    quads = nodes.index[tags]
-    corners = points[:, quads]
+    gmsh_quads = nodes.index[tags]  # numbered clockwise or counterclockwise
+    corners = points[:, gmsh_quads]
     # The cross product of the diagonals is negative if the corners are numbered clockwise.
-    clockwise = _cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) < 0.0
-    quads = np.where(clockwise, quads[::-1], quads)
+    is_clockwise = _cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) < 0.0
+    quads = np.where(is_clockwise, gmsh_quads[::-1], gmsh_quads)
     arcs, midpoints, fillets = _read_boundary_edges(surfaces, nodes, concave)
     profile = Profile(points=points, quads=quads, arcs=arcs, midpoints=midpoints, surfaces={FILLETS: fillets})
     # The node at a sharp corner is the one nearest to it.

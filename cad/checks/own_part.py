@@ -195,8 +195,8 @@ def _cylinder_parameters(face: cq.Face) -> Floats | None:
     axis = cylinder.Axis()
     direction = np.array([axis.Direction().X(), axis.Direction().Y(), axis.Direction().Z()])
     direction *= np.sign(direction[np.argmax(np.abs(direction))])
-    foot = np.array([axis.Location().X(), axis.Location().Y(), axis.Location().Z()])
-    foot = foot - (foot @ direction) * direction
+    point = np.array([axis.Location().X(), axis.Location().Y(), axis.Location().Z()])  # any point of the axis
+    foot = point - (point @ direction) * direction
     return np.concatenate([[cylinder.Radius()], direction, foot])
 
 

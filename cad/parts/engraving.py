@@ -43,15 +43,16 @@ def engrave_name(part: Part, housing: Housing, name: str) -> Part:
     for letter, arm in zip(("L", "H"), housing.arms, strict=True):
         # The letter of a spring is between the two screw holes of its wall.
         (x, lower_z), (_, upper_z) = arm.holes
-        height = upper_z - lower_z - 2.0 * housing.hole_inset
-        panels.append((letter, _Panel(x, 0.5 * (lower_z + upper_z), housing.wall_width, height)))
+        panel_height = upper_z - lower_z - 2.0 * housing.hole_inset
+        panels.append((letter, _Panel(x, 0.5 * (lower_z + upper_z), housing.wall_width, panel_height)))
     cutters: list[cq.Solid] = []
     for text, panel in panels:
         # Half a stroke and a margin remain free on each side of the letters.
-        height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
-        if height >= SMALLEST_MM:
-            visible_text = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
-            cutters += [_engraving_cutter(area, panel, housing) for area in outlines(visible_text, height, PEN_MM)]
+        letter_height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
+        if letter_height >= SMALLEST_MM:
+            visible_text = letters_that_fit(text, letter_height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
+            areas = outlines(visible_text, letter_height, PEN_MM)
+            cutters += [_engraving_cutter(area, panel, housing) for area in areas]
     if not cutters:
         return part
     return named_housing(part.shape.cut(*cutters), housing)

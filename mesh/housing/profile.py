@@ -140,10 +140,10 @@ def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
     nodes = used_nodes(node_tags)
     points = np.ascontiguousarray(nodes.points[[0, 2]])  # x and z, because the profile lies in the plane y = 0
 
-    quads = nodes.index[node_tags]
-    (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, quads]
-    clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0  # sign of the cross product of the diagonals
-    quads = np.where(clockwise, quads[::-1], quads)
+    gmsh_quads = nodes.index[node_tags]  # numbered clockwise or counterclockwise
+    (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, gmsh_quads]
+    is_clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0  # sign of the cross product of the diagonals
+    quads = np.where(is_clockwise, gmsh_quads[::-1], gmsh_quads)
 
     arcs = []
     midpoints = []
