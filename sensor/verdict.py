@@ -206,7 +206,10 @@ def _number_and_error(value: Estimate | float | None, unit: str, name: str) -> t
 
 
 def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
-    """Return whether a value satisfies the limit of its verdict, or None if the error bar prevents a decision."""
+    """Return whether a value satisfies the limit of its verdict, or None if the error bar prevents a decision.
+
+    For a target, an error bar that is at most as wide as the tolerance is ignored.
+    """
     allowed = verdict.allowed_miss
     error = verdict.error
     if verdict.sense is None:  # the limit is a target
@@ -217,7 +220,7 @@ def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
         return distance <= allowed
     # The margin is the distance of the value from the limit, positive on the allowed side.
     margin = limit + allowed - value if verdict.sense == "at most" else value - (limit - allowed)
-    if error is not None and not abs(margin) >= error:
+    if error is not None and not abs(margin) >= error:  # also if the margin is nan
         return None
     return margin >= 0.0
 

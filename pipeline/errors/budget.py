@@ -122,31 +122,37 @@ def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
 
 
 def uncertainty_budgets(
-    pair: PressedSensor, reached: SceneTargets, press: ScenePress, level: LevelPress | None
+    pair: PressedSensor, targets: SceneTargets, press: ScenePress, level: LevelPress | None
 ) -> Budgets:
-    """Return the error budgets of both springs, of P_max and NL, and of the compliance of the fruit.
+    """Return the error budgets of both springs, of P_max and NL, and of the compliance s11 - s12 of the fruit.
 
-    `reached` has P_max and NL of the scene, and `press` the solutions of the scene. P_max and NL have budgets only if
-    the `level` presses are given, because their causes act on these presses.
+    `pair` is a sensor with two tips. `targets` holds P_max and NL of its scene, and `press` the solutions of the scene.
+    The changes of P_max and NL are computed from the `level` presses; without these, P_max and NL have no budgets.
+    Domes have no s11 - s12, so its budget is None.
     """
     travel = pair.design.press.travel_mm
     spring_causes = all_causes(pair, travel, _largest_deflections(pair))
-    # The stiffness of a spring that was not printed has no error, and no budget.
-    K_l, K_h = (
-        None if spring.K_error is None else budget_of(spring.K_error, spring_causes, change)
-        for spring, change in zip(pair.springs.springs.values(), (_change_of_K_l, _change_of_K_h), strict=True)
-    )
-    P_max, NL = (None, None) if level is None else _ratio_budgets(reached, press, level)
+    low_spring, high_spring = pair.springs.springs.values()
+    K_l = _spring_budget(low_spring.K_error, spring_causes, _change_of_K_l)
+    K_h = _spring_budget(high_spring.K_error, spring_causes, _change_of_K_h)
+    P_max, NL = None, None
+    if level is not None:
+        P_max, NL = _ratio_budgets(targets, press, level)
     contact = None
     if not pair.design.tips.tip_shape.obeys_hertz:
-        # On rigid springs, the whole travel indents the fruit.
+        # The effects on the fruit are largest if the springs are rigid, because the whole travel indents the fruit.
         rigid_spring_causes = all_causes(pair, travel, np.zeros(2))
         contact = budget_of(pair.contact.error_pair, rigid_spring_causes, _change_of_contact)
     return Budgets(K_l=K_l, K_h=K_h, P_max=P_max, NL=NL, contact=contact)
 
 
+def _spring_budget(K_error: float | None, causes: Iterable[Cause], change: Change) -> UncertaintyBudget | None:
+    """Return the budget of a spring stiffness with the numerical error `K_error` [1]; None for an unprinted spring."""
+    return None if K_error is None else budget_of(K_error, causes, change)
+
+
 def _ratio_budgets(
-    reached: SceneTargets, press: ScenePress, level: LevelPress
+    targets: SceneTargets, press: ScenePress, level: LevelPress
 ) -> tuple[UncertaintyBudget | None, UncertaintyBudget | None]:
     """Return the error budgets of P_max and of NL in a scene. A budget is None if a tip is out of contact.
 
@@ -154,15 +160,15 @@ def _ratio_budgets(
     the change due to the pose.
     """
     P_max = None
-    if reached.P_max is not None:
+    if targets.P_max is not None:
         tilted_P_max = [float(response.P[-1, -1]) for response in press.tilted]
-        change = _with_pose(relative_change(level.largest_ratio), reached.P_max.value, tilted_P_max)
-        P_max = budget_of(reached.P_max.relative, level.causes, change)
+        change = _with_pose(relative_change(level.largest_ratio), targets.P_max.value, tilted_P_max)
+        P_max = budget_of(targets.P_max.relative, level.causes, change)
     NL = None
-    if reached.NL is not None:
+    if targets.NL is not None:
         tilted_NL = [_tilted_NL(response) for response in press.tilted]
-        change = _with_pose(relative_change(level.nonlinearity, reached.NL.value), reached.NL.value, tilted_NL)
-        NL = budget_of(reached.NL.relative, level.causes, change)
+        change = _with_pose(relative_change(level.nonlinearity, targets.NL.value), targets.NL.value, tilted_NL)
+        NL = budget_of(targets.NL.relative, level.causes, change)
     return P_max, NL
 
 
@@ -193,8 +199,9 @@ def relative_change(results: Callable[..., Floats], scale: float | None = None) 
     if the cause lifts a tip.
     """
     nominal = results()
-    # A scale of 0 would divide by zero, so it is replaced by 1.
-    denominator = nominal if scale is None else abs(scale) or 1.0
+    denominator: Floats | float = nominal
+    if scale is not None:
+        denominator = abs(scale) or 1.0  # 1 replaces a scale of 0, which would divide by zero
 
     def change(cause: Cause, sign: float) -> Floats:
         changes = (results(cause, sign) - nominal) / denominator
@@ -253,7 +260,8 @@ def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> 
     """Return the total relative errors [1] of an array of results, in the shape of `numerical`.
 
     Each is the total of an `UncertaintyBudget`: the numerical error, the sum of the model effects, and the root sum of
-    squares of the inputs. `numerical` holds the numerical errors [1], and `change` returns changes of the same shape.
+    squares of the inputs. `numerical` holds the numerical errors [1]. `change` returns the relative changes of the
+    results due to a cause, in the same shape.
     """
     model_sum = np.zeros_like(numerical)
     input_squares = np.zeros_like(numerical)

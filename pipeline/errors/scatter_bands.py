@@ -59,10 +59,10 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
 
 
 def _sampled_factors(causes: Sequence[Cause]) -> Floats:
-    """Return the stiffness of each spring, divided by its nominal value, in a sample of prints [1], (2, `SAMPLES`).
+    """Return the relative stiffness [1] of each spring in a sample of prints, shape (2, `SAMPLES`).
 
-    The input of each cause has a normal distribution, and the stiffness is proportional to a power of it. A Sobol
-    sequence samples the inputs of all causes together.
+    It is the stiffness divided by its nominal value. The input of each cause has a normal distribution, and the
+    stiffness is proportional to a power of it. A Sobol sequence samples the inputs of all causes together.
     """
     from scipy.stats import qmc  # its import takes a tenth of all import time, and only fabrication needs it
 

@@ -95,7 +95,7 @@ def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress)
 
 
 def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats) -> Floats:
-    """Return the smallest and the largest modulus [MPa] that may cause each P of a curve, (moduli, travels, 2).
+    """Return the smallest and the largest modulus [MPa] consistent with each P of a curve, shape (moduli, travels, 2).
 
     `law` is the two-spring law of the pair. `errors` (moduli, travels) [1] are the relative errors of P. The band is
     nan for an unknown P, and for the first modulus, which is nearly zero. It is also nan at a travel at which P does
@@ -127,11 +127,11 @@ def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets:
 
 
 def _bands_of_readings(curve: SensorResponse, accuracies: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
-    """Return the smallest and the largest modulus [MPa] for readings at full travel, (moduli, travels, 2).
+    """Return the smallest and the largest modulus [MPa] for readings at full travel, shape (moduli, travels, 2).
 
-    The half width is the bias plus two standard uncertainties, interpolated in ln E between the moduli of `accuracies`.
-    `spring_error` [1] is an error of the stiffnesses in addition to the calibration error, two standard deviations. The
-    bands are nan at other travels, and everywhere without accuracies.
+    The half width of a band, relative to E, is the bias plus two standard uncertainties. It is interpolated in ln E
+    between the moduli of `accuracies`. `spring_error` [1] is two standard deviations of an error of the stiffnesses, in
+    addition to their calibration error. The bands are nan at other travels, and everywhere without accuracies.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not accuracies:

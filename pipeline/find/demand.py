@@ -70,7 +70,8 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
     # a limit between the two ends, at a modulus in between, also belongs to the firmest end
     fails_at_firmest = bool(exceeded_limits - {softest_limit}) or firmest_limit in exceeded_limits
     fails_by_shape = bool(failed_names.intersection(SHAPE_VERDICTS)) or not (fails_at_softest or fails_at_firmest)
-    step = (requested.E_max_MPa / requested.E_min_MPa) ** NARROWED_FRACTION
+    step = (requested.E_max_MPa / requested.E_min_MPa) ** NARROWED_FRACTION  # factor on one end of the moduli
+    narrowed = fruit
     if fails_by_shape:
         radius, across = (
             _narrow_range(ends, requested_ends)
@@ -79,9 +80,9 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
         thickness = fruit.thickness_mm
         if thickness is not None and requested.thickness_mm is not None:
             thickness = _narrow_range(thickness, requested.thickness_mm)
-        fruit = replace(fruit, radius_mm=radius, radius_across_mm=across, thickness_mm=thickness)
+        narrowed = replace(fruit, radius_mm=radius, radius_across_mm=across, thickness_mm=thickness)
     return replace(
-        fruit,
+        narrowed,
         E_min_MPa=rounded(fruit.E_min_MPa * step) if fails_at_softest else fruit.E_min_MPa,
         E_max_MPa=rounded(fruit.E_max_MPa / step) if fails_at_firmest else fruit.E_max_MPa,
     )

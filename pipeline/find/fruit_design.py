@@ -332,13 +332,15 @@ def _step_for_failed(
     """Return the change that brings a design nearer to passing, from the first rule that applies; empty if none does.
 
     `result` holds the readings of `design`; it is None if the design cannot be solved. `failed` holds the names of
-    failed verdicts. `radius_factor` [1] is a factor on the radii of the design's fruit, which makes it flatter; the
-    inverse factor makes it rounder.
+    failed verdicts. `radius_factor` [1] exceeds 1: multiplied by it, the radii of the design's fruit make it flatter,
+    and divided by it, rounder.
     """
     readings = None if result is None else result.readings
     is_beyond_face = readings is not None and readings.face_mm > design.tips.side_mm
     if result is None or is_beyond_face or "geometry.tip_face" in failed:  # a smaller dome has a narrower contact
-        return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM, 1)}
+        # A radius of 0 or less is an invalid design, which raises InputError when the change is made.
+        smaller_radius = (design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM
+        return {"tips.dome_radius_mm": round(smaller_radius, 1)}
     if "bruise" in failed:  # softer springs press with smaller forces
         return _scale_springs(design, _BRUISE_FACTOR, _BRUISE_FACTOR)
     if "reading.touch" in failed or (readings is not None and readings.refused is not None):
@@ -348,10 +350,12 @@ def _step_for_failed(
         return _improve_calibration(design, readings.calibration)
     bias = _failing_bias(result, failed)
     if bias:  # fruit is read too firm if it is flatter than assumed, and too soft if it is rounder
-        return _scale_radii(design, radius_factor if bias > 0.0 else 1.0 / radius_factor)
+        change_factor = radius_factor if bias > 0.0 else 1.0 / radius_factor
+        return _scale_radii(design, change_factor)
     if "reading.uncertainty" in failed:
-        # a stiffer high spring improves readings of firm fruit
-        return {"springs.K_h_N_per_m": _scale_springs(design, 1.0, _UNCERTAINTY_FACTOR)["springs.K_h_N_per_m"]}
+        # A stiffer high spring improves readings of firm fruit. The low spring keeps its stiffness.
+        key = "springs.K_h_N_per_m"
+        return {key: _scale_springs(design, 1.0, _UNCERTAINTY_FACTOR)[key]}
     return {}
 
 

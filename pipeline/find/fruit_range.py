@@ -106,12 +106,11 @@ def fruit_range(text: str) -> FruitRange:
         return _named_range(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     match = ball or any_shape
-    # Group 1 is the name, and the other groups are the numbers as text, without those that are left out.
-    name, *number_texts = (
-        (None,) if match is None else (match[1], *(text for text in match.groups()[1:] if text is not None))
-    )
-    numbers = [parse_number(number_text) for number_text in number_texts]
-    if not numbers or None in numbers:
+    # The first group is the name, and the others are the numbers as text. A group that is left out is None.
+    groups = (None,) if match is None else match.groups()
+    name = groups[0]
+    numbers = [parse_number(number_text) for number_text in groups[1:] if number_text is not None]
+    if not numbers or None in numbers:  # no form matches, or a number is invalid
         raise validation_error("--fruit", text, "", _FORM, "write all numbers")
     if name is not None:
         _refuse_unknown(name)

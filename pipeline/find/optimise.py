@@ -99,8 +99,12 @@ def _refuse_missing_verdicts(study: Study) -> None:
     for field, name in goal_verdicts:
         for needed_name in row_of(name).given:  # the name of a table, or TABLE.KEY
             table, _, key = needed_name.partition(".")
-            is_varied = any(varied.startswith(needed_name if key else f"{table}.") for varied in study.vary)
-            is_set = key in tables.get(table, {}) if key else table in tables
+            if key:
+                is_varied = any(varied.startswith(needed_name) for varied in study.vary)
+                is_set = key in tables.get(table, {})
+            else:
+                is_varied = any(varied.startswith(f"{table}.") for varied in study.vary)
+                is_set = table in tables
             if is_varied or is_set:
                 continue
             needed_text = needed_name if key else f"a [{table}] table"
@@ -126,14 +130,16 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
     max_evaluations = study.goal.evaluations * max(1, front_values)
     # a store from an earlier search may have more points than this search evaluates
     report_progress = None if progress is None else lambda stored, _: progress(stored, max(max_evaluations, stored))
+    generations = study.goal.evaluations // (_MEMBERS * searched_keys)
     # The front's key is the last varied key. Its range is divided into one interval for each value, and its fraction is
-    # fixed at the middle of the interval.
-    for front_fraction in [[(i + 0.5) / front_values] for i in range(front_values)] or [[]]:
+    # fixed at the middle of the interval. Without a front, there is one search with no such fraction.
+    front_fractions = [[(i + 0.5) / front_values] for i in range(front_values)] or [[]]
+    for front_fraction in front_fractions:
         evolution = differential_evolution(
             _costs,  # type: ignore[arg-type]  # `_costs` takes a whole generation, which the type stubs do not allow
             Bounds(np.zeros(searched_keys), np.ones(searched_keys)),
             args=(front_fraction, set(), study, store, engine, report_progress),
-            maxiter=max(1, study.goal.evaluations // (_MEMBERS * searched_keys) - 1),
+            maxiter=max(1, generations - 1),  # SciPy does not count the initial generation
             popsize=_MEMBERS,
             tol=0.0,  # only the number of evaluations ends the search
             rng=np.random.default_rng(study.seed),

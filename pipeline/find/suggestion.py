@@ -186,30 +186,42 @@ class Search:
     def _move_nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate with its numbers moved back towards the base design, as far as it still passes.
 
-        Each number is found by bisection of its logarithm between the value of the base design, which fails, and the
-        passing value. The result gets a margin and is rounded away from the failing value. Strings, and numbers whose
-        sign was changed, keep their new values.
+        The numbers are moved one after another. Each gets a margin from the nearest value that passes, and is rounded
+        away from the failing value. Strings, and numbers whose sign was changed, keep their new values.
         """
-        on_cells = scene_of(self._design_of(candidate)).on_cells
-        for key, passing_value in candidate.changes.items():
-            failing_value = value_of(self._base.design, key)
-            if not (isinstance(passing_value, float) and isinstance(failing_value, float)):
+        # a trial takes longer if its contact is solved on a grid of cells
+        bisections = _BISECTIONS_ON_CELLS if scene_of(self._design_of(candidate)).on_cells else _BISECTIONS
+        nearest = candidate
+        for key, new_value in candidate.changes.items():
+            base_value = value_of(self._base.design, key)
+            if not (isinstance(new_value, float) and isinstance(base_value, float)):
                 continue
-            if failing_value * passing_value <= 0.0:
+            if base_value * new_value <= 0.0:  # no logarithmic scale contains both values
                 continue
-            margin = _MARGIN if passing_value > failing_value else -_MARGIN
-            for _ in range(_BISECTIONS_ON_CELLS if on_cells else _BISECTIONS):
-                middle = math.sqrt(failing_value * passing_value)
-                trial = self.trial({**candidate.changes, key: middle})
-                if trial is not None and not trial.failed:
-                    passing_value = middle
-                else:
-                    failing_value = middle
+            margin = _MARGIN if new_value > base_value else -_MARGIN
+            passing_value = self._bisect(nearest, key, base_value, new_value, bisections)
+            # Rounding towards twice the margin never makes the margin smaller.
             value = rounded(passing_value * (1.0 + margin), towards=passing_value * (1.0 + 2.0 * margin))
-            final = self.trial({**candidate.changes, key: value})
+            final = self.trial({**nearest.changes, key: value})
             if final is not None and not final.failed:  # otherwise the key keeps its former passing value
-                candidate = final
-        return candidate
+                nearest = final
+        return nearest
+
+    def _bisect(
+        self, candidate: Candidate, key: str, failing_value: float, passing_value: float, bisections: int
+    ) -> float:
+        """Return the value of a key nearest to `failing_value` at which a candidate is known to pass.
+
+        The logarithm of the value is bisected between the two given values, of which only `passing_value` passes.
+        """
+        for _ in range(bisections):
+            middle = math.sqrt(failing_value * passing_value)
+            trial = self.trial({**candidate.changes, key: middle})
+            if trial is not None and not trial.failed:
+                passing_value = middle
+            else:
+                failing_value = middle
+        return passing_value
 
 
 def _trial_cost(design: Design) -> float:

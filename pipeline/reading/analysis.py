@@ -170,13 +170,10 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         moduli = _accuracy_by_modulus(sensor, model, presses, channels, press_readings)
     except RiseError:  # a press with barely enough rise may lose its modulus if its forces change slightly
         return analysis
-    level_forces, flesh_changes = presses.F[:, 0], presses.flesh[:, 0]
-    return replace(
-        analysis,
-        moduli=moduli,
-        full_scale=tuple(presses.full_scale.tolist()),
-        flesh=max(map(model.change, level_forces, flesh_changes)) if presses.flesh.any() else 0.0,
-    )
+    flesh_change = 0.0  # largest relative change of E by the constitutive law of the flesh, in level presses
+    if presses.flesh.any():
+        flesh_change = max(map(model.change, presses.F[:, 0], presses.flesh[:, 0]))
+    return replace(analysis, moduli=moduli, full_scale=tuple(presses.full_scale.tolist()), flesh=flesh_change)
 
 
 def _accuracy_by_modulus(
@@ -262,9 +259,10 @@ def _form_uncertainty(changes: Floats) -> dict[str, float]:
 
 
 def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
-    """Return the slopes of ln E on a reference ball, whose modulus is assumed to be the middle of the `moduli` [MPa].
+    """Return the slopes of ln E with respect to errors of springs and gains, in presses on a reference ball.
 
-    The slopes at each modulus are averaged over its `readings` in random poses.
+    The ball is assumed to have the geometric mean of the smallest and the largest of the `moduli` [MPa]. The slopes at
+    each modulus are averaged over its `readings` in random poses, and then interpolated to the modulus of the ball.
     """
     springs, gains = (
         np.array([np.mean([getattr(reading.slopes, name) for reading in row], axis=0) for row in readings])
@@ -308,7 +306,7 @@ def _read_presses(
 
 
 def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
-    """Return the error of each bias [1], (moduli, placements), due to the error of the solved forces.
+    """Return the error of each bias [1] due to the error of the solved forces, shape (moduli, placements).
 
     To save time, the error is computed only if the bias is at least half of the largest bias at this modulus; otherwise
     it is 0. The errors of the forces have the same sign under all tips, because all tips press the same fruit.
@@ -324,10 +322,10 @@ def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> F
 
 
 def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floats:
-    """Return the standard uncertainty of a reading [1] due to the shape of the fruit and the pose, (moduli,).
+    """Return the standard uncertainty [1] due to the shape of the fruit and the pose at each modulus, shape (moduli,).
 
-    The uncertainty is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli,
-    placements); it is nan for a press without a reading.
+    It is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli, placements),
+    with nan for a press without a reading.
     """
     random_biases = biases[:, [placement.is_random for placement in placements]]
     count = np.isfinite(random_biases).sum(axis=1)
@@ -336,10 +334,10 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
 
 
 def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
-    """Return the standard uncertainty of a reading [1] due to the unknown thickness of the flesh, (moduli,).
+    """Return the standard uncertainty [1] due to the unknown flesh thickness at each modulus, shape (moduli,).
 
-    The uncertainty follows from the largest change of the bias, from the thickness of the design to either end of the
-    range of thicknesses. The thickness is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7).
+    It follows from the largest change of the bias, from the thickness of the design to either end of the range of
+    thicknesses. The thickness is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7).
     `biases` [1] has the shape (moduli, placements).
     """
     changes = [np.zeros(len(biases))]  # remains the only row if the thickness does not vary
@@ -347,8 +345,9 @@ def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) ->
         if placement.thickness_mm is not None:
             nominal_index = placements.index(replace(placement, thickness_mm=None))
             changes.append(biases[:, index] - biases[:, nominal_index])
-    # a change is nan if one of its two presses has no reading
-    return np.asarray(BOUNDED * np.abs(np.nan_to_num(changes)).max(axis=0))
+    # A change is nan if one of its two presses has no reading. It is replaced by 0, so that it is ignored.
+    largest_changes = np.abs(np.nan_to_num(changes)).max(axis=0)
+    return np.asarray(BOUNDED * largest_changes)
 
 
 def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> float:
@@ -406,9 +405,10 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
         # A tip that loses contact again, or touches only in the last sample, is treated as one that never touches.
         if not all_touch[first:].all() or first + 1 >= samples:
             return Estimate(1.0, 0.0)
-        flesh_shift, spring_shift = (_samples_to_touch(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
-        # number of samples until the last tip touches, by each of the two extrapolations
-        earlier, later = (first + np.clip(shift, 0.0, 1.0).max() for shift in (flesh_shift, spring_shift))
+        first_forces = press[first : first + 2]
+        # number of samples until the last tip touches, if only flesh under a dome or only the spring gave way
+        earlier = first + np.clip(_samples_to_touch(first_forces ** (2.0 / 3.0)), 0.0, 1.0).max()
+        later = first + np.clip(_samples_to_touch(first_forces), 0.0, 1.0).max()
         fraction = 0.5 * (earlier + later) / samples
         if fraction > latest.value:
             latest = Estimate(float(fraction), float(0.5 * (later - earlier) / samples))
@@ -458,10 +458,12 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
         forces = sensor.forces_in_poses(poses)
         pressures, errors = forces.mean_pressure, forces.pressure_error
     shape = (len(limits), len(placements), -1)
+    # The pressure under a tip out of contact is nan, which is replaced by 0.
+    known_pressures = np.nan_to_num(pressures).reshape(shape)
+    known_errors = np.nan_to_num(errors).reshape(shape)
     rows = []
-    by_modulus = (np.nan_to_num(array).reshape(shape) for array in (pressures, errors))  # 0 if a tip is out of contact
-    for E, limit, pressure, error in zip(fruit.E_MPa, limits, *by_modulus, strict=True):
-        # `pressure` has the shape (placements, tips), so the first index is the placement.
+    for E, limit, pressure, error in zip(fruit.E_MPa, limits, known_pressures, known_errors, strict=True):
+        # `pressure` has the shape (placements, tips), so the first index of `worst` is the placement.
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
         row = SkinPressure(
             E_MPa=E,

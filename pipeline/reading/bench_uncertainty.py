@@ -119,22 +119,25 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
     errors = _errors_after_weights(bench, largest_forces, stiffnesses, noises)
     if reading.on_plate:
         errors = _errors_after_plate(design, bench, errors, largest_forces, stiffnesses, noises)
-    worst = int(errors.springs.argmax())
-    computed = {"stiffness_percent": errors.springs, "gain_percent": errors.gains}
-    given = {key: percent for key in computed if (percent := getattr(reading, key)) is not None}
-    tip_count = len(largest_forces)
+    worst = int(errors.springs.argmax())  # the tip whose spring has the largest error
+    main_cause = max(errors.causes, key=lambda cause: float(errors.causes[cause][worst]))
     return CalibrationErrors(
         balance_g=bench.balance_g,
         balance_max_g=bench.balance_max_g,
         dial_mm=bench.dial_mm,
-        typed=tuple(given),
+        typed=tuple(key for key in ("stiffness_percent", "gain_percent") if getattr(reading, key) is not None),
         worst_tip=design.tips.names[worst],
-        by=max(errors.causes, key=lambda cause: float(errors.causes[cause][worst])),
-        **{
-            key: tip_count * (given[key],) if key in given else tuple((100.0 * computed[key]).tolist())
-            for key in computed
-        },
+        by=main_cause,
+        stiffness_percent=_given_or_computed(reading.stiffness_percent, errors.springs),
+        gain_percent=_given_or_computed(reading.gain_percent, errors.gains),
     )
+
+
+def _given_or_computed(given_percent: float | None, computed: Floats) -> tuple[float, ...]:
+    """Return the error of each tip [%]: the percentage that the design gives, or else the `computed` errors [1]."""
+    if given_percent is None:
+        return tuple((100.0 * computed).tolist())
+    return len(computed) * (given_percent,)
 
 
 def _errors_after_weights(

@@ -94,6 +94,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     changes = _largest_changes(apparent[:, RAMP_STEPS:])  # the hold begins at index `RAMP_STEPS`
     steadiest = int(changes.argmin())
     change = float(changes[read_at])
+    smallest_change = float(changes[steadiest])
     step_error = float((solution.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())  # relative error due to time steps
     return ReadingOverTime(
         E=E,
@@ -108,7 +109,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
         steadiest=Moment(
             speed_mm_per_s=design.press.speed_mm_per_s or 0.0,
             at_s=float(t[RAMP_STEPS + steadiest]),
-            moves_percent=100.0 * float(changes[steadiest]) if np.isfinite(changes[steadiest]) else None,
+            moves_percent=100.0 * smallest_change if np.isfinite(smallest_change) else None,
         ),
     )
 
@@ -124,7 +125,10 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
         return None
     stated = design.fruit.relaxation
     # Readings are corrected for a stated relaxation. `uncorrected` is the fraction of the decrease that remains.
-    flesh, uncorrected = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
+    if stated is None:
+        flesh, uncorrected = MAY_RELAX, 1.0
+    else:
+        flesh, uncorrected = Relaxation(stated), STATED_SPREAD
     law = _contrast_law(sensor)
     first_touch = _first_touch_depth(sensor, law)
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
@@ -200,7 +204,7 @@ def _apparent_moduli(law: ContrastLaw, F: Floats) -> Floats:
 
 
 def _largest_changes(held: Floats) -> Floats:
-    """Return for each moment the largest relative change [1] of the apparent modulus to any other moment, (moments,).
+    """Return the largest relative change [1] of the apparent modulus from each moment to any other, shape (moments,).
 
     `held` (moduli, moments) [MPa] holds the apparent moduli during the hold. If a tip is out of contact, the change is
     infinite.

@@ -199,6 +199,8 @@ def designed_channels(
     `WEIGHED_AFTER_S`, the time after which a weight hung on a spring is read.
     """
     ones = np.ones(len(full_scale))
+    # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on fruit.
+    calibrated_after_s = EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S
     channels = Channels(
         full_scale=full_scale,
         noise={"noise_percent": 0.01 * reading.noise_percent * full_scale, "noise_N": reading.noise_N * ones},
@@ -207,9 +209,7 @@ def designed_channels(
         springs=0.01 * (reading.stiffness_percent or 0.0) * ones,
         time_s=0.0,
         on_plate=reading.on_plate,
-        # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on
-        # fruit.
-        creep=creep.deviation(EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S, press_s),
+        creep=creep.deviation(calibrated_after_s, press_s),
     )
     if signal is None:
         return channels

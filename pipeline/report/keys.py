@@ -74,19 +74,28 @@ def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iter
     `item` is the field with its metadata, `field_type` its type, and `name` its dotted name. The level is the stage
     that a study must solve to obtain the key. A field without a level inherits `level` from the enclosing record.
     """
-    level = item.metadata.get("level", level)
-    while get_origin(field_type) is tuple:  # a single `[]` represents both indices of a matrix
-        name = name if name.endswith("[]") else f"{name}[]"
-        field_type = _element_type(field_type)
-    if get_origin(field_type) is dict:
-        field_type = _value_type(field_type)
-    placeholder = item.metadata.get("each")  # word that represents the keys of a mapping, which depend on the run
-    name = name if placeholder is None else f"{name}.{placeholder}"
-    # The keys that KEY represents are listed on a different page.
-    inner_fields = {} if placeholder == "KEY" else _fields(field_type)
     metadata = item.metadata
-    is_value = not inner_fields
-    yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=is_value)
+    own_level = metadata.get("level", level)
+    full_name = name
+    value_type = field_type
+    while get_origin(value_type) is tuple:
+        if not full_name.endswith("[]"):  # a single `[]` represents both indices of a matrix
+            full_name = f"{full_name}[]"
+        value_type = _element_type(value_type)
+    if get_origin(value_type) is dict:
+        value_type = _value_type(value_type)
+    placeholder = metadata.get("each")  # word that represents the keys of a mapping, which depend on the run
+    if placeholder is not None:
+        full_name = f"{full_name}.{placeholder}"
+    # The keys that KEY represents are listed on a different page.
+    inner_fields = {} if placeholder == "KEY" else _fields(value_type)
+    yield ReportKey(
+        name=full_name,
+        unit=metadata["unit"],
+        meaning=metadata["meaning"],
+        level=own_level,
+        is_value=not inner_fields,
+    )
     # If a record has entries of the same type for the two springs, they are described once, as SPRING.
     has_two_springs = {"low", "high"} <= inner_fields.keys() and inner_fields["low"][1] == inner_fields["high"][1]
     for key, (inner_item, inner_type) in inner_fields.items():
@@ -94,10 +103,10 @@ def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iter
             continue
         if has_two_springs and key == "low":
             # omits the key of the spring itself
-            _, *keys_of_spring = _walk_keys(inner_item, inner_type, f"{name}.SPRING", level)
+            _, *keys_of_spring = _walk_keys(inner_item, inner_type, f"{full_name}.SPRING", own_level)
             yield from keys_of_spring
         else:
-            yield from _walk_keys(inner_item, inner_type, f"{name}.{key}", level)
+            yield from _walk_keys(inner_item, inner_type, f"{full_name}.{key}", own_level)
 
 
 def value_at(report: object, name: str) -> object:

@@ -79,10 +79,13 @@ def _advice_notes(budgets: Budgets) -> Iterator[Note]:
     note_by_advice: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
         budget = getattr(budgets, number)
-        for cause in () if budget is None else (*budget.model, *budget.inputs):
+        causes = () if budget is None else (*budget.model, *budget.inputs)
+        for cause in causes:
+            if not cause.advice:
+                continue
             percent = 100.0 * abs(cause.size)
             is_largest = cause.advice not in note_by_advice or percent > note_by_advice[cause.advice].percent
-            if cause.advice and is_largest:
+            if is_largest:
                 text = f"{cause.advice}: {cause.reason} moves {number} by {rounded(percent, 2):g} %."
                 note_by_advice[cause.advice] = Note(percent, text)
     yield from note_by_advice.values()
@@ -201,7 +204,10 @@ def _relaxation_note(result: SensorResult) -> Note:
         curve = result.press.curve
         name = result.design.fruit.name
         remaining = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to  # fraction of the force that remains
-        fruit = "an orange" if name is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+        fruit = "an orange"  # the fruit of `MAY_RELAX`
+        if name is not None:
+            article = "an" if name[0] in "aeiou" else "a"
+            fruit = f"{article} {name}"
         E = np.array(result.design.fruit.E_MPa)
         # Flesh that has relaxed to this fraction presses like elastic flesh whose modulus is the same fraction of E.
         P_before, P_after = np.interp([E, remaining * E], curve.E, curve.P[:, -1])

@@ -267,9 +267,10 @@ def read_data(folder: Path) -> Plain:
 
 
 def structure_report(folder: Path, data: Plain) -> Report:
-    """Build a report from the JSON data of a folder's report.json; raises InputError if they are invalid.
+    """Build a report from the JSON data of a folder's report.json.
 
-    The message names the `folder`. A report of version 0.2 may have keys that no longer exist; these are ignored.
+    A report of version 0.2 may have keys that no longer exist; these are ignored. Raises InputError, whose message
+    names the `folder`, if the data are invalid.
     """
     design = data.get("design")
     try:

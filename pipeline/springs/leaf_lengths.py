@@ -314,10 +314,12 @@ def _fit_on_pairs(
     beam_slopes = _beam_slopes(housing, solver.E)
     max_deviation = min(max(tolerance, TOLERANCE), MAX_DEVIATION)
     coarse_fit = None  # the fit on the mesh of scale `COARSE`, which all finer meshes reuse
-    for pair in (pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance):
+    pairs = [pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance]  # the cheapest first
+    for pair in pairs:
         solve = functools.partial(solver.solve, scale=pair.fine)
         if pair.fine == COARSE:
-            coarse_fit = fine_fit = fit_on_mesh(housing, beam_slopes, targets, solve, max_deviation)
+            fine_fit = fit_on_mesh(housing, beam_slopes, targets, solve, max_deviation)
+            coarse_fit = fine_fit
             coarser_solution = solver.solve(fine_fit.housing, pair.coarse)
         else:
             # On the coarse mesh the springs are too stiff by a known factor, so the targets are multiplied by this
@@ -340,7 +342,7 @@ def _fit_on_pairs(
         stiffness = pair.stiffness_with_errors(housing, fine_fit.compliance, coarser_solution)
         if max(stiffness.error) <= tolerance:
             break
-    solver.check(pair.fine)
+    solver.check(pair.fine)  # of the last pair that was solved
     return housing, stiffness
 
 

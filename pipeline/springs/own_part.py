@@ -71,6 +71,7 @@ MAX_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh [bytes]
 _SECONDS_PER_UNKNOWN = 2e-4  # estimated CPU time [s]
 _BYTES_PER_UNKNOWN = 7e3  # estimated memory [bytes]
 _UP = (0.0, 0.0, 1.0)  # direction in which the fruit presses the tips of a housing
+_NO_ROUNDED_CORNER = "the largest strain is not at a rounded inner corner, and at a sharp corner it is unbounded"
 
 Where = str | tuple[float, float, float] | Sequence[tuple[float, float, float]]
 """One or more faces: a tag, a point on a face, or points on several faces [mm]."""
@@ -545,9 +546,7 @@ def _pressed_faces(
             K_held=None if holes_held is None else float(holes_held.K[i]),
             strain_per_N=strain if is_known else None,
             strain_error=STRAIN_ERROR_SHARE * abs(inner_strain / strain - 1.0) if is_known else None,
-            no_strain=""
-            if is_known
-            else "the largest strain is not at a rounded inner corner, and at a sharp corner it is unbounded",
+            no_strain="" if is_known else _NO_ROUNDED_CORNER,
         )
     return faces
 

@@ -179,8 +179,9 @@ def _level_flat_clause(context: _HintContext) -> str | None:
 def _finer_bench_clause(context: _HintContext) -> str | None:
     """Return a clause with the resolution of the balance or dial at which the verdict passes, and an alternative.
 
-    All errors caused by a bench, except noise, are proportional to its resolution. The reference text of the verdict
-    names the main cause of the error. The result is None if this cause is noise, or if the verdict has no value.
+    All errors caused by a bench, except noise, are proportional to its resolution. The reference text of the verdict,
+    written by `calibration_verdict`, names the main cause of the error. The result is None if this cause is noise, or
+    if the value of the verdict is missing or 0.
     """
     verdict = context.verdict
     bench = context.design.bench or Bench()

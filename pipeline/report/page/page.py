@@ -25,7 +25,7 @@ TAKEN_FROM = ("base.html.j2", "words.html.j2")  # templates that the template of
 _SPEED = 50.0  # default speed of a filament printer [mm/s]; the reader can enter a different one
 _LIMITING_NOTES = 2  # number of notes beside the answer of a design that passes
 _USUAL_SLIDERS = ("E", "travel")  # the sliders for tilt and noise are hidden at first
-_FIRST_NUMBERS = 3  # number of values at the top of the page, failed ones first
+_FIRST_NUMBERS = 3  # number of verdicts whose values are at the top of the page, failed ones first
 
 
 def prepare_page(result: SensorResult) -> None:
@@ -39,43 +39,27 @@ def prepare_page(result: SensorResult) -> None:
 
 
 def make_page(report: Report, result: SensorResult, folder: Path) -> str:
-    """Return report.html with the answer, the verdicts, the notes, plots, 3-D bodies and the files of a run.
+    """Return the HTML text of report.html: the answer, the verdicts, the notes, plots, 3-D bodies and files of a run.
 
     The bodies come from `result` and from the files of the output `folder`. For a body that cannot be drawn, the page
     states the reason.
     """
     file_names = {file.path for file in report.files}
     bodies, missing = _draw_bodies(report, result, folder)
+    # sorted without the endings, so that a name comes before longer names that begin with it and a hyphen
     names_by_stem = sorted(file_names, key=lambda name: Path(name).stem)
     drawings = [folder / name for name in names_by_stem if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in file_names else []
     verdicts = [as_read(verdict) for verdict in report.verdicts]
-    problems = not_passed(verdicts)
-    # The script of the page finds a verdict in the data by its index.
-    on_the_part = [(i, verdict) for i, verdict in enumerate(verdicts) if is_on_the_part(verdict)]
-    targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
-    paper = () if report.paper is None else report.paper.verdicts
-    # If all verdicts passed, the first notes are shown beside the answer; otherwise the problems are shown there.
-    limiting_notes = [] if problems else report.notes[:_LIMITING_NOTES]
     return render_page(
         TEMPLATE,
         (*FIGURES, *BODIES, "tables.js", "page.js"),
         _script_data(report, result, verdicts, bodies, drawings),
-        latest=result.options.look,
+        latest=result.options.look,  # an open page then reloads itself after the next run
         report=report,
         command=result.options.command,
-        passed=all_passed(verdicts),
-        headline=headline(report.design.name, verdicts),
         has_housing=report.design.tips.tip_layout.has_housing,
-        not_passed=problems,
-        numbers=[*problems, *(verdict for _, verdict in targets if verdict.passed)][:_FIRST_NUMBERS],
-        brief=answer.brief,
-        limiting_notes=limiting_notes,
-        other_notes=report.notes[len(limiting_notes) :],
-        closest=answer.closest_to_limit(verdict for _, verdict in targets),
-        targets=targets,
-        part=on_the_part,
-        paper={verdict.name: as_read(verdict) for verdict in paper},
+        brief=answer.brief,  # a function, which the template calls for each verdict
         missing=missing,
         dimensions=answer.dimensions(report),
         bill=bill,
@@ -83,7 +67,35 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
         speed=_SPEED,
         sizes={file.path: (folder / file.path).stat().st_size for file in report.files},
         meanings={name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)},
+        **_verdict_values(report, verdicts),
     )
+
+
+def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object]:
+    """Return the variables of the template for the answer, the verdicts and the notes.
+
+    `verdicts` are the verdicts of the report in the units that a reader sees.
+    """
+    problems = not_passed(verdicts)
+    # The script of the page finds a verdict in the data by its index.
+    on_the_part = [(i, verdict) for i, verdict in enumerate(verdicts) if is_on_the_part(verdict)]
+    targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
+    passed_targets = [verdict for _, verdict in targets if verdict.passed]
+    paper = () if report.paper is None else report.paper.verdicts
+    # If all verdicts passed, the first notes are shown beside the answer; otherwise the problems are shown there.
+    limiting_notes = [] if problems else report.notes[:_LIMITING_NOTES]
+    return {
+        "passed": all_passed(verdicts),
+        "headline": headline(report.design.name, verdicts),
+        "not_passed": problems,
+        "numbers": [*problems, *passed_targets][:_FIRST_NUMBERS],
+        "limiting_notes": limiting_notes,
+        "other_notes": report.notes[len(limiting_notes) :],
+        "closest": answer.closest_to_limit(verdict for _, verdict in targets),
+        "targets": targets,
+        "part": on_the_part,
+        "paper": {verdict.name: as_read(verdict) for verdict in paper},
+    }
 
 
 def _script_data(
