@@ -197,7 +197,9 @@ def validation_error(name: str, value: object, unit: str, bound: str, hint: str)
         subject = f"{name} = {_format_value(value)}{unit_suffix}"
     else:
         subject = name if bound.startswith("given") else f"{name} is not set; it"
-    message = " ".join(filter(None, (_end_sentence(f"{subject} must be {bound}"), _end_sentence(_capitalise(hint)))))
+    what_is_wrong = _end_sentence(f"{subject} must be {bound}")
+    what_to_do = _end_sentence(_capitalise(hint))  # empty without a hint
+    message = f"{what_is_wrong} {what_to_do}" if what_to_do else what_is_wrong
     return InputError(message, field=name, value=value, bound=bound)
 
 

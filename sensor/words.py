@@ -40,7 +40,9 @@ def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percen
         number = f"{value:.5g}"
         half_width = f"{rounded_bar:.2g}"
     else:  # `decimals` is negative if the error bar is 100 or more; the numbers are then rounded to tens, hundreds, ...
-        number, half_width = (f"{round(part, decimals):.{max(decimals, 0)}f}" for part in (value, rounded_bar))
+        shown_decimals = max(decimals, 0)
+        number = f"{round(value, decimals):.{shown_decimals}f}"
+        half_width = f"{round(rounded_bar, decimals):.{shown_decimals}f}"
     if in_percent:
         if not value:  # a percentage of 0 is not defined
             return f"{number}{unit_suffix}"

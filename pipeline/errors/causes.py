@@ -289,13 +289,14 @@ def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
     positions = design.tips.centres_mm
     law = force_ratio_curve(pair)
     # stiffness of each spring in series with the firmest fruit [N/mm]
-    stiffness = [
+    series_stiffnesses = [
         series_stiffness(law.springs.K_l, law.K_m_max),
         series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
     ]
     roll_angles = []  # [rad]
     for one_travel in travel.flat:
-        rolled = roll([K * one_travel for K in stiffness], positions, stiffness, radius)
+        forces = [K * one_travel for K in series_stiffnesses]
+        rolled = roll(forces, positions, series_stiffnesses, radius)
         angle = math.radians(rolled.angle_deg)
         if not rolled.steady:
             # The fruit rolls away, so a tip lifts off. The offsets of the two tips then differ by twice the travel.

@@ -46,7 +46,8 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
     calibrated_error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
     for cause in known_springs():
-        low, high = (modulus_at(float(at_full_travel.largest_ratio(cause, sign))) for sign in (-1.0, 1.0))
+        low = modulus_at(float(at_full_travel.largest_ratio(cause, -1.0)))
+        high = modulus_at(float(at_full_travel.largest_ratio(cause, 1.0)))
         calibrated_error += 0.5 * abs(high - low) / float(E[-1])
     return ScatterBands(
         K_l_N_per_m=_band(K_l),

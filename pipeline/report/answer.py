@@ -82,9 +82,10 @@ def _headline(report: Json, verdicts: list[Verdict]) -> str:
     """Return the first line: the outcome, the name of the design, and the numbers of failed and undecided verdicts."""
     outcomes = [verdict.passed for verdict in verdicts]
     counts = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
-    counts_text = (
-        f"of {len(verdicts)} verdicts {', '.join(counts)}" if counts else f"all {len(verdicts)} verdicts passed"
-    )
+    if counts:
+        counts_text = f"of {len(verdicts)} verdicts {', '.join(counts)}"
+    else:
+        counts_text = f"all {len(verdicts)} verdicts passed"
     return f"{OUTCOME[all_passed(verdicts)]}  twintip · {escape(report['design']['name'])}: {counts_text}"
 
 

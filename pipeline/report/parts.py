@@ -196,8 +196,9 @@ class ResponseReport:
         rows = []
         for i, (E, spring_error) in enumerate(zip(table.E.tolist(), spring_errors, strict=True)):
             columns_over_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
+            columns_over_travel["E_MPa"] = E  # one number instead of a column of equal moduli
             row = cls(
-                **columns_over_travel | {"E_MPa": E},
+                **columns_over_travel,
                 F_error_percent=numbers(100.0 * (table.F_error[i] + spring_error.max())),
                 P_error_percent=numbers(100.0 * (table.P_error[i] + spring_error.sum())),
                 F_N=tuple(numbers(table.F[i, :, tip]) for tip in tips.own_columns),

@@ -54,7 +54,8 @@ def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = l
         hint = ""
         if verdict.remedy is not None:
             first_verdict = first_verdicts.setdefault(verdict.remedy, verdict.name)
-            hint = f"; hint: {verdict.remedy if first_verdict == verdict.name else f'as for {first_verdict}'}"
+            is_first = first_verdict == verdict.name
+            hint = f"; hint: {verdict.remedy}" if is_first else f"; hint: as for {first_verdict}"
         numbers = "" if in_table(verdict) else value_and_limit(verdict)
         lines.append(f"{OUTCOME[verdict.passed]} {verdict.name}: {escape(numbers + verdict.reference + hint)}")
     return tuple(lines)

@@ -177,7 +177,13 @@ class DesignTables:
 
 def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
     """Parse settings. A value is TOML, a word without quotes is a string, and an empty value removes the key."""
-    return {name: text if name == "name" else parse_setting(text) if text else None for name, text in texts.items()}
+    settings: dict[str, object] = {}
+    for name, text in texts.items():
+        if name == "name":  # the name of the design is always text
+            settings[name] = text
+        else:
+            settings[name] = parse_setting(text) if text else None
+    return settings
 
 
 def _refuse_unknown(name: str, value: object) -> None:

@@ -225,7 +225,9 @@ class ReadingRequirements:
             return limits
         points = sorted(zip(moduli, limits, strict=True))
         upper = bisect.bisect_left(points, (E, 0.0))  # index of the first modulus that is at least E
-        if upper in (0, len(points)):  # E is not between two moduli
-            return points[min(upper, len(points) - 1)][1]
+        if upper == 0:
+            return points[0][1]
+        if upper == len(points):  # E is above all moduli
+            return points[-1][1]
         (E_low, limit_low), (E_high, limit_high) = points[upper - 1 : upper + 1]
         return limit_low + (limit_high - limit_low) * math.log(E / E_low) / math.log(E_high / E_low)

@@ -133,8 +133,10 @@ def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
         return readout.delay_ms
     inputs = int(amplifier.channels)
     order = balanced_order(kinds)
+    sample_period_ms = 1e3 / amplifier.rate_Hz
     # Several amplifiers convert at the same time, so the position of a channel is counted within its amplifier.
-    return tuple(1e3 / amplifier.rate_Hz * (order.index(tip) % inputs) / inputs for tip in range(len(kinds)))
+    positions = [order.index(tip) % inputs for tip in range(len(kinds))]
+    return tuple(sample_period_ms * position / inputs for position in positions)
 
 
 class _InputSignal(NamedTuple):

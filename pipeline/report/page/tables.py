@@ -66,7 +66,9 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
     noise = noise_percent(report)
     ranges = {"E": (softest, firmest)}
-    ranges |= {axis["key"]: (axis["nodes"][0], axis["nodes"][-1]) for axis in (table["axes"][1] for table in tables)}
+    for table in tables:
+        _, axis = table["axes"]  # the travel or the tilt
+        ranges[axis["key"]] = (axis["nodes"][0], axis["nodes"][-1])
     sliders = [_slider(key, *_LABELS[key], *interval) for key, interval in ranges.items()]
     if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
         largest_noise = _NOISE_RANGE * (noise or _NOISE_PERCENT)
@@ -108,15 +110,19 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
     """
     curve = press.curve
     F = curve.F[1:]
-    is_read = design.tips.tip_layout.is_pair and press.level
+    readings = np.full((*F.shape[:2], 2), np.nan)
+    if design.tips.tip_layout.is_pair and press.level:
+        readings = read_presses(F, ratio_reader(read_out), read_out)
+    # Without a solved contact area, the whole face of a tip is assumed to touch.
+    pressure = F / design.tips.face_mm2 if curve.mean_pressure is None else curve.mean_pressure[1:]
     # Forces on flat faces are nearly linear in the travel, and forces on other tips are nearly a power of the travel.
     return _grid_table(
         curve.E[1:].tolist(),
         Axis("travel", curve.x.tolist(), log=not design.tips.tip_shape.has_flat_face),
         forces=F,
-        pressure=F / design.tips.face_mm2 if curve.mean_pressure is None else curve.mean_pressure[1:],
+        pressure=pressure,
         held={"tilt": design.press.tilt_deg},
-        read=read_presses(F, ratio_reader(read_out), read_out) if is_read else np.full((*F.shape[:2], 2), np.nan),
+        read=readings,
     )
 
 
@@ -132,13 +138,15 @@ def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | Non
     if len(presses.moduli) < FEWEST_MODULI:
         return None
     F = presses.F[:, :, -1]
-    is_dome = design.tips.dome_radius_mm is not None
+    pressure = F / design.tips.face_mm2  # the whole face of a flat tip touches
+    if design.tips.dome_radius_mm is not None:
+        pressure = presses.mean_pressure[:, :, -1]
     model = RiseModel(law=rise_law(design, read_out.contrast), level=result.readings.level)
     return _grid_table(
         list(presses.moduli),
         Axis("tilt", [placement.tilt_deg[0] for placement in presses.placements]),
         forces=F,
-        pressure=presses.mean_pressure[:, :, -1] if is_dome else F / design.tips.face_mm2,
+        pressure=pressure,
         held={"travel": design.press.travel_mm},
         read=read_presses(presses.F, press_reader(model), read_out),
     )
