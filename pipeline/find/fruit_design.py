@@ -1,7 +1,7 @@
 """A sensor for a given fruit: the preset for the most similar fruit, scaled to the fruit's size and firmness.
 
-The contact problem has no length and no modulus of its own. The lengths of a scaled sensor are proportional to the
-radius of the fruit, and its spring stiffnesses to radius times modulus. It therefore reads as accurately as its preset.
+The contact problem has no intrinsic length or modulus. The lengths of a scaled sensor are proportional to the radius of
+the fruit, and its spring stiffnesses to radius times modulus. It therefore reads as accurately as its preset.
 Some quantities do not scale: rounded dimensions, the bruise limit, the accuracy with which a hand places the sensor,
 and the limits of printing. Further steps of the search correct for these.
 """
@@ -332,8 +332,8 @@ def _step_for_failed(
     """Return the change that brings a design nearer to passing, from the first rule that applies; empty if none does.
 
     `result` holds the readings of `design`; it is None if the design cannot be solved. `failed` holds the names of
-    failed verdicts. `radius_factor` [1] exceeds 1: multiplied by it, the radii of the design's fruit make it flatter,
-    and divided by it, rounder.
+    failed verdicts. `radius_factor` [1] is greater than 1. It multiplies the radii of the design's fruit to make the
+    fruit flatter, and divides them to make it rounder.
     """
     readings = None if result is None else result.readings
     is_beyond_face = readings is not None and readings.face_mm > design.tips.side_mm

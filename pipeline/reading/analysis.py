@@ -170,7 +170,7 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         moduli = _accuracy_by_modulus(sensor, model, presses, channels, press_readings)
     except RiseError:  # a press with barely enough rise may lose its modulus if its forces change slightly
         return analysis
-    flesh_change = 0.0  # largest relative change of E by the constitutive law of the flesh, in level presses
+    flesh_change = 0.0  # largest relative change of E in a level press if the flesh obeys another constitutive law
     if presses.flesh.any():
         flesh_change = max(map(model.change, presses.F[:, 0], presses.flesh[:, 0]))
     return replace(analysis, moduli=moduli, full_scale=tuple(presses.full_scale.tolist()), flesh=flesh_change)
@@ -197,7 +197,7 @@ def _accuracy_by_modulus(
     # relative changes of E by modulus, each (presses, form errors)
     form_changes = [np.array([changes_by_form(design, model, press) for press in row]) for row in random_presses]
     # Calibration on a reference ball removes the change of E that fruit and ball have in common. The ball is assumed to
-    # have the modulus in the middle of the range.
+    # have the geometric mean of the smallest and the largest modulus.
     form_changes_on_ball: Floats | float = 0.0
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
@@ -329,7 +329,7 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
     """
     random_biases = biases[:, [placement.is_random for placement in placements]]
     count = np.isfinite(random_biases).sum(axis=1)
-    # with a count of 0, the sum is 0 too
+    # If the count is 0, the sum is 0 too, and the result is 0.
     return np.asarray(np.sqrt(np.nansum(random_biases**2, axis=1) / np.maximum(count, 1)))
 
 
@@ -416,7 +416,7 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
 
 
 def _samples_to_touch(depths: Floats) -> Floats:
-    """Return the number of samples from the sample before `depths[0]` to the first touch of each tip, (tips,).
+    """Return the number of samples, shape (tips,), from the sample before `depths[0]` to the first touch of each tip.
 
     `depths` (2, tips), in any unit, holds the indentations in two successive samples. They are extrapolated linearly to
     zero.
@@ -439,7 +439,7 @@ def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
 
 
 def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[SkinPressure, ...]:
-    """Return for each modulus of the fruit the largest mean pressure under a tip at full travel, and its pose.
+    """Return the largest mean pressure under a tip at full travel, and its pose, for each modulus of the fruit.
 
     `presses` are reused if they were solved at the moduli of the fruit. The result is empty if the fruit has no bruise
     limit.

@@ -59,7 +59,7 @@ def refuse_bench_that_cannot_weigh(design: Design) -> None:
 
 
 def flattening(design: Design, forces: Floats) -> Floats:
-    """Return the flattening [mm], (tips,), of domes pressed against glass by `forces` [N]; 0 for flat tips.
+    """Return the flattening [mm] of domes that `forces` (tips,) [N] press against glass; 0 for flat tips.
 
     Source: contact of two elastic bodies, K. L. Johnson, Contact Mechanics (1985), (4.23),
     doi:10.1017/CBO9781139171731.
@@ -72,18 +72,19 @@ def flattening(design: Design, forces: Floats) -> Floats:
 
 
 def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, span: float) -> Floats:
-    """Return the relative standard deviation [1], (tips,), of the deflections that calibrate each channel on a plate.
+    """Return the relative standard deviation [1] of the deflections that calibrate each channel on a plate.
 
-    `scatter` [1] is the relative error of the slope of each channel's line. On the plate, a tip moves by the deflection
-    of its spring and by its own flattening. Over a `span` [mm] of the travel, the flattening is `flattened` [mm]. It is
-    proportional to E^(-2/3), and the modulus E of the print varies between prints.
+    The result has the shape (tips,). `scatter` (tips,) [1] is the relative error of the slope of each channel's line.
+    On the plate, a tip moves by the deflection of its spring and by its own flattening. Over a `span` [mm] of the
+    travel, the flattening is `flattened` (tips,) [mm]. It is proportional to E^(-2/3), and the modulus E of the print
+    varies between prints.
     """
     modulus_scatter = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
     return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)
 
 
 def springs_on_plate(*, gains: Floats, deflections: Floats, travel: float, alike: float, apart: Floats) -> Floats:
-    """Return the relative standard deviation [1], (tips,), of the spring stiffnesses after calibration on a plate.
+    """Return the relative standard deviation [1] of each spring stiffness after calibration on a plate, shape (tips,).
 
     `gains` (tips,), `deflections` (tips,) and `travel` are the relative standard deviations [1] of the forces, the
     deflections and the travel. The stiffnesses measured by plate and by weights differ. `alike` [1] is the mean of
@@ -186,7 +187,7 @@ def _errors_after_plate(
     # change in the flattening of the domes from the first to the last row of the table [mm]
     flattened = flattening(design, plate_forces) - flattening(design, PLATE_AT[0] * plate_forces)
     scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)
-    # The error of a gain after the weights is due to the balance and to noise; this is the part due to noise.
+    # After the calibration by weights, the error of a gain is due to the balance and to noise. This is the noise part.
     noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, full_travel * (PLATE_AT[-1] - PLATE_AT[0]))
     travel_error = float(_relative_error(slope_error_factor * bench.dial_mm, full_travel))

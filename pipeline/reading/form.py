@@ -13,7 +13,7 @@ from sensor.design.parameters import Design
 
 
 def changes_by_form(design: Design, model: RiseModel, press: Floats, curvatures: Curvatures | None = None) -> Floats:
-    """Return the relative change of E due to one standard deviation of each form error of the domes, with its sign [1].
+    """Return the signed relative change [1] of E due to one standard deviation of each form error of the domes.
 
     The first form error is the error of the dome radius. Each further form error is a spherical cap on the apex, with
     one of the radii in `CAPS`. The variance of the outline is divided equally among the caps. All domes have the same

@@ -134,7 +134,8 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
     decreases = []
     for E in design.fruit.E_MPa:
-        times = np.outer([1.0, 2.0], design.press_s * ramp)  # a press of the usual duration, and of twice that
+        # one press of the usual duration, and one of twice this duration
+        times = np.outer([1.0, 2.0], design.press_s * ramp)
         depths = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
         # the first sample is omitted, because it is the first touch without a force
         forces = timed_forces(law, flesh, np.full(len(times), E), times, depths).F[:, 1:]
@@ -173,7 +174,7 @@ def _contrast_law(sensor: PressedSensor) -> ContrastLaw:
 
 
 def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
-    """Return times since first touch [s] and travels [mm], (times,), and the index of the reading in the hold.
+    """Return times since first touch [s], the travels at these times [mm], and the index of the reading in the hold.
 
     The travel increases linearly with time until the hold. The forces change fastest at first touch and at the
     beginning of the hold, so the time steps are shortest there.

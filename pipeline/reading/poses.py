@@ -62,10 +62,9 @@ def _direction(vector: Vector) -> str:
 
 
 def read_moduli(fruit: Fruit) -> tuple[float, ...]:
-    """Return the moduli [MPa] at which readings are evaluated: the fruit's, or four moduli over the same range.
+    """Return the moduli [MPa] at which readings are evaluated: the fruit's own, or four moduli over the same range.
 
-    Four moduli in geometric progression are used if the fruit has two or three. If it has only one modulus, that one is
-    used.
+    Four moduli in geometric progression are used if the fruit has two or three. A fruit with a single modulus keeps it.
     """
     moduli = sorted({*fruit.E_MPa, fruit.E_max_MPa})
     if len(moduli) >= FEWEST_MODULI or moduli[0] == moduli[-1]:

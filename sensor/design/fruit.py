@@ -313,7 +313,7 @@ class Fruit:
     def _whole_plan_mm(self) -> tuple[float, float]:
         """Return the length and the width [mm] of the whole fruit, seen from above.
 
-        The default size of a block is that of the block in the paper.
+        By default, a block has the size of the block in the paper.
         """
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM

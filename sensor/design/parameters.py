@@ -546,7 +546,7 @@ class Design:
 
     @property
     def has_paper_scene(self) -> bool:
-        """Return whether the fruit and the tips are those of the paper. The moduli and the press may differ."""
+        """Return whether the fruit and the tips equal those in the paper. The moduli and the press may differ."""
         ignored = ("name", "E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
         return all(
             getattr(own, item.name) == getattr(paper, item.name)

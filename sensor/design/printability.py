@@ -92,8 +92,8 @@ def check_printable(
 
     `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max. `stiffness_ratio` [1] is the stiffness
     under the high tip divided by `K_m_max`. The strain is computed at the largest modulus of the design, which may be
-    above E_max. `lengths_mm` are the solved lengths of the leaves, low then high. Without them, the lengths are those
-    of beam theory, and a leaf within LENGTH_MARGIN of a bound is undecided.
+    above E_max. `lengths_mm` are the solved lengths of the leaves, the low spring first. Without them, the lengths
+    follow from beam theory, and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
     process = design.process
     largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
