@@ -68,10 +68,11 @@ class LevelPress:
     NL_definition: Definition
 
     def ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return the force ratio P [1], (moduli, travels), if a `cause` acts at a multiple, `times`, of its size.
+        """Return the force ratio P [1] while a `cause` acts, shape (moduli, travels).
 
-        P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset). C is
-        the compliance of the springs, and S / E the compliance of the fruit.
+        `times` [1] is the factor on the size of the cause; at 0 the cause has no effect. P is nan if the cause lifts a
+        tip off the fruit. The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the
+        springs, and S / E the compliance of the fruit.
         """
         # diagonal of E C + S [1/mm]; the other elements are the crosstalk, which `own` excludes
         diagonal = []

@@ -60,10 +60,10 @@ class Cause:
     `height_offsets` [mm] are the changes of the height of each tip. All three have one row per tip. Their shape is (2,)
     if they are the same in all presses, and otherwise (2, ...) with the shape of the presses.
 
-    `scatters` is true for an input that is known within a range, which acts in both directions. Other causes are left
-    out by the model. A `calibrated` cause vanishes when the printed unit is calibrated. The stiffness of a spring is
-    proportional to its input to the `power`. `advice` is an action for the user. A note with advice uses the reason as
-    its subject, so the reason is then a noun phrase.
+    `scatters` is true for an input that is known within a range, which acts in both directions. All other causes are
+    effects that the model leaves out. A `calibrated` cause vanishes when the printed unit is calibrated. The stiffness
+    of a spring is proportional to its input to the `power`. `advice` is an action for the user. A note with advice uses
+    the reason as its subject, so the reason is then a noun phrase.
     """
 
     name: str

@@ -86,7 +86,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     first_touch = _first_touch_depth(sensor, law)
     t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
-    # each modulus has the same press: times [s] and depths of the tips [mm], (moduli, times)
+    # times [s] and depths of the tips [mm], shape (moduli, times); all moduli have the same press
     times, depths = (np.broadcast_to(row, (len(E), len(t))) for row in (t, first_touch + travel))
     solution = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
     F = solution.F
@@ -169,7 +169,7 @@ def _contrast_law(sensor: PressedSensor) -> ContrastLaw:
     """
     if not sensor.design.tips.tip_layout.is_pair:
         return sensor.contrast
-    gaps = tuple(-offset for offset in sensor.height_offsets) or (0.0, 0.0)
+    gaps = tuple(-offset for offset in sensor.height_offsets) if sensor.height_offsets else (0.0, 0.0)
     return ContrastLaw(weights=(-1.0, 1.0), gaps=gaps, C=rows_of(sensor.C), S=rows_of(sensor.contact.S))
 
 

@@ -51,7 +51,7 @@ class SampledPresses(Record):
 
     @property
     def full_scale(self) -> Floats:
-        """Return the largest force of each channel [N], (tips,)."""
+        """Return the largest force of each channel [N] over all presses, shape (tips,)."""
         return np.asarray(np.nanmax(self.F, axis=(0, 1, 2)))
 
 
@@ -72,7 +72,7 @@ class PressedSensor(Record):
 
     @cached_property
     def C(self) -> Floats:
-        """Return the compliance of the springs [mm/N], (tips, tips)."""
+        """Return the compliance matrix of the springs [mm/N], shape (tips, tips)."""
         return self.springs.C
 
     @cached_property

@@ -147,13 +147,8 @@ class ReadingConstants(Record):
         return self.contrast_on(self.springs_mm_per_N)
 
     def contrast_on(self, springs: Sequence[Sequence[float]]) -> ContrastLaw:
-        """Return the contrast law on springs with a different compliance matrix [mm/N], (tips, tips)."""
-        if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
+        """Return the contrast law on springs with a different compliance matrix, `springs` (tips, tips) [mm/N]."""
+        if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:  # all are None for a pair
             return pair_law(springs, self.own_less_other_per_mm or 0.0)
-        return ContrastLaw(
-            weights=self.weights,
-            gaps=self.gaps_mm,
-            C=springs if self.lean_mm_per_N is None else np.add(springs, self.lean_mm_per_N).tolist(),
-            S=self.fruit_per_mm,
-            hertz=self.hertz or 0.0,
-        )
+        C = springs if self.lean_mm_per_N is None else np.add(springs, self.lean_mm_per_N).tolist()
+        return ContrastLaw(weights=self.weights, gaps=self.gaps_mm, C=C, S=self.fruit_per_mm, hertz=self.hertz or 0.0)

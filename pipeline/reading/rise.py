@@ -22,7 +22,7 @@ def design_curvatures(design: Design) -> Curvatures:
 
 
 def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
-    """Return the gaps [mm], (tips,), between level domes and the fruit, when a tip at the apex just touches.
+    """Return the gaps [mm] between level domes and the fruit when a tip at the apex just touches, shape (tips,).
 
     The domes are spheres of radius r, and the fruit is a paraboloid with the principal radii R1 and R2. The axis of a
     dome has the coordinates (u, v) along the principal directions of the fruit. The gap under this dome is u^2 / (2 (R1

@@ -138,7 +138,7 @@ class Channels:
         """
 
         def slopes_of(cause: str) -> Floats:
-            """Return the slopes of ln E with respect to one cause, (presses, tips)."""
+            """Return the slopes of ln E with respect to one cause, shape (presses, tips)."""
             return np.array([getattr(press_slopes, cause) for press_slopes in slopes])
 
         zeros = np.hypot(slopes_of("zeros"), slopes_of("drifts"))
@@ -194,8 +194,8 @@ def designed_channels(
     """Return the errors of the channels that a design expects, from its read-out or from `[reading]`.
 
     `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. `signal` is
-    the signal path of the read-out, None without one. If `[reading]` has no value for springs or gains, their errors
-    are 0 until `calibrated` replaces them. `creep` is the creep law of the print material. Creep is counted from
+    the signal path of the read-out, or None without a read-out. If `[reading]` has no value for springs or gains, their
+    errors are 0 until `calibrated` replaces them. `creep` is the creep law of the print material. Creep is counted from
     `WEIGHED_AFTER_S`, the time after which a weight hung on a spring is read.
     """
     ones = np.ones(len(full_scale))

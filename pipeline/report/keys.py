@@ -44,11 +44,12 @@ def report_key(name: str) -> ReportKey | None:
             field_type = _element_type(field_type)
         elif get_origin(field_type) is dict:
             field_type = _value_type(field_type)
-        elif part in (declared := _fields(field_type)):
-            item, field_type = declared[part]
-            metadata |= item.metadata
         else:
-            return None
+            declared_fields = _fields(field_type)
+            if part not in declared_fields:
+                return None
+            item, field_type = declared_fields[part]
+            metadata |= item.metadata
     return ReportKey(
         name=name,
         unit=metadata.get("unit", ""),
@@ -119,9 +120,9 @@ def value_at(report: object, name: str) -> object:
     value = report
     if path[0] == "verdicts":
         verdicts: Any = _get_part(report, "verdicts", name)
-        verdicts_by_name = (
-            verdicts if isinstance(verdicts, Mapping) else {verdict.name: verdict for verdict in verdicts}
-        )
+        verdicts_by_name = verdicts
+        if not isinstance(verdicts, Mapping):  # a report has a tuple of verdicts
+            verdicts_by_name = {verdict.name: verdict for verdict in verdicts}
         value = _get_part(verdicts_by_name, ".".join(path[1:-1]), name)  # names of verdicts may contain dots
         path = path[-1:]
     for part in path:

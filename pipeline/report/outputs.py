@@ -83,10 +83,11 @@ def earlier_answer(folder: Path) -> EarlierAnswer:
     The command is in the first line of design.toml.
     """
     names = managed_files(folder)
-    first_line = (
-        (folder / "design.toml").read_text(encoding="utf-8").partition("\n")[0] if "design.toml" in names else ""
-    )
-    return EarlierAnswer(names=tuple(names), command=first_line.removeprefix("# "))
+    command = ""
+    if "design.toml" in names:
+        first_line, _, _ = (folder / "design.toml").read_text(encoding="utf-8").partition("\n")
+        command = first_line.removeprefix("# ")
+    return EarlierAnswer(names=tuple(names), command=command)
 
 
 def listed_files(folder: Path) -> tuple[ListedFile, ...]:

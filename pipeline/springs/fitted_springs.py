@@ -167,7 +167,8 @@ def springs_for(
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
     springs = _unsolved_springs(design, sizing, ideal=accuracy != "fitted" or not has_housing)
-    needs_housing = {"sized": False, "leaning": design.tips.tip_shape.obeys_hertz, "fitted": True}[accuracy]
+    # the lateral compliance matters only under domes
+    needs_housing = accuracy == "fitted" or (accuracy == "leaning" and design.tips.tip_shape.obeys_hertz)
     is_unprintable = any(leaves.passed is False for leaves in springs.printable.values())
     if is_unprintable or not (has_housing and needs_housing):
         return springs

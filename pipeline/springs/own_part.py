@@ -287,8 +287,8 @@ def file_stiffness(
 ) -> PartStiffness:
     """Compute the stiffness of the part in a STEP file, which is held and pressed at given points [mm].
 
-    `held` are points on the faces that do not move. `pressed` has a point on each pressed face, keyed by a name.
-    Without one of them, the part is held or pressed like the `housing` of a design, which is then required. If that
+    `held` are points on the faces that do not move. `pressed` has a point on each pressed face, keyed by a name. If one
+    of them is not given, the part is held or pressed like the `housing` of a design, which is then required. If that
     housing has pins in its feet, their compliance is added. `material` is Young's modulus [MPa] and Poisson's ratio
     [1]. Raises InputError if a face is not found or is both held and pressed, or if the part cannot be solved.
     """

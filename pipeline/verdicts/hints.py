@@ -59,6 +59,7 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
     template = (row.hint_without_value if verdict.value is None else "") or row.hint
     context = _HintContext(verdict=verdict, design=design, springs=springs, options=options)
     sentence = ""
+    # The parser yields a text and the name in braces after it, or None after the last text.
     for text, part_name, *_ in Formatter().parse(template):
         part = PARTS[part_name](context) if part_name else ""
         if part is None:
@@ -107,7 +108,7 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     """
     travel = design.press.travel_mm
     by_travel = verdict.row.by_travel
-    largest_travel = travel  # at which the verdict passes
+    largest_travel = travel  # becomes the largest travel [mm] at which the verdict passes
     if isinstance(verdict.limit, int | float) and verdict.value is not None:
         if by_travel == "pressure" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))

@@ -56,10 +56,10 @@ def as_read(verdict: Verdict) -> Verdict:
 
 def measured(verdict: Verdict) -> str:
     """Return the value of a verdict with its error bar and its unit, or an empty string without a value."""
-    value = verdict.value
-    return (
-        "" if value is None else value_with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
-    )
+    if verdict.value is None:
+        return ""
+    value = 0.0 if abs(verdict.value) < ROUND_OFF else verdict.value
+    return value_with_bar(value, verdict.error, verdict.unit)
 
 
 def bound_sign(verdict: Verdict) -> str:

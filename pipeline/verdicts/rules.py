@@ -216,8 +216,8 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
 def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the standard uncertainty of a reading [1], at the modulus at which it is worst.
 
-    The reference text names this modulus and the largest source of uncertainty. The limit is the limit at this modulus.
-    If no modulus can be read, it is the smallest limit in `reading`.
+    The reference text names this modulus and the largest source of uncertainty. The limit of the verdict is the limit
+    in `reading` at this modulus, or the smallest limit in `reading` if no modulus can be read.
     """
     reference = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit

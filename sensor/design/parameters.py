@@ -314,8 +314,9 @@ class Design:
     def process(self) -> Process:
         """Return the process of the housing, with the modulus and the leaf thicknesses that the design overrides."""
         keys = ("E_MPa", "leaf_thickness_low_mm", "leaf_thickness_high_mm")
-        changes = {key: value for key in keys if (value := getattr(self.print, key)) is not None}
-        return dataclasses.replace(self._process_as_listed, **changes) if changes else self._process_as_listed
+        values = {key: getattr(self.print, key) for key in keys}
+        overrides = {key: value for key, value in values.items() if value is not None}
+        return dataclasses.replace(self._process_as_listed, **overrides) if overrides else self._process_as_listed
 
     @property
     def _process_as_listed(self) -> Process:
