@@ -188,7 +188,7 @@ def _other_mount() -> Cause:
 
 
 def _creep_in_press(pair: PressedSensor) -> Cause:
-    """Return the relative change of the stiffness of plastic springs from a hanging weight to a press."""
+    """Return the effect of creep: the change in stiffness of plastic springs from a hanging weight to a press."""
     creep = pair.springs.creep
     press_s = pair.design.press_s
     stiffer_in_a_press = creep.press_stiffness_ratio(WEIGHED_AFTER_S, press_s) - 1.0
@@ -280,7 +280,7 @@ def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, defl
 
 
 def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
-    """Return the height offsets of the tips on a fruit of `radius` [mm] that rolls on a table without friction.
+    """Return the effect of a fruit of `radius` [mm] that rolls on a table without friction: the tips' height offsets.
 
     `travel` [mm] has any shape. The fruit rolls about its point of support, so the offset of a tip is the angle of roll
     times its distance from the apex.
@@ -343,7 +343,7 @@ def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     """
     tips = pair.design.tips
     accuracy = tip_accuracy_mm(tips, pair.springs.process)  # two standard deviations [mm]
-    # Relative changes are valid only up to LARGEST_CHANGE, so a larger error of the side is cut off there.
+    # Relative changes are valid only up to LARGEST_CHANGE, which therefore replaces a larger error of the side.
     side_change = min(LARGEST_CHANGE, accuracy / tips.side_mm)
     reason = f"tips wider or narrower by {accuracy:g} mm (the fruit's stiffness is proportional to the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([side_change, side_change]), scatters=True)

@@ -61,7 +61,7 @@ class UncertaintyBudget(Record):
 class ScatterBands(Record):
     """Intervals that contain the middle 95 % of prints.
 
-    An end is None if prints show a P that nominal springs cannot show.
+    An end is None if prints produce a P that nominal springs cannot produce.
     """
 
     K_l_N_per_m: Interval = report_field("N/m", "band of the stiffness of the low spring")

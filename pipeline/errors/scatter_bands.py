@@ -36,13 +36,13 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     # Only these causes scatter from print to print and change the springs.
     print_causes = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
     factors = _sampled_factors(print_causes)
-    # All prints are evaluated at once: the last axis of this cause, usually the travel, is the sample.
+    # All prints are evaluated at once: the last axis of this cause has an entry for each print instead of each travel.
     prints = Cause(name="prints", reason="", springs=factors[:, None, :] - 1.0)
     at_full_travel = replace(level, travel=level.travel[-1:])
     P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples)
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))  # [N/m]
-    # Without a scale, because P does not increase with the modulus, no modulus can be read.
+    # The scale is None if P does not increase with the modulus. No modulus can then be read.
     modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
     calibrated_error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
     for cause in known_springs():

@@ -32,7 +32,7 @@ class ReadingTable(Record):
     """The response of the scene, and two bands of the modulus [MPa] for each P.
 
     `printed` and `calibrated` have shape (moduli, travels, 2), with the lower and the upper end. They are nan if a tip
-    is out of contact, or if the springs cannot show this P. The band as printed contains the errors of the mesh, the
+    is out of contact, or if the springs cannot produce this P. The band as printed contains the errors of the mesh, the
     model and the inputs. After calibration, each stiffness is known to 1 %, and effects that calibration removes are
     left out. Row 0 is for a modulus of nearly zero. It is needed only for NL, and has no band.
     """
@@ -53,24 +53,24 @@ class SensorErrors(Record):
 
 def sensor_errors(
     sensor: PressedSensor,
-    reached: SceneTargets,
+    targets: SceneTargets,
     press: ScenePress,
     options: RunOptions,
     readings: ReadingAccuracy | None,
 ) -> SensorErrors:
     """Return the error budgets of a sensor, its response table with modulus bands, and the scatter of its prints.
 
-    `reached` are P_max and NL in the scene of the design, and `press` are the solutions of this scene. The scatter is
+    `targets` holds P_max and NL in the scene of the design, and `press` the solutions of this scene. The scatter is
     computed only if `options` request files for fabrication. For a sensor with `readings`, the bands of the table show
-    their uncertainty. Its force ratio has no budget, and its scatter is not computed.
+    the uncertainty of these readings. Its force ratio has no budget, and its scatter is not computed.
     """
     pair = sensor.pair  # two springs represent all springs of the sensor
     if readings is not None:
-        budgets = uncertainty_budgets(pair, reached, press, None)
+        budgets = uncertainty_budgets(pair, targets, press, None)
         return SensorErrors(budgets=budgets, reading=table_of_readings(press.curve, readings, budgets), scatter=None)
     level = level_press(pair, press.curve.E, press.curve.x)
     return SensorErrors(
-        budgets=uncertainty_budgets(pair, reached, press, level),
+        budgets=uncertainty_budgets(pair, targets, press, level),
         reading=reading_table(pair, press.curve, level),
         scatter=scatter_bands(pair, level) if options.fabrication else None,
     )

@@ -75,7 +75,7 @@ class ForceRatioCurve:
         `P` (moduli,) [1] are the force ratios at the moduli `E` [MPa], softest first. The function interpolates
         linearly in the fruit stiffness of the two-spring law, because the modulus is nearly linear in it. Above the
         last modulus it extrapolates from the last two; below the first it returns 0. It returns nan for a ratio that
-        the springs cannot show. The result is None if a P is unknown, or if P does not increase.
+        the springs cannot produce. The result is None if a P is unknown, or if P does not increase.
         """
 
         def stiffness(ratio: float) -> float:
@@ -121,7 +121,7 @@ class ForceRatioCurve:
 def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:
     """Return the force ratio of a pair as a function of the fruit stiffness, with the errors of its parameters.
 
-    The fruit stiffness is that of the solved contact, even if the springs were sized for another stiffness.
+    The fruit stiffness comes from the solved contact, even if the springs were sized for another stiffness.
     """
     sizing = pair.sizing
     K_m = sizing.K_m_max_contact

@@ -54,8 +54,8 @@ def printable_leaves(
 class FittedSprings(Record):
     """The springs by name, low first, with their process, their deflections at full travel [mm] and their housing.
 
-    Each of the two springs represents all tips on springs of its kind. `printable` states whether the process can print
-    it. `ideal` springs have exactly the stiffness for which they were sized. They are not printed, and
+    Each of the two springs represents all tips on springs of its kind. `printable` states of each whether the process
+    can print it. `ideal` springs have exactly the stiffness for which they were sized. They are not printed, and
     `ideal_offsets_mm` are the heights of their tips relative to the foremost tip. `of_plate` is the lateral compliance
     of the tips on one plate. It is None before it is solved. For flat tips on a flat fruit it stays None, because their
     forces are not inclined.
@@ -114,7 +114,7 @@ class FittedSprings(Record):
 
     @property
     def C(self) -> Floats:
-        """Return the compliance matrix of the springs under all tips, (tips, tips) [mm/N].
+        """Return the compliance matrix of the springs under all tips [mm/N], shape (tips, tips).
 
         Tips on one plate are slightly coupled through its frame. Tips on different plates, and springs without a
         housing, are not coupled.
