@@ -80,7 +80,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 def _is_deeper(tables: dict[str, Any], levels: int) -> bool:
     """Return whether tables and lists are nested deeper than `levels`; `tables` itself is the first level.
 
-    The search is not recursive but goes level by level, because a malicious file could exhaust the stack.
+    The search proceeds level by level without recursion, because a malicious file could exhaust the stack.
     """
     containers: list[dict[str, Any] | list[Any]] = [tables]
     for _ in range(levels):

@@ -158,11 +158,11 @@ def judge(
 ) -> Verdict:
     """Return the verdict `name` on a value, which may be an estimate with an error bar or None.
 
-    By default, `limit` and `tolerance` are those of the table of verdicts, in the unit of the verdict. A value must
-    agree with a target within the tolerance, or stay on one side of a limit. If the error bar of the value crosses the
-    limit, the verdict is undecided. With a target, the verdict is undecided if the error bar is wider than the
-    tolerance, unless the whole error bar lies outside the tolerance. A value without an error bar is always decided,
-    and nan fails.
+    By default, `limit` and `tolerance` come from the table of verdicts, in the unit of the verdict. A value must agree
+    with a target within the tolerance, or stay on one side of a limit. If the error bar of the value crosses the limit,
+    the verdict is undecided. With a target, the verdict is undecided if the error bar is wider than the tolerance,
+    unless the whole error bar lies outside the tolerance. A value without an error bar is always decided, and nan
+    fails.
 
     `reference` says what the value was compared with. `passed` is the outcome if the value or the limit is not a
     number. Raises ValueError if the name is not in the table, if there is no limit, or if an estimate has another unit.

@@ -312,7 +312,7 @@ def _has_failed(candidate: Candidate) -> bool:
 
 
 def _failed_verdicts(result: Sensor | SensorResult | None) -> set[str]:
-    """Return the names of verdicts that did not pass, or if all passed, of those that lack the required margin."""
+    """Return the names of verdicts that did not pass or, if all passed, of verdicts that lack the required margin."""
     candidate = _make_candidate({}, result)
     not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
     return not_passed or {verdict.name for verdict in candidate.failed}

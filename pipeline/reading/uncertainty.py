@@ -77,7 +77,7 @@ class UncertaintySources:
 
 
 class SlopesOnBall(NamedTuple):
-    """Slopes of ln E with respect to relative errors of springs and gains, in presses on a reference ball, (tips,) [1].
+    """Slopes [1] of ln E with respect to relative errors of springs and gains on a reference ball, shape (tips,).
 
     The reading of the ball corrects all later readings. An error of the unit therefore affects them only by the
     difference between its slope on the fruit and its slope on the ball.
@@ -89,7 +89,7 @@ class SlopesOnBall(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channels:
-    """The standard deviations of the channels and springs of a design or a unit, (tips,).
+    """The standard deviations of the channels and springs of a design or a unit; arrays have the shape (tips,).
 
     `full_scale` [N] is the largest force. `noise` [N] holds the noise by cause, which is independent from sample to
     sample. A zero drifts by at most `zero_drift` [N], which is a bound and not a standard deviation. `gains` [1] holds
@@ -161,9 +161,9 @@ class Channels:
     def spring_and_gain_uncertainty(self, springs: Floats, gains: Floats) -> dict[str, float]:
         """Return the relative standard uncertainty of the modulus due to errors of stiffnesses, creep and gains [1].
 
-        `springs` and `gains` are the slopes of ln E with respect to relative errors of stiffnesses and gains [1],
-        (tips,) or (readings, tips). The slopes on a reference ball are subtracted, because the ball corrects the
-        readings.
+        `springs` and `gains` are the slopes of ln E with respect to relative errors of stiffnesses and gains [1], with
+        the shape (tips,) or (readings, tips). The slopes on a reference ball are subtracted, because the ball corrects
+        the readings.
         """
         corrected_springs, corrected_gains = springs, gains
         if self.on_ball is not None:

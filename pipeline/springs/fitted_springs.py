@@ -42,7 +42,7 @@ GRAVITY = 1e-6 * STANDARD_GRAVITY  # specific weight [N/mm^3] of a material with
 def printable_leaves(
     design: Design, sizing: SpringSizing, lengths_mm: tuple[float, ...] | None = None
 ) -> dict[str, Printable]:
-    """Return for each spring whether the process can print its leaves, or else the reason why not.
+    """Return whether the process can print the leaves of each spring, or else the reason why not.
 
     `lengths_mm` are the leaf lengths [mm], low spring first. By default they follow from the beam law.
     """

@@ -448,7 +448,7 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
 
 
 def _extrapolate(solutions: Sequence[PartCompliance]) -> list[tuple[float, float]]:
-    """Return for each pressed face the stiffness extrapolated to element size 0 and its error [N/mm]."""
+    """Return the stiffness extrapolated to element size 0, and its error [N/mm], for each pressed face."""
     sizes = _SCALES[: len(solutions)]
     return [extrapolate_to_size_zero(sizes, K) for K in np.array([solution.K for solution in solutions]).T.tolist()]
 

@@ -128,13 +128,13 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
 
 
 def _shorter_travel_text(context: _HintContext) -> str | None:
-    """Return, as text, a shorter travel [mm] at which the verdict passes, or None if there is none."""
+    """Return a shorter travel [mm], as text, at which the verdict passes, or None if there is none."""
     travel = shorter_travel(context.verdict, context.design, context.springs)
     return None if travel is None else f"{travel:g}"
 
 
 def _longer_travel_text(context: _HintContext) -> str | None:
-    """Return, as text, a travel [mm] at which the verdict on the last touch passes, or None without a value."""
+    """Return a travel [mm], as text, at which the verdict on the last touch passes, or None without a value."""
     verdict = context.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None

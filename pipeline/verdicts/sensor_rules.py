@@ -164,7 +164,7 @@ def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
 def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
     """Return the verdicts on the springs and targets of the paper, for the contact of this design.
 
-    The result is None if the fruit or the tips differ from those of the paper.
+    The result is None if the fruit or the tips are not the ones in the paper.
     """
     if not sensor.design.has_paper_scene:
         return None
@@ -181,7 +181,7 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
 
 
 def _on_paper_springs(sensor: PressedSensor) -> PressedSensor:
-    """Return the sensor on springs that are exactly as stiff as those of the paper. They are not printed."""
+    """Return the sensor on unprinted springs that have exactly the stiffnesses given in the paper."""
     springs = {"low": MadeSpring(target=PAPER_SPRINGS.K_l), "high": MadeSpring(target=PAPER_SPRINGS.K_h)}
     ideal = replace(sensor.springs, springs=springs, fitted=None, of_plate=None, ideal=True)
     return replace(sensor, springs=ideal)

@@ -109,8 +109,8 @@ class Readout:
     """The signal path of a design. A number that is not set comes from the amplifier or the displacement sensor.
 
     A sample holds one conversion per channel. The conversion of a channel begins `delay_ms` after the first conversion
-    of the sample. `drift_K` is the largest difference between the temperatures at a press and at the calibration, and
-    `tare_K` between those at a press and at the last taring.
+    of the sample. `drift_K` is the largest change in temperature between the calibration and a press, and `tare_K` the
+    largest change between the last taring and a press.
     """
 
     amplifier: str | None = choice(

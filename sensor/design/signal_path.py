@@ -171,8 +171,8 @@ def signal_path(
     """Return the signal path of a sensor: the sensitivity, the noise and the drift of the channel of each tip.
 
     `springs` has one entry for each kind of spring, and `kinds` is the kind of the spring of each tip, "low" or "high".
-    Each spring has the standard displacement sensor, except for the numbers that `readout` overrides. The drifts are
-    those for the temperature changes of `readout`. The stiffness of the springs drifts with the modulus of the
+    Each spring has the standard displacement sensor, except for the numbers that `readout` overrides. The drifts hold
+    for the temperature changes given in `readout`. The stiffness of the springs drifts with the modulus of the
     `process`.
     """
     amplifier = readout.circuit
