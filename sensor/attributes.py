@@ -46,7 +46,8 @@ def _attribute_lines(item: dataclasses.Field[Any]) -> Iterator[str]:
     text = f"{meaning[0].upper()}{meaning[1:]}."
     key = key_of(item)
     if key != item.name:
-        text += f" In JSON: {key if '`' in key else f'`{key}`'}."
+        marked_key = key if "`" in key else f"`{key}`"
+        text += f" In JSON: {marked_key}."
     yield f"{item.name} : {type_name}"
     yield from textwrap.wrap(text, _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
 

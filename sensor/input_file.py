@@ -51,8 +51,9 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
     content = read_bytes(path, name)
     # Some editors write UTF-16 files, which begin with a byte order mark. In a UTF-8 file such a mark is skipped.
     is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    encoding = "utf-16" if is_utf16 else "utf-8-sig"
     try:
-        return parse_toml(content.decode("utf-16" if is_utf16 else "utf-8-sig"))
+        return parse_toml(content.decode(encoding))
     except UnicodeDecodeError as error:
         line = 1 + error.object.count(b"\n", 0, error.start)
         reason = f"line {line} is not UTF-8 text"

@@ -20,7 +20,8 @@ def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -
     if isinstance(value, bool):
         return OUTCOMES[value]
     if isinstance(value, float):
-        return f"{0.0 if abs(value) < ROUND_OFF else value:.{digits}g}{_unit_suffix(unit)}"
+        number = 0.0 if abs(value) < ROUND_OFF else value
+        return f"{number:.{digits}g}{_unit_suffix(unit)}"
     return f"{value}{_unit_suffix(unit)}" if isinstance(value, int) else f"{value}"
 
 

@@ -214,12 +214,12 @@ def fruit_suggestion(
     runs = 0
     tried_designs: set[Design] = set()
     candidates: list[Candidate] = []
-    result: Sensor | SensorResult | None
     centring = _Centring()
+    # The search also ends at a design that was tried before, so that it does not go round in a circle.
     while len(tried_designs) < MAX_TRIALS and runs < MAX_RUNS and design not in tried_designs:
         tried_designs.add(design)
         tried = len(tried_designs)
-        result = _solve_sized(design)
+        result: Sensor | SensorResult | None = _solve_sized(design)
         candidate = _make_candidate(changes, result)
         # The scaled preset is run even if some verdicts are undecided, because the preset passed its own run. Springs
         # solved by finite elements may decide these verdicts.

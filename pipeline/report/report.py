@@ -273,9 +273,10 @@ def structure_report(folder: Path, data: Plain) -> Report:
     names the `folder`, if the data are invalid.
     """
     design = data.get("design")
+    design_tables = design if isinstance(design, dict) else {}
     try:
         # The design is checked first only for its error message. It is built below, with the rest of the report.
-        design_from_mapping(design if isinstance(design, dict) else {})
+        design_from_mapping(design_tables)
     except InputError as error:
         raise _report_error(folder, f"its design must be valid in this version: {error}") from error
     try:

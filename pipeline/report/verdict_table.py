@@ -69,12 +69,14 @@ def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]
+        if fails_unread(verdict):  # otherwise the value within its limit would not explain the failure
+            outcome = f"{outcome}: {UNREAD}"
         in_units = as_read(verdict)
         table.add_row(
             in_units.name,
             measured(in_units),
             escape(limit_text(in_units, in_units.unit)),
             escape(tolerance_text(in_units)),
-            f"{outcome}: {UNREAD}" if fails_unread(verdict) else outcome,
+            outcome,
         )
     return table

@@ -280,9 +280,12 @@ def fit_lengths(
     MeshError if a mesh differs from its solid.
     """
     start = time.perf_counter()
-    pin = None if housing.pin is None else pin_compliance(housing.pin, solver.E, solver.poisson)
-    # the mesh has no pins, so their compliance is subtracted from the targets and added to the result
-    foot_targets = np.array(targets if pin is None else targets_without_pins(targets, pin))
+    pin = None
+    foot_targets = np.array(targets)
+    if housing.pin is not None:
+        # the mesh has no pins, so their compliance is subtracted from the targets and added to the result
+        pin = pin_compliance(housing.pin, solver.E, solver.poisson)
+        foot_targets = np.array(targets_without_pins(targets, pin))
     if tolerance >= ROUGH_TOLERANCE:
         housing, stiffness = _fit_on_rough_mesh(housing, foot_targets, solver)
         outcome = "by random designs"

@@ -73,8 +73,8 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         sizing_ratio = at_E_max.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
     stiffening = fruit_stiffening(fruit.E_max_MPa, pair)
-    # The formula has no skin, so K_m is then proportional to E.
-    springs = _choose_springs(design, K_m_max, sizing_ratio, () if is_hayes else stiffening)
+    sizing_stiffening = () if is_hayes else stiffening  # the formula has no skin, so K_m is proportional to E
+    springs = _choose_springs(design, K_m_max, sizing_ratio, sizing_stiffening)
     return SpringSizing(
         springs=springs,
         K_m_over_E=K_m_over_E,

@@ -46,10 +46,10 @@ class ReadingRequirements:
     design by the fraction `radius_spread`. `noise_percent` is a percentage of the largest force of each tip.
 
     `stiffness_percent` and `gain_percent` are uncertainties after calibration; if they are None, they are computed from
-    the bench of the design. If weights calibrate the unit, they are the uncertainties of each spring and each force. If
-    a hard plate does, which moves all tips equally, they are the uncertainties of each force at a known deflection, and
-    of each deflection. `bias_limit` is the largest |E read / E - 1| without noise, and `uncertainty_limit` the largest
-    standard uncertainty.
+    the bench of the design. If weights calibrate the unit, they are the uncertainties of each spring and each force. A
+    hard plate moves all tips equally. If it calibrates the unit, they are the uncertainties of each force at a known
+    deflection, and of each deflection. `bias_limit` is the largest |E read / E - 1| without noise, and
+    `uncertainty_limit` the largest standard uncertainty.
     """
 
     tilt_deg: float = quantity(

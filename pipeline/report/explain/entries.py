@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from cad.parts.housing import TILT_DEG
 from pipeline.report.keys import ReportKey, report_key
@@ -58,13 +59,14 @@ def entries() -> tuple[Entry, ...]:
     loaded = [_verdict_entry(row) for row in verdict_rows()]
     text = (Path(__file__).parent / "symbols.toml").read_text(encoding="utf-8")
     for name, table in tomllib.loads(text).items():
-        aliases = tuple(table.pop("aliases", ()))
+        columns: dict[str, Any] = {**table, "aliases": tuple(table.get("aliases", ()))}
         key = report_key(table.get("key", ""))
         if key is not None:
-            # a meaning in the file comes later, so it replaces the meaning of the key
-            table = {"meaning": _meaning_of(key), **table, "unit": key.unit}
-        table |= {column: _fill_in(table[column], _CONSTANTS) for column in ("meaning", "formula")}
-        loaded.append(Entry(name=name, is_verdict=False, aliases=aliases, **table))
+            columns["unit"] = key.unit
+            columns.setdefault("meaning", _meaning_of(key))
+        for column in ("meaning", "formula"):
+            columns[column] = _fill_in(columns[column], _CONSTANTS)
+        loaded.append(Entry(name=name, is_verdict=False, **columns))
     return tuple(loaded)
 
 
