@@ -224,7 +224,8 @@ def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
     def change_in_scene(cause: Cause, sign: float) -> Floats:
         if cause.name != POSE:
             return change(cause, sign)
-        pose_change = (minus if sign < 0.0 else plus) / value - 1.0
+        tilted_result = minus if sign < 0.0 else plus
+        pose_change = tilted_result / value - 1.0
         return np.asarray(pose_change if math.isfinite(pose_change) else LIFTED)
 
     return change_in_scene

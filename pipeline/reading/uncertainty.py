@@ -177,11 +177,10 @@ class Channels:
             sources["creep"] = (self.creep, np.ones(1))
         # The temperature may change between the presses on the ball and on the fruit, so the ball does not remove the
         # drift.
-        gain_sources = {
-            cause: (deviation, gains if cause == OF_DRIFT else corrected_gains)
-            for cause, deviation in self.gains.items()
-        }
-        return standard_uncertainties(sources | gain_sources)
+        for cause, deviation in self.gains.items():
+            gain_slopes = gains if cause == OF_DRIFT else corrected_gains
+            sources[cause] = (deviation, gain_slopes)
+        return standard_uncertainties(sources)
 
 
 def designed_channels(

@@ -26,6 +26,18 @@ def part_verdicts(part: PartStiffness, targets: Mapping[str, float]) -> tuple[Ve
 
 def part_data(part: PartStiffness) -> dict[str, object]:
     """Return the numbers of a solved part as JSON data; the keys name the units."""
+    faces = {}
+    for name, face in part.faces.items():
+        K_held = face.K_held
+        strain_error = face.strain_error
+        faces[name] = {
+            "K_N_per_m": 1e3 * face.K,
+            "error_percent": 100.0 * face.K_error,
+            "K_N_per_m_with_holes_held": None if K_held is None else 1e3 * K_held,
+            "strain_per_N": face.strain_per_N,
+            "strain_error_percent": None if strain_error is None else 100.0 * strain_error,
+            "no_strain": face.no_strain or None,
+        }
     return {
         "method": part.method,
         "held_by": part.held_by,
@@ -37,17 +49,7 @@ def part_data(part: PartStiffness) -> dict[str, object]:
         "left_out_mm3": part.left_out_mm3,
         "left_out_at_mm": part.left_out_at,
         "curve": part.curve,
-        "faces": {
-            name: {
-                "K_N_per_m": 1e3 * face.K,
-                "error_percent": 100.0 * face.K_error,
-                "K_N_per_m_with_holes_held": None if face.K_held is None else 1e3 * face.K_held,
-                "strain_per_N": face.strain_per_N,
-                "strain_error_percent": None if face.strain_error is None else 100.0 * face.strain_error,
-                "no_strain": face.no_strain or None,
-            }
-            for name, face in part.faces.items()
-        },
+        "faces": faces,
     }
 
 

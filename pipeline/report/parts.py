@@ -359,11 +359,14 @@ class ReadingReport:
         """
         bias = readings.bias
         uncertainty = readings.uncertainty
+        sources: dict[str, float] = {}
+        if uncertainty is not None:
+            sources = _percent(readings.worst_uncertainty.sources.contributions)
         return cls(
             E_bias_percent=None if bias is None else 100.0 * bias.value,
             E_bias_error_percent=None if bias is None else 100.0 * bias.error,
             uncertainty_percent=None if uncertainty is None else 100.0 * uncertainty.value,
-            sources={} if uncertainty is None else _percent(readings.worst_uncertainty.sources.contributions),
+            sources=sources,
             method=readings.method,
             touch_fraction=readings.touch.value,
             noise_for_10_percent=readings.noise_percent,

@@ -147,10 +147,11 @@ class Tips(ShapeKeys):
     def names(self) -> tuple[str, ...]:
         """Return the name of each tip: the kind of its spring, and a number if several springs are of this kind."""
         springs = self.springs
-        return tuple(
-            spring if springs.count(spring) == 1 else f"{spring}_{springs[: i + 1].count(spring)}"
-            for i, spring in enumerate(springs)
-        )
+        names = []
+        for i, spring in enumerate(springs):
+            number = springs[: i + 1].count(spring)  # 1 for the first spring of this kind
+            names.append(spring if springs.count(spring) == 1 else f"{spring}_{number}")
+        return tuple(names)
 
     @cached_property
     def places_mm(self) -> tuple[Position, ...]:
