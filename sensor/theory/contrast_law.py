@@ -245,7 +245,8 @@ def smallest_root(a: float, b: float, d: float) -> float:
     second_extremum = -2.0 * b / (3.0 * d) if d != 0.0 else 0.0
     end = second_extremum if second_extremum > 0.0 else _beyond_root(a, b, d)
     # The value of the cubic at z = 0 is a, so it must have the opposite sign at the end of the range.
-    if not a * (a + end * end * (b + d * end)) < 0.0:
+    end_value = a + end * end * (b + d * end)
+    if not a * end_value < 0.0:  # also refuses nan
         raise ReadingError(OF_ANOTHER_SENSOR)
     # Newton's method in the bracket from `start` to `end`. A step that leaves the bracket is replaced by a bisection.
     start = 0.0

@@ -452,23 +452,24 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
     E, offset, S_offset = _solve_press(law, rise.moments)
     tips = len(noises)
     linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
+    comoment_per_log_E, mean_per_log_E = linearised.per_log_E
     # Let c be the derivative of the law with respect to a force, and u the instrument. If the force has noise with the
     # standard deviation sigma, the co-moment has the standard deviation |c| sigma sqrt(sum (u - mean u)^2).
-    noise_per_force = (
-        np.abs(linearised.sum_per_tip(linearised.per_force)) * math.sqrt(rise.spread) / abs(linearised.per_log_E[0])
-    )
+    per_tip_force = linearised.sum_per_tip(linearised.per_force)
+    noise_per_force = np.abs(per_tip_force) * math.sqrt(rise.spread) / abs(comoment_per_log_E)
     relative_noise = float(np.linalg.norm(noise_per_force * noises))
     if relative_noise > LARGEST_NOISE:
         message = f"The standard uncertainty of E due to noise, {relative_noise:.2g} E, is above a third of E."
         raise RiseError("no_rise", f"{message} Press farther.")
     # The offset is uncertain for two reasons: the noise of the mean residual, and the change of the offset with E.
-    residual_noise = float(np.linalg.norm(linearised.sum_per_tip(linearised.per_force) * noises))
+    residual_noise = float(np.linalg.norm(per_tip_force * noises))
+    mean_noise = residual_noise / math.sqrt(len(rise.forces))
     return RiseReading(
         E=E,
         offset=offset,
         noise=relative_noise,
-        offset_noise=math.hypot(residual_noise / math.sqrt(len(rise.forces)), linearised.per_log_E[1] * relative_noise),
-        offset_per_log_E=float(linearised.per_log_E[1]),
+        offset_noise=math.hypot(mean_noise, mean_per_log_E * relative_noise),
+        offset_per_log_E=float(mean_per_log_E),
         samples=len(rise.forces),
         touch=rise.touch / rise.largest,
         slopes=linearised.slopes(noise_per_force),
@@ -493,7 +494,7 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     E, offset, S_offset = _solve_press(law, rise.moments)
     tips = rise.forces.shape[1]
     linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
-    weights = law.contrast.arrays[0]
+    weights, _, _ = law.contrast.arrays
     # By Hertz's law, the indentation is h (F / E)^(2/3).
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     # The changes of the law per height of each wave under each tip.
@@ -517,12 +518,13 @@ def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequen
     tips = rise.forces.shape[1]
     linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
     relative = domes.relative_radius
+    # Let r be the dome radius, H the mean curvature of the fruit, and R* the relative radius, with 1 / R* = 1 / r + H.
     # The Hertz term is proportional to R*^(-1/3), and S to 1 + r H = r / R*. If r grows by a fraction e, R* grows by
-    # e R* / r, and r / R* by e R* H. The dome changes, not the law: a dome with a larger radius than the law assumes
-    # acts like a law with a smaller radius. So the signs are reversed.
+    # the fraction e R* / r, and r / R* by the fraction e R* H. The dome changes, not the law: a dome with a larger
+    # radius than the law assumes acts like a law with a smaller radius. So the signs are reversed.
     hertz_change = relative / domes.dome_radius / 3.0 * linearised.hertz
     distance_change = -relative * domes.mean_curvature * linearised.flesh
-    weights = law.contrast.arrays[0]
+    weights, _, _ = law.contrast.arrays
     contact_radius = np.sqrt(relative * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     cap_changes = [
         rise.comoment_and_mean(effective_cap_height(radius, contact_radius)) @ weights for radius in cap_radii
@@ -654,7 +656,10 @@ class _LinearisedLaw:
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
         # Change of the law per relative change of the modulus of the flesh under each tip. A dome indents this flesh by
         # Hertz's law, in proportion to E^(-2/3), and a flat tip in proportion to 1 / E.
-        self.own_flesh = self._hertz_slope * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
+        if law.contrast.hertz:
+            self.own_flesh = self._hertz_slope * two_thirds
+        else:
+            self.own_flesh = self._weights * np.diag(S) * z**3 * F
         # derivative with respect to the offset, which changes S
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
 
@@ -699,7 +704,9 @@ class _LinearisedLaw:
         squares = rise.comoment_and_mean(rise.forces**2)
         index = np.arange(len(rise.forces))[:, None]
         # co-moment of a zero error that grows from 0 at the first sample to 1 at the last
-        drift = rise.comoment_and_mean(index / (len(index) - 1))[0]
+        drift_comoment, _ = rise.comoment_and_mean(index / (len(index) - 1))
+        # co-moment of the change of each force per second of delay
+        rate_comoment, _ = rise.comoment_and_mean(rise.rates)
         # Changes of the law for a relative error of 1 of the gains and of the spring stiffnesses.
         gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * two_thirds)
         spring_slopes = self._weights @ self._C
@@ -711,10 +718,8 @@ class _LinearisedLaw:
             gains=_numbers(self.slope_with_saddle(*gains)),
             springs=_numbers(self.slope_with_saddle(*springs)),
             zeros=_numbers(self.slope_with_saddle(zeros, self.sum_per_tip(self.per_force))),
-            drifts=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * drift))),
-            times=_numbers(
-                self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * rise.comoment_and_mean(rise.rates)[0]))
-            ),
+            drifts=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * drift_comoment))),
+            times=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * rate_comoment))),
             hertz=float(self.slope_at_constant_saddle(self.hertz[0])),
             body=float(self.slope_at_constant_saddle(self.flesh[0])),
             offset=float(self.slope_at_constant_saddle(self.per_offset[0])),

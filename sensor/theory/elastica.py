@@ -1,5 +1,6 @@
 """Large deflection of guided leaves by the elastica, which is exact for thin leaves."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ def cantilever(sine: Floats | float) -> Cantilever:
     sine = np.asarray(sine, dtype=np.float64)
     _check_bounds("sine of the end's slope", sine, _SINES, "press less")
     # I = 1 + a and J = 2/3 (1 + b). Written in a and b, nothing below subtracts nearly equal numbers.
-    a, b = _integral_series(np.asarray(sine * sine))
+    a, b = _integrals(np.asarray(sine * sine))
     return Cantilever(
         force=2.0 * sine * (1.0 + a) ** 2,
         deflection=2.0 / 3.0 * sine * (1.0 + b) / (1.0 + a),
@@ -53,26 +54,31 @@ def _check_bounds(name: str, values: Floats, bounds: Bounds, hint: str) -> None:
             raise validation_error(name, value, "1", str(bounds), hint)
 
 
-def _integral_series(square: Floats) -> tuple[Floats, Floats]:
-    """Return I - 1 and 1.5 J - 1 in the shape of `square` = s^2, with the integrals I and J of `cantilever`.
+def _integrals(square: Floats) -> tuple[Floats, Floats]:
+    """Return a = I - 1 and b = 3/2 J - 1 [1] in the shape of `square` = s^2.
 
-    1 / q = 1 / sqrt(1 - x) is a binomial series in x = s^2 (1 - v^2)^2, which is integrated over v term by term.
+    I and J are the integrals of `cantilever`,
+
+        I = int_0^1 dv / sqrt(1 - x),    J = int_0^1 (1 - v^2) dv / sqrt(1 - x),    x = s^2 (1 - v^2)^2.
+
+    The binomial series of 1 / sqrt(1 - x) is integrated over v term by term. Its first term contributes 1 to I and 2/3
+    to J. It is left out, because subtracting it later would cancel the leading digits for small s.
     """
     a = b = np.zeros_like(square)
     coefficient = np.ones_like(square)
     odd_integral = 2.0 / 3.0  # integral of 1 - v^2
-    n = 0
-    while True:
-        n += 1
+    for n in itertools.count(1):
         # coefficient of x^n in 1 / sqrt(1 - x), times s^(2 n)
         coefficient = coefficient * square * (2 * n - 1) / (2 * n)
         even_integral = odd_integral * 4 * n / (4 * n + 1)  # integral of (1 - v^2)^(2 n)
         odd_integral = even_integral * (4 * n + 2) / (4 * n + 3)  # integral of (1 - v^2)^(2 n + 1)
         a = a + coefficient * even_integral
         b = b + 1.5 * coefficient * odd_integral  # because 1 + b is 1.5 J
-        # The terms decrease faster than a geometric series in s^2, so the remaining terms sum to less than this.
-        if (coefficient * square / (1.0 - square) <= _ROUND_OFF * a).all():
-            return a, b
+        # The terms decrease faster than a geometric series in s^2, which bounds the sum of the remaining terms.
+        remainder_bound = coefficient * square / (1.0 - square)
+        if (remainder_bound <= _ROUND_OFF * a).all():
+            break
+    return a, b
 
 
 def large_deflection_stiffening(length: float, deflection: Floats | float) -> Floats:

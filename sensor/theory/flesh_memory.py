@@ -1,7 +1,10 @@
-"""The memory of earlier forces in flesh that relaxes. In each arm of its Prony series, tau_i dm_i/dt = n - m_i.
+"""The forces of flesh that relaxes, from the history variables m_i of its Prony series.
 
-Here n is the force with which elastic flesh would resist the same indentation. The force of flesh that relaxes is then
-F(t) = n(t) - sum g_i m_i(t): E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
+Let n be the force with which elastic flesh would resist the same indentation. The force F of flesh that relaxes is
+
+    F(t) = n(t) - sum_i g_i m_i(t),    tau_i dm_i/dt = n - m_i.
+
+See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
 """
 
 import numpy as np
@@ -11,13 +14,13 @@ from sensor.theory.relaxation import Relaxation
 
 
 class Memory:
-    """The memory m_i of elastic forces n in each arm of a Prony series; n is piecewise linear in time."""
+    """The history variables m_i of the terms of a Prony series, for elastic forces n piecewise linear in time."""
 
     def __init__(self, relaxation: Relaxation) -> None:
         """Start without any previous force."""
         self._shares = np.array(relaxation.shares)[:, None, None]
         self._times = np.array(relaxation.times)[:, None]
-        self._known_memory: Floats | float = 0.0  # the part of the next memory that earlier forces determine
+        self._known_memory: Floats | float = 0.0  # the part of the next m_i that earlier forces determine
         self._mean_decay: Floats | float = 1.0
         self._memory: Floats | float = 0.0
         self._elastic: Floats | float = 0.0
@@ -28,9 +31,9 @@ class Memory:
         Here n are the elastic forces [N] at the end of the step. They need not be known yet; pass them to `keep` as
         soon as they are. `fresh` [1], (presses, 1), is the part of them that has not relaxed. `lost` [N], (presses,
         tips) or (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the duration of the step.
-        Elastic forces are linear in time during a step, so each arm is integrated exactly.
+        Elastic forces are linear in time during a step, so each term of the series is integrated exactly.
         """
-        duration = (seconds / self._times)[..., None]  # relative to the time constant of each arm [1]
+        duration = (seconds / self._times)[..., None]  # relative to the time constant tau_i of each term [1]
         decay = np.exp(-duration)
         self._mean_decay = np.divide(-np.expm1(-duration), duration, out=np.ones_like(duration), where=duration > 0.0)
         self._known_memory = decay * self._memory + (self._mean_decay - decay) * self._elastic

@@ -129,13 +129,15 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
     A constant error of all values changes the zero, but not the slope.
     """
     points = _PointsOfLine.centred(x, values, resolutions)
-    level_count = len(set((x if levels is None else levels).tolist()))
-    bend = points.bend(level_count)
+    nominal_x = x if levels is None else levels
+    bend = points.bend(level_count=len(set(nominal_x.tolist())))
     degrees_of_freedom = len(x) - 2
     # With few points, Student's t replaces the coverage factor of the normal distribution.
-    scatter = student(degrees_of_freedom) / COVERAGE * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
+    widening = student(degrees_of_freedom) / COVERAGE
+    scatter_about_line = widening * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
+    scatter = bend.scatter if bend.excess else scatter_about_line
     rounding = ROUNDED * float(resolutions.min())
-    error = float(np.hypot(bend.scatter if bend.excess else scatter, rounding)) / (points.width * points.span)
+    error = float(np.hypot(scatter, rounding)) / (points.width * points.span)
     if bend.excess:
         # At either end of the line, the slope is uncertain by half of the standard deviation of its change.
         error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))
@@ -225,16 +227,16 @@ class _PointsOfLine(NamedTuple):
     def suspect(self) -> Outlier | None:
         """Return the row whose removal reduces the scatter most, or None if no row can be removed.
 
-        At least three rows must remain, and they must span at least a tenth of the range of x.
-        The line without each row is computed from the leverages of the single fit: R. D. Cook, S. Weisberg, Residuals
-        and Influence in Regression, 1982, 2.2.2.
+        At least three rows must remain, and they must span at least a tenth of the range of x. The lines through the
+        other rows are not fitted one by one. They follow from the fit to all rows and its leverages: R. D. Cook, S.
+        Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
         """
         rows = range(len(self.x))
         degrees_of_freedom = len(self.x) - 3  # degrees of freedom of a line through the other rows
         is_removable = [float(np.ptp(np.delete(self.x, row))) >= _MIN_WIDTH * self.span for row in rows]
         if degrees_of_freedom < 1 or not any(is_removable):
             return None
-        # It is replaced by 1 for a row that cannot be removed, because it may then be 0.
+        # For a row that cannot be removed, 1 minus its leverage may be 0, and is replaced by 1.
         one_less_leverage = np.where(is_removable, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
         deleted_residuals = self.residuals / one_less_leverage  # distance of each row from the line through the others
         decreases = self.residuals * deleted_residuals  # decrease of the sum of squares if a row is removed

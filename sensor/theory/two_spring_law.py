@@ -199,13 +199,13 @@ def curve_shares(steps: int) -> list[float]:
 def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
     """Return NL [1], the deviation of a curve P(E) from a straight line, divided by the rise of P.
 
-    `P` [1] are the force ratios at increasing moduli `E`, in any unit, of which the first is nearly 0. "mid-range" is
-    the deviation at the middle modulus. "largest" is the vertex of the parabola through the largest deviation and its
-    two neighbours, which are treated as equally spaced. The result is nan if a P that it needs is not finite, because a
-    tip is out of contact, or if P does not change.
+    `P` [1] are the force ratios at the increasing moduli `E`, which may have any unit. E[0] must be nearly 0. With the
+    `definition` "mid-range", NL is the deviation at the middle modulus. With "largest", it is the vertex of the
+    parabola through the largest deviation and its two neighbours, which are treated as equally spaced. The result is
+    nan if a required P is not finite, because a tip is out of contact, or if P does not change.
     """
     rise = P[-1] - P[0]
-    if not (math.isfinite(rise) and rise != 0.0):
+    if rise == 0.0 or not math.isfinite(rise):
         return math.nan
     deviations = [(p - P[0]) / rise - e / E[-1] for p, e in zip(P, E, strict=True)]
     if definition == "mid-range":
@@ -216,8 +216,9 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
     top = min(max(deviations.index(max(deviations)), 1), len(P) - 2)
     before, here, after = deviations[top - 1 : top + 2]
     second_difference = before - 2.0 * here + after
-    # height of the vertex of the parabola through the three deviations
-    return here - (after - before) ** 2 / (8.0 * second_difference) if second_difference < 0.0 else here
+    if second_difference >= 0.0:  # the parabola through the three deviations has no maximum
+        return here
+    return here - (after - before) ** 2 / (8.0 * second_difference)  # height of its vertex
 
 
 def size_springs(
