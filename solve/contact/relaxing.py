@@ -81,8 +81,9 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
         residual = np.where(is_touching, overlap - deflection, 0.0)
         if np.abs(residual).max() <= tolerance:
             return F
-        # Derivative of the flattening h (F / E)^(2/3) with respect to F. The inner `where` avoids division by zero.
-        hertz_slope = np.where(is_touching & (hertz > 0.0), hertz / np.where(is_touching, 1.5 * cube_root, 1.0), 0.0)
+        # Derivative of the flattening h (F / E)^(2/3) with respect to F.
+        divisor = np.where(is_touching, 1.5 * cube_root, 1.0)  # avoids division by zero
+        hertz_slope = np.where(is_touching & (hertz > 0.0), hertz / divisor, 0.0)
         tangent = compliance + hertz_slope[..., None] * identity
         tangent = np.where(is_touching[..., None], tangent, identity)  # a tip out of contact keeps a force of 0
         F = F + np.linalg.solve(tangent, residual[..., None])[..., 0]

@@ -81,8 +81,8 @@ def square_punch(nodes_per_side: int) -> Punch:
     flat punch. The exact F / (E* d) is 1.15230: pi times 0.36679, the capacitance of a square plate of side 1 in units
     of 4 pi epsilon_0 (Read 1997).
     """
-    coarse, _ = _square_moments(CELLS[0], nodes_per_side)
-    fine, flat_forces = _square_moments(CELLS[1], nodes_per_side)
+    coarse, _ = _square_mutual_work(CELLS[0], nodes_per_side)
+    fine, flat_forces = _square_mutual_work(CELLS[1], nodes_per_side)
     step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)  # from the fine grid to the limit
     # The nodes are the Gauss points for the pressure of the flat punch.
     along_x = _gauss_points(flat_forces.sum(axis=1), nodes_per_side)
@@ -125,11 +125,13 @@ def circle_punch(nodes_per_side: int) -> Punch:
 
 
 def _disc_harmonics(x: Floats, y: Floats, degree_count: int) -> Iterator[tuple[float, Floats]]:
-    """Yield the eigenvalue of each harmonic of the unit disc, and its values at points x, y (n,) of the disc.
+    """Yield each harmonic of the unit disc: its eigenvalue [1], and its values at points x, y (n,) of the disc.
 
-    The harmonics P_l^m(sqrt(1 - r^2)) cos m phi and sin m phi have degrees l below `degree_count` and even l - m. With
-    the gamma function G, the eigenvalue is pi G((l + m + 1) / 2) G((l - m + 1) / 2) / (G((l + m + 2) / 2) G((l - m + 2)
-    / 2)).
+    The harmonics P_l^m(sqrt(1 - r^2)) cos m phi and sin m phi have degrees l below `degree_count` and even l - m. The
+    pressure harmonic / sqrt(1 - r^2) displaces the disc by the eigenvalue times the harmonic, where the displacement is
+    the integral of pressure / distance. With the gamma function G, the eigenvalue is
+
+        pi G((l + m + 1) / 2) G((l - m + 1) / 2) / (G((l + m + 2) / 2) G((l - m + 2) / 2)).
     """
     cosine = np.sqrt(1.0 - (x**2 + y**2))
     phi = np.arctan2(y, x)
@@ -143,16 +145,17 @@ def _disc_harmonics(x: Floats, y: Floats, degree_count: int) -> Iterator[tuple[f
                 yield eigenvalue, radial * np.sin(order * phi)
 
 
-def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:
-    """Return the matrix Y of nodal forces, given the work of products of Legendre polynomials on one another.
+def _nodal_stiffness(mutual_work: Floats, along_x: Floats, along_y: Floats) -> Floats:
+    """Return the matrix Y (n^2, n^2) that maps nodal displacements to nodal forces.
 
-    Y and the work, `moments`, have the shape (n^2, n^2). `along_x` and `along_y` (n,) are the coordinates of the nodes,
-    between -1/2 and 1/2. If the columns of V are the products at the nodes, Y = V^-T moments V^-1.
+    `mutual_work` W (n^2, n^2) is the work of the products of Legendre polynomials on one another. `along_x` and
+    `along_y` (n,) are the coordinates of the nodes, between -1/2 and 1/2. If the columns of V are the products at the
+    nodes, Y = V^-T W V^-1.
     """
     degree = len(along_x) - 1
     values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
     inverse = np.linalg.inv(values)
-    stiffness = inverse.T @ moments @ inverse
+    stiffness = inverse.T @ mutual_work @ inverse
     return 0.5 * (stiffness + stiffness.T)  # removes the asymmetry due to round-off
 
 
@@ -166,13 +169,16 @@ def graded_edges(cells: int, grading: float = GRADING) -> Floats:
     return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** grading)
 
 
-def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
+def _square_mutual_work(cells: int, n: int) -> tuple[Floats, Floats]:
     """Return the mutual work of polynomial displacements of a square, and the cell forces under a flat punch.
 
-    The work int P_a A^-1 P_b, shape (n^2, n^2), is the work of the pressures for the displacement P_b on the
-    displacement P_a. The P_a are the products of the first n Legendre polynomials in x with the first n in y. A maps
-    uniform pressures on `cells` x `cells` cells to displacements. The forces have the shape (cells, cells). The side of
-    the square and E* are 1.
+    The displacements P_a are the products of the first n Legendre polynomials in x with the first n in y. Let A map
+    uniform pressures on `cells` x `cells` cells to displacements. The mutual work, shape (n^2, n^2), is
+
+        W_ab = int P_a A^-1 P_b.
+
+    It is the work on the displacement P_a of the pressure that produces P_b. The forces have the shape (cells, cells).
+    The side of the square and E* are 1.
     """
     # Integrate P_0(2 x) to P_n-1(2 x) over each cell, by the recurrence relation of their antiderivatives.
     polynomials = legendre.legvander(2.0 * graded_edges(cells), n).T

@@ -239,7 +239,8 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
     # Loads along x and along the press are symmetric about y = 0, and loads along y are antisymmetric. They need
     # different boundary conditions on the plane of symmetry, so they are solved separately.
-    for held_half, lateral_axis in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
+    antisymmetric_half = with_symmetry(half, ACROSS)
+    for held_half, lateral_axis in ((half, LENGTHWISE), (antisymmetric_half, ACROSS)):
         basis = held_half.basis
         tilts = np.column_stack([face_mean(basis, tip_face(spring), PRESS, slope=lateral_axis) for spring in SPRINGS])
         # The product of a vector in `point_means` with displacements is the displacement of a point along an axis. The

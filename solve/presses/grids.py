@@ -125,11 +125,12 @@ class Grids:
             # `from_edge` [mm] is the distance of a new cell from the edge of the old grid.
             from_edge = self.cell_coordinates * half_widths[tip] + offset + self.half_widths[tip]
             row, column = np.floor(from_edge / self.cell_size[tip]).astype(int)
-            is_inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
+            row_is_inside = (row >= 0) & (row < self.cells)
+            column_is_inside = (column >= 0) & (column < self.cells)
             old_forces = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
             # At the same pressure, the force on a cell is proportional to its area.
             area_ratio = (half_widths[tip] / self.half_widths[tip]) ** 2
-            transferred[tip] = old_forces * np.outer(*is_inside) * area_ratio
+            transferred[tip] = old_forces * np.outer(row_is_inside, column_is_inside) * area_ratio
         return transferred
 
     def precondition(self, deflections: Floats) -> Floats:

@@ -33,7 +33,7 @@ SMALLEST_FRACTION = 1e-3  # smallest fraction of a step towards the forces of an
 GAP_TOLERANCE = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
 
 # Fitting of the grids to their contacts. The fill of a grid is the width of its contact divided by its own width.
-ALLOWED_FILL = (0.72, 0.94)  # a grid is kept as long as its fill is within this range
+ALLOWED_FILL = (0.72, 0.94)  # a grid is kept as long as its contact fills this part of its width
 TARGET_FILL = 0.83  # fill of a new grid, the middle of ALLOWED_FILL
 SMALLEST_FITTED_CELLS = 2.5  # number of cells to which a narrower contact is widened when its grid is chosen
 # A dome out of contact gets the grid of a contact with an interference of this fraction of its gap, but at least of
@@ -149,9 +149,13 @@ class Pressing:
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         interference = lowering - self.nearest
         if self.grids is None:
-            centres, half_widths, start = self.touch, self._first_half_widths(interference), None
+            centres = self.touch
+            half_widths = self._first_half_widths(interference)
+            start = None
         else:
-            centres, half_widths, start = self.grids.centres, self.grids.half_widths, self.cell_forces
+            centres = self.grids.centres
+            half_widths = self.grids.half_widths
+            start = self.cell_forces
         for _ in range(MAX_GRID_FITS):
             grids = Grids(centres, half_widths, self.cells, self.kernel, self.fruit)
             cell_forces = self._cell_forces(grids, lowering, start)
@@ -223,7 +227,8 @@ class Pressing:
         # grid has the fill TARGET_FILL. The width of a contact of one or two cells is rounded up, so that the grid does
         # not shrink too fast.
         is_cut_off = is_at_edge and fill > CUT_OFF_FILL
-        growth = CUT_OFF_GROWTH if is_cut_off else max(fill, SMALLEST_FITTED_CELLS / grids.cells) / TARGET_FILL
+        fitted_fill = max(fill, SMALLEST_FITTED_CELLS / grids.cells)
+        growth = CUT_OFF_GROWTH if is_cut_off else fitted_fill / TARGET_FILL
         return centre, grids.half_widths[tip] * growth
 
     def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
@@ -304,8 +309,12 @@ class Pressing:
         tolerance = GAP_TOLERANCE * max(required.max(), 1e-6)  # [mm]; the bound of 1e-6 mm keeps it positive
         # Ignore tension that would move a cell by only a few tolerances.
         ignored_tension = (tolerance * grids.cell_size / self.fruit.compliance)[:, None, None]
-        active = free & (required > 0.0 if start is None else start > 0.0)
-        f = np.zeros_like(required) if start is None else start
+        if start is None:
+            f = np.zeros_like(required)
+            active = free & (required > 0.0)
+        else:
+            f = start
+            active = free & (start > 0.0)
         energy = _energy(f, deflection(f) - 2.0 * required)
         system = _System(grids, deflection, required, 0.5 * tolerance)
         for _ in range(MAX_ACTIVE_SETS):
@@ -354,7 +363,8 @@ class _System:
             preconditioned = np.where(active, self.grids.precondition(residual), 0.0)
             product = (residual * preconditioned).sum()
             # The first direction is the preconditioned residual, because there is no previous direction.
-            direction = -preconditioned + (product / previous_product if step else 0.0) * direction
+            previous_share = product / previous_product if step else 0.0
+            direction = -preconditioned + previous_share * direction
             previous_product = product
             change = self.deflection(direction)
             step_length = product / (change * direction).sum()

@@ -22,9 +22,9 @@ from solve.linear import SolveError
 TOUCH_STEPS = 12
 TOUCH_LIMIT = 1e-10  # largest overlap at a first touch [mm]
 # Maximum number of Newton steps to a nearest point. A sphere takes one step, and a 2 : 1 ellipsoid takes four.
-FOOT_STEPS = 8
+MAX_NEWTON_STEPS = 8
 # Step at convergence divided by the smallest squared semi-axis: a few units of round-off.
-FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)
+NEAREST_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,13 +149,20 @@ class DomePoses:
 def _nearest_on_ellipsoid(point: Floats, squared_axes: Floats) -> Floats:
     """Return the points of ellipsoids nearest to points outside them, both (..., 3) [mm] relative to the centre.
 
-    `squared_axes` (..., 3) [mm^2] are the squared semi-axes a_k^2. For some t >= 0 [mm^2], the point nearest to s has
-    the coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2). So t
-    is the zero of 1 / |q| - 1. Newton's method finds it quickly, because 1 / |q| is nearly linear in t.
+    `squared_axes` (..., 3) [mm^2] are the squared semi-axes a_k^2. For some t >= 0 [mm^2], the point nearest to `point`
+    s has the coordinates
+
+        a_k^2 s_k / (t + a_k^2).
+
+    It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2). So t is the zero of 1 / |q| - 1. Newton's
+    method finds it quickly, because 1 / |q| is nearly linear in t. If the last step still exceeds the tolerance, its
+    result is used anyway.
     """
     t = np.zeros(point.shape[:-1])
-    tolerance = FOOT_LIMIT * squared_axes.min()
-    for _ in range(FOOT_STEPS if np.ptp(squared_axes, axis=-1).any() else 1):  # on a sphere, one step is exact
+    tolerance = NEAREST_TOLERANCE * squared_axes.min()
+    are_spheres = not np.ptp(squared_axes, axis=-1).any()
+    max_steps = 1 if are_spheres else MAX_NEWTON_STEPS  # on a sphere, one step is exact
+    for _ in range(max_steps):
         denominator = t[..., None] + squared_axes
         q = np.sqrt(squared_axes) * point / denominator
         norm = np.sqrt(_dot(q, q))

@@ -92,7 +92,7 @@ class DomeForces:
 
 @dataclass(frozen=True, eq=False)
 class _DomeState:
-    """The domes at trial values q (poses, tips) [mm] of the local indentation, with the terms of the module docstring.
+    """The domes at trial values q (poses, tips) [mm] of the local indentation, in the notation of the module docstring.
 
     `N` [N] are the normal forces, and `stiffness` [N/mm] their derivatives dN/dq. `contact_radius` [mm] holds Hertz's
     contact radii. `action` (poses, tips, tips) [1/mm] is k_ij. `residual` [mm] is the residual of the equation for b_i.
@@ -365,19 +365,21 @@ class _Law:
         """Return the contacts on flesh under a skin, at the given depths (poses, tips) [mm].
 
         `skin_contact` is the table of contacts on the layered half-space, which is solved at small strain. The
-        large-strain correction of flesh without a skin is therefore not applied; all of it is counted as error.
+        large-strain corrections of flesh without a skin, of the force (`factor`) and of the contact radius (`edge`),
+        are therefore not applied. Their full sizes are taken as the errors.
         """
-        # The table holds depth and force times the radius of curvature, and force and stiffness divided by E.
-        radius, force, stiffness = skin_contact.press(approach.radius * depth)
+        # With the radius of curvature R, the table takes depth * R. It returns force * R / E and stiffness / E.
+        radius, scaled_force, scaled_stiffness = skin_contact.press(approach.radius * depth)
         without_skin = self._large_strain(radius, approach)
         one = np.ones_like(radius)
-        error = np.abs(without_skin.factor - one)
-        strain = replace(without_skin, error=error, edge=one, edge_error=np.abs(without_skin.edge - one))
+        force_error = np.abs(without_skin.factor - one)
+        radius_error = np.abs(without_skin.edge - one)
         return _LocalContact(
-            N=self._E * force / approach.radius,
-            stiffness=self._E * stiffness / approach.depth_ratio,
+            N=self._E * scaled_force / approach.radius,
+            # The table holds dN/d(depth). Since depth = q / depth_ratio, dN/dq is smaller by this ratio.
+            stiffness=self._E * scaled_stiffness / approach.depth_ratio,
             radius=radius,
-            strain=strain,
+            strain=replace(without_skin, error=force_error, edge=one, edge_error=radius_error),
         )
 
     def _large_strain(self, radius: Floats, approach: DomeApproach) -> LargeStrain:
