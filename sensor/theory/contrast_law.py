@@ -1,7 +1,7 @@
 """The contrast of the tips: a combination of several forces that depends on the modulus, but not on travel and tilt.
 
-If the sensor moves as a rigid body, the travel of its tips is a plane: travel + tilt . X_i. The weights w are those of
-the mean over the high tips minus the mean over the low tips. They satisfy sum w_i = 0 and sum w_i X_i = 0, so they
+If the sensor moves as a rigid body, the travel of its tips is a plane: travel + tilt . X_i. The weights w form the mean
+over the high tips minus the mean over the low tips. They satisfy sum w_i = 0 and sum w_i X_i = 0, so they
 cancel this plane in the travel of the tips,
 
     travel + tilt . X_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i .
@@ -76,7 +76,12 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
     For each tip, `positions` has x and y [mm], and `springs` has the name of its spring, "low" or "high". Raises
     InputError if the contrast depends on the tilt of the sensor.
     """
-    weights = [1.0 / springs.count("high") if spring == "high" else -1.0 / springs.count("low") for spring in springs]
+    weights = []
+    for spring in springs:
+        if spring == "high":
+            weights.append(1.0 / springs.count("high"))
+        else:
+            weights.append(-1.0 / springs.count("low"))
     tilt_contrast = np.abs(np.array(weights) @ np.array(positions))  # contrasts of a unit tilt along x and along y
     if tilt_contrast.max() > _ROUND_OFF * np.abs(positions).max():
         bound = "a line or a square: low and high tips about one middle"

@@ -143,15 +143,14 @@ class RollingDomes:
 
         Domes of radius r that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2). Here c is
         1 + r H, with the mean curvature H of the skin. The root that vanishes for g = 0 is
-        k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)). This form has no cancellation.
+
+            k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)).
+
+        This form does not subtract nearly equal numbers.
         """
-        gap_per_xy = offset / self.contrast_of_xy  # g [1/mm]
-        return (
-            2.0
-            * gap_per_xy
-            * self.rolling_factor**2
-            / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * gap_per_xy * self.rolling_factor))
-        )
+        g = offset / self.contrast_of_xy  # [1/mm]
+        c = self.rolling_factor
+        return 2.0 * g * c**2 / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * g * c))
 
     def S(self, offset: float = 0.0) -> Floats:
         """Return the compliance S between the contacts on a saddle, times E [1/mm], (tips, tips).
@@ -160,7 +159,8 @@ class RollingDomes:
         of the axes.
         """
         along = self.rolling_factor
-        across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
+        saddle = self.saddle(offset) if offset else 0.0  # without an offset, `saddle` could divide 0 by 0
+        across = self.dome_radius * saddle
         x, y = self._between_axes
         distance = np.hypot(along * x - across * y, along * y - across * x)
         return np.asarray((1.0 - self.poisson**2) / math.pi * (along**2 - across**2) / (distance + self._self_distance))
@@ -212,9 +212,9 @@ class RiseLaw:
 
     def S(self, offset: float) -> Floats:
         """Return S at an offset [mm], times E [1/mm], (tips, tips)."""
-        S = self.contrast.arrays[2]
+        _, _, S = self.contrast.arrays
         if self.rolling is not None:
-            S = S.copy()
+            S = S.copy()  # the array of the law is cached
             _flesh_block(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.level_S
         return S
 
@@ -356,7 +356,8 @@ def _rates(forces: Floats, t: Floats | None, rows: slice) -> Floats:
     rates = np.zeros_like(forces[rows])
     if t is not None:
         elapsed = np.diff(t, prepend=t[0])[rows, None]
-        np.divide(np.diff(forces[rows.start - 1 : rows.stop], axis=0), elapsed, out=rates, where=elapsed > 0.0)
+        changes = np.diff(forces[rows.start - 1 : rows.stop], axis=0)
+        np.divide(changes, elapsed, out=rates, where=elapsed > 0.0)
     return rates
 
 
@@ -377,8 +378,8 @@ class RiseSlopes:
     `noise` (tips,) [1/N] is the standard deviation of ln E per standard deviation of the force, for noise that is
     independent from sample to sample. All other errors are the same in all samples. `gains` and `springs` (tips,) [1]
     are the slopes with respect to the relative errors of the gain and the spring stiffness. `zeros` (tips,) [1/N] are
-    those for a zero error, and `drifts` (tips,) [1/N] for a zero error that grows linearly from the first sample to the
-    last. `times` (tips,) [1/s] are the slopes for a delay of the channel.
+    the slopes for a zero error, and `drifts` (tips,) [1/N] for a zero error that grows linearly from the first sample
+    to the last. `times` (tips,) [1/s] are the slopes for a delay of the channel.
 
     `hertz` and `body` [1] are the slopes for relative errors of the Hertz term and of S, which all tips share. `offset`
     [1/mm] is the slope for an offset that is not caused by a saddle of the skin. `channel_bends` and `spring_bends` are
@@ -400,8 +401,8 @@ class RiseSlopes:
     def mean_curvature(self, relative_radius: float) -> float:
         """Return the slope of ln E with respect to the mean curvature H of the skin [mm].
 
-        The domes have the relative radius R* = `relative_radius` [mm], and the flesh is a half-space. Because
-        1 / R* = 1 / r + H, h is proportional to R*^(-1/3), and S to 1 + r H.
+        The domes have the relative radius R* = `relative_radius` [mm], with 1 / R* = 1 / r + H, and the flesh is a
+        half-space. The Hertzian constant h is then proportional to R*^(-1/3), and S to 1 + r H.
         """
         return relative_radius * (self.hertz / 3.0 + self.body)
 
@@ -486,7 +487,7 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
 def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
     """Return the sensitivity of the modulus of a press to uneven skin and flesh. The press has one channel per tip.
 
-    `wave_numbers` (waves,) [1/mm] are those of the waves of the skin. The contact of a dome of relative radius
+    `wave_numbers` (waves,) [1/mm] describe the waves of the skin. The contact of a dome of relative radius
     R* = `relative_radius` [mm] has the radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face
     touches, so a height is an offset. Raises RiseError if there are too few samples, or if no modulus fits.
     """
@@ -676,24 +677,26 @@ class _LinearisedLaw:
         return np.asarray(per_channel.reshape(*per_channel.shape[:-1], -1, self._tips).sum(axis=-2))
 
     def slope_at_constant_saddle(self, comoment_change: Floats) -> Floats:
-        """Return the slopes of ln E for causes that add `comoment_change` to the law, at a constant saddle."""
+        """Return the change of ln E if causes add `comoment_change` [N mm], for a constant saddle of the skin."""
         return np.asarray(comoment_change / self.per_log_E[0])
 
     def slope_with_saddle(self, comoment_change: Floats, mean_change: Floats) -> Floats:
-        """Return the slopes of ln E for causes that also change the saddle that the law assumes.
+        """Return the change of ln E due to causes that also change the saddle of the skin that the law assumes.
 
-        The causes add `comoment_change` dG and `mean_change` dM to the law. A zero error shifts the offset by up to 4
-        mm per newton; errors of gains and spring stiffnesses shift it less. The law attributes the offset to a saddle
-        of the skin, which changes S, and S changes the modulus. Let f be the change of the co-moment per change of the
-        mean that is attributed to a saddle. Let g and m be the derivatives of the co-moment and of the mean with
-        respect to -ln E. Then ln E changes by (dG - f dM) / (g - f m).
+        The causes add `comoment_change` dG [N mm] and `mean_change` dM [mm] to the law. A zero error shifts the offset
+        by up to 4 mm per newton; errors of gains and spring stiffnesses shift it less. The law attributes the offset to
+        a saddle of the skin, which changes S, and S changes the modulus. Let f be the change of the co-moment per
+        change of the mean that is attributed to a saddle. Let g and m be the derivatives of the co-moment and of the
+        mean with respect to -ln E. The change of ln E is
+
+            (dG - f dM) / (g - f m).
         """
         # The offset adds itself to the mean, and it changes both moments through S.
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
         return np.asarray((comoment_change - f * mean_change) / (self.per_log_E[0] - f * self.per_log_E[1]))
 
     def slopes(self, noise_per_force: Floats) -> RiseSlopes:
-        """Return the slopes of ln E for all causes.
+        """Return the slopes of ln E with respect to all causes of error.
 
         `noise_per_force` (tips,) [1/N] is copied into the result. Errors of gains, springs and zeros change the offset
         greatly, so their effect on the saddle is included. The effect of other causes on the saddle is neglected. A
@@ -728,11 +731,12 @@ class _LinearisedLaw:
         )
 
     def _bend_slopes(self, constant_error: Floats, per_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
-        """Return the slopes of ln E for gains or springs whose relative error e_0 + k F changes with the force.
+        """Return the slopes of ln E with respect to e_0 and k, if the relative error e_0 + k F changes with the force.
 
-        The force error is then e_0 F + k F^2 / 2. `constant_error` (2, tips) is the change of the law caused by a
-        constant relative error of 1. `per_force` (channels,) [mm/N] is c, the derivative of the law with respect to a
-        force. `F` and `squares` (2, channels) are the co-moments and means of the forces [N] and of their squares.
+        It is the error of a gain or of a spring, and the force error is e_0 F + k F^2 / 2. `constant_error` (2, tips)
+        is the change of the law caused by a constant relative error of 1. `per_force` (channels,) [mm/N] is c, the
+        derivative of the law with respect to a force. `F` and `squares` (2, channels) are the co-moments and means of
+        the forces [N] and of their squares.
         """
         # In the co-moments, an error k F^2 / 2 acts like a constant relative error k F*. The force F* is
         # cov(u, F^2) / (2 cov(u, F)). In the mean, the error adds c k F^2 / 2.

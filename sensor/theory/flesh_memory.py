@@ -31,7 +31,10 @@ class Memory:
         Here n are the elastic forces [N] at the end of the step. They need not be known yet; pass them to `keep` as
         soon as they are. `fresh` [1], (presses, 1), is the part of them that has not relaxed. `lost` [N], (presses,
         tips) or (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the duration of the step.
-        Elastic forces are linear in time during a step, so each term of the series is integrated exactly.
+        Elastic forces are linear in time during a step, so each term of the series is integrated exactly. With
+        x = step / tau_i and the mean decay c = (1 - exp(-x)) / x, the history variable at the end of the step is
+
+            m_i = exp(-x) m_i(start) + (c - exp(-x)) n(start) + (1 - c) n.
         """
         duration = (seconds / self._times)[..., None]  # relative to the time constant tau_i of each term [1]
         decay = np.exp(-duration)

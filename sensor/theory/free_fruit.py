@@ -16,10 +16,14 @@ _STEADY_DEG = 5.0  # largest angle of the linear model; beyond it, the tips touc
 def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
     """Return the fraction [1] of the `travel` [mm] that is taken up by the indentation of the fruit at the table.
 
-    `force` [N] is the total force of the tips at this travel on a clamped fruit. `E` [MPa] and `poisson` [1] are those
-    of the flesh, and `radius` [mm] is the radius of the fruit at the table. The indentation at the table reduces the
-    force in proportion, so fraction = approach(force (1 - fraction)) / travel. The right side decreases with the
-    fraction, so there is one root, which is found by bisection.
+    `force` [N] is the total force of the tips at this travel on a clamped fruit. `E` [MPa] and `poisson` [1] are the
+    modulus and Poisson's ratio of the flesh, and `radius` [mm] is the radius of the fruit at the table. The indentation
+    at the table reduces the force in proportion, so the fraction solves
+
+        fraction = approach(force (1 - fraction)) / travel,
+
+    where `approach` is Hertz's law. The right side decreases with the fraction, so there is one root. It is found by
+    bisection.
     """
 
     def is_below_root(fraction: float) -> bool:
@@ -53,15 +57,17 @@ def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[f
 
     Each tip presses with a vertical force F, its entry of `forces` [N]. Its `stiffness` k [N/mm] is the stiffness of
     its spring and the flesh in series. Rolling by u moves the point of support by u. It also lifts the skin under a tip
-    by x u / R, which presses this tip harder. So the moment about the support is sum F x - u (sum F - sum k x^2 / R).
-    A friction force H at the tips resists the roll with the moment 2 R H.
+    by x u / R, which presses this tip harder. So the moment about the support [N mm] is
+
+        sum(F x) - u (sum F - sum(k x^2) / R).
+
+    It is 0 in equilibrium. A friction force H at the tips resists the roll with the moment 2 R H.
     """
     total_force = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))
     destabilising = sum(k * x**2 for k, x in zip(stiffness, places, strict=True)) / radius
     resistance = total_force - destabilising
-    angle = math.inf
-    if resistance > 0.0:
-        angle = math.degrees(moment / resistance / radius)
+    rolls_away = not resistance > 0.0
+    angle = math.inf if rolls_away else math.degrees(moment / resistance / radius)
     friction = abs(moment) / (2.0 * radius * total_force)
     return Roll(lever_mm=moment / total_force, resistance=resistance, angle_deg=angle, friction=friction)

@@ -19,7 +19,7 @@ def hertz_factor(radius: float, poisson: float) -> float:
 def force_factor(reduced_modulus: float, radius: float) -> float:
     """Return c [N mm^(-3/2)] in F = c d^(3/2) for E* = E / (1 - nu^2) [MPa] and a relative radius of curvature [mm].
 
-    c = 4/3 E* sqrt(R): Johnson (4.23).
+    By Johnson (4.23), c = 4/3 E* sqrt(R).
     """
     return 4.0 / 3.0 * reduced_modulus * math.sqrt(radius)
 

@@ -1,8 +1,11 @@
 """Flesh that relaxes at a constant Poisson's ratio, described by its Prony series.
 
-Under a constant indentation, the force decays as g(t) = 1 - sum g_i (1 - exp(-t / tau_i)). All moduli are those at the
-first instant, when the flesh is still elastic. See E. H. Lee, J. R. M. Radok, The contact problem for viscoelastic
-bodies, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
+Under a constant indentation, the force decays in proportion to
+
+    g(t) = 1 - sum_i g_i (1 - exp(-t / tau_i)).
+
+All moduli are instantaneous: they apply before the flesh has relaxed. See E. H. Lee, J. R. M. Radok, The contact
+problem for viscoelastic bodies, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
 """
 
 import math

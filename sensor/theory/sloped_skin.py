@@ -18,7 +18,11 @@ def slope_factor(poisson: float, slope: float) -> float:
     """Return the vertical compliance of a skin that falls by `slope` [1], divided by its value on a level skin [1].
 
     A vertical load has a component along the normal and a component down the slope: K. L. Johnson, Contact Mechanics
-    (1985), equations (3.22) and (3.75), doi:10.1017/CBO9781139171731.
+    (1985), equations (3.22) and (3.75), doi:10.1017/CBO9781139171731. A horizontal step of length 1 has the length r on
+    the slope, and the component x down the slope. With the angle beta of the slope, the factor is the mean over all
+    directions of
+
+        (1 + nu / (1 - nu) sin^2(beta) (x / r)^2) / r.
     """
     sine_squared = slope**2 / (1.0 + slope**2)
     share = sine_squared * poisson / (1.0 - poisson)
@@ -33,7 +37,10 @@ def log_coefficient(poisson: float, slope: float) -> float:
     the principal curvatures k1 and k2, H is (k1 + k2) / 2. The skin lies H r^2 / 2 below its tangent plane, averaged
     over all directions. Removing the material between them releases its strain energy 1/2 sigma:eps under two unit
     loads (a shape derivative). The surface stresses of normal and tangential loads are those of K. L. Johnson, Contact
-    Mechanics (1985), equations (3.20) and (3.76).
+    Mechanics (1985), equations (3.20) and (3.76). With the angle beta of the slope and k = 1 - 2 nu, the result is
+
+        C = cos^2(beta) n + sin^2(beta) t,
+        n = k^2 (1 + nu) / (2 pi),    t = ((3 + nu) k^2 + 12 nu k + 18 nu^2) / (4 pi).
     """
     cosine_squared = 1.0 / (1.0 + slope**2)  # square of the normal component of a vertical unit load
     compressibility = 1.0 - 2.0 * poisson  # 0 for incompressible flesh

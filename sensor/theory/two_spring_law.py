@@ -116,8 +116,11 @@ def series_ratio(K_l: float, K_h: float, K_m_low: float, K_m_high: float) -> flo
 def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) -> float:
     """Return the stiffness of the fruit from the force ratio of two springs, by the paper's equation (4).
 
-    The result is K_m = K_h K_l (r - P) / (r (P K_l - K_h)), where r is the stiffness ratio. It holds for any NL,
-    because P need not be a linear function of the stiffness.
+    With the stiffness ratio r, the result is
+
+        K_m = K_h K_l (r - P) / (r (P K_l - K_h)).
+
+    It holds for any NL, because P need not be a linear function of the stiffness.
 
     Parameters
     ----------
@@ -183,9 +186,7 @@ def nonlinearity(
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
         return curve_nonlinearity(P, curve_shares(len(P) - 1), definition)
     K_h = springs.K_h / stiffness_ratio  # with this K_h, the equations for equal stiffness under the two tips hold
-    K_m = 0.5 * K_m_max
-    if definition == "largest":
-        K_m = stiffness_at_largest_nonlinearity(K_h, K_m_max)
+    K_m = stiffness_at_largest_nonlinearity(K_h, K_m_max) if definition == "largest" else 0.5 * K_m_max
     # P tends to the stiffness ratio as K_m tends to 0.
     rise = force_ratio(springs, K_m_max, stiffness_ratio) - stiffness_ratio
     return (force_ratio(springs, K_m, stiffness_ratio) - stiffness_ratio) / rise - K_m / K_m_max
@@ -276,9 +277,9 @@ def size_springs(
         bound = f"P_max > {stiffness_ratio:g}, 0 < NL < 0.5, K_m_max > 0"
         msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm must be {bound}. Check the targets."
         raise ValueError(msg)
-    r = 4.0 * NL / (1.0 - 2.0 * NL)  # mid-range
-    if definition == "largest":
-        r = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
+    r_mid_range = 4.0 * NL / (1.0 - 2.0 * NL)
+    r_largest = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
+    r = r_largest if definition == "largest" else r_mid_range
 
     def springs_for(r: float) -> Springs:
         """Return the springs with the given r and the force ratio P_max."""
