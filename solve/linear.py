@@ -94,7 +94,7 @@ def magnitude(matrix: csc_matrix) -> csc_matrix:
 def _check_residual(block: csc_matrix, solution: Floats, right_side: Floats) -> None:
     """Raise SolveError if the largest residual of a solution u exceeds 1e-9 times the largest row sum of |K_ij u_j|."""
     residual = float(np.abs(block @ solution - right_side).max(initial=0.0))
-    scale = float((magnitude(block) @ np.abs(solution)).max(initial=0.0)) or 1.0
+    scale = float((magnitude(block) @ np.abs(solution)).max(initial=0.0)) or 1.0  # 1 if u is 0, to avoid 0 / 0
     if not residual <= RESIDUAL_LIMIT * scale:
         msg = (
             f"linear solve: relative residual {residual / scale:.1e} must be at most {RESIDUAL_LIMIT:.0e}. "
@@ -116,9 +116,10 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     ascending = csc_matrix(matrix[:, ascending_free][ascending_free])
     # With the dofs in descending order, the factorisation has 5 % fewer nonzeros. Row and column i become n - 1 - i.
     # Reversing the arrays of the sparse matrix has this effect, and keeps the indices sorted.
-    data, indices, pointers = ascending.data, ascending.indices, ascending.indptr
-    reversed_arrays = (data[::-1].copy(), len(ascending_free) - 1 - indices[::-1], ascending.nnz - pointers[::-1])
-    block = csc_matrix(reversed_arrays, shape=ascending.shape)
+    reversed_data = ascending.data[::-1].copy()
+    reversed_indices = len(ascending_free) - 1 - ascending.indices[::-1]
+    reversed_pointers = ascending.nnz - ascending.indptr[::-1]
+    block = csc_matrix((reversed_data, reversed_indices, reversed_pointers), shape=ascending.shape)
     free = ascending_free[::-1]
     if not len(free):  # nothing to factorise, and no condition number to estimate
         return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=np.copy)

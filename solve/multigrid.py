@@ -76,7 +76,8 @@ class TwoGrid:
         sigma = theta / delta
         rho = 1.0 / sigma
         # For x = 0, the residual is the right-hand side. This saves one product with the matrix.
-        residual = (right_side - self.block @ x if x.any() else right_side) / self.diagonal
+        unscaled_residual = right_side - self.block @ x if x.any() else right_side
+        residual = unscaled_residual / self.diagonal
         step = residual / theta
         for _ in range(_SMOOTHING_STEPS - 1):
             x = x + step
@@ -104,11 +105,13 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     prolongation = csr_matrix(corner_to_node[:, coarse_free][free])
     # The held dofs have already been removed from the coarse matrix, so no further dof is fixed.
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
-    # `factorise` reorders its unknowns. The reordered factor takes and returns vectors in the order of the coarse dofs.
-    reordered = replace(
-        coarse,
-        back_substitute=lambda right_side: coarse.back_substitute(right_side[coarse.free])[np.argsort(coarse.free)],
-    )
+    position_in_factor = np.argsort(coarse.free)  # `factorise` reorders its unknowns
+
+    def back_substitute(right_side: Floats) -> Floats:
+        """Apply the inverse of the coarse matrix to a vector in the order of the coarse dofs."""
+        return coarse.back_substitute(right_side[coarse.free])[position_in_factor]
+
+    reordered = replace(coarse, back_substitute=back_substitute)
     # The smoother needs the largest eigenvalue of the matrix scaled by its diagonal, to about 1 %. The start vector is
     # fixed, so that repeated runs give the same digits.
     diagonal = block.diagonal()

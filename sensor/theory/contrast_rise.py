@@ -677,7 +677,7 @@ class _LinearisedLaw:
         return np.asarray(per_channel.reshape(*per_channel.shape[:-1], -1, self._tips).sum(axis=-2))
 
     def slope_at_constant_saddle(self, comoment_change: Floats) -> Floats:
-        """Return the change of ln E if causes add `comoment_change` [N mm], for a constant saddle of the skin."""
+        """Return the change of ln E due to `comoment_change` [N mm], if the saddle of the skin does not change."""
         return np.asarray(comoment_change / self.per_log_E[0])
 
     def slope_with_saddle(self, comoment_change: Floats, mean_change: Floats) -> Floats:

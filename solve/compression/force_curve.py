@@ -95,7 +95,8 @@ def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> Forc
     # Minimise the squares of the relative differences: the ratio of fit to force should be 1 at each travel.
     powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERM_COUNT)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))
-    scatter = (powers @ coefficients / ratios - 1.0)[travels >= _SMALLEST_COMPARED * press.deepest]
+    relative_differences = powers @ coefficients / ratios - 1.0
+    scatter = relative_differences[travels >= _SMALLEST_COMPARED * press.deepest]
     degrees_of_freedom = len(scatter) - _TERM_COUNT
     return ForceCurve(
         exponent=press.exponent,

@@ -109,7 +109,9 @@ class HalfBody:
         stretches = principal_stretches(F)
         if not stretches.min() > 0.0:
             return Deformed(u=u, F=F, stretches=stretches, energy=math.inf)
-        density = self.law.phi(stretches)[0].sum(axis=0) + self.law.U(np.log(stretches.prod(axis=0)))[0]
+        phi, _, _ = self.law.phi(stretches)
+        U, _, _ = self.law.U(np.log(stretches.prod(axis=0)))
+        density = phi.sum(axis=0) + U
         return Deformed(u=u, F=F, stretches=stretches, energy=float((self._volumes * density).sum()))
 
     def tangent(self, deformed: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
@@ -231,7 +233,9 @@ def _nodal_areas(x: Floats, length: float | None) -> Floats:
     area = np.zeros(len(x))
     for node, weight in enumerate((1.0, 4.0, 1.0)):
         np.add.at(area, 2 * np.arange(len(edges)) + node, weight / 6.0 * edges)
-    return area * (2.0 * np.pi * x[:, 0] if length is None else 2.0 * length)
+    if length is None:
+        return area * (2.0 * np.pi * x[:, 0])  # times the circumference
+    return area * (2.0 * length)
 
 
 def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:

@@ -89,5 +89,5 @@ def _cosine_and_sine(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return the cosine and sine of the polar angle of the vector (x, y), or 1 and 0 if its length is zero."""
     length = np.hypot(x, y)
     is_zero = length == 0.0
-    length = np.where(is_zero, 1.0, length)
-    return np.where(is_zero, 1.0, x / length), y / length
+    divisor = np.where(is_zero, 1.0, length)
+    return np.where(is_zero, 1.0, x / divisor), y / divisor

@@ -124,7 +124,9 @@ class _ToolPress:
         forces[outward] -= contact_force * state.slope
 
         upward_stiffness = stiffness * state.touches
-        outward_stiffness = upward_stiffness * state.slope**2 - (0.0 if convex else contact_force * state.slope_rate)
+        # The curvature of the face makes the energy less convex, so its term is left out with `convex`.
+        curvature_term = 0.0 if convex else contact_force * state.slope_rate
+        outward_stiffness = upward_stiffness * state.slope**2 - curvature_term
         coupling = -upward_stiffness * state.slope
         values = np.concatenate([upward_stiffness, outward_stiffness, coupling, coupling])
         rows = np.concatenate([upward, outward, upward, outward])

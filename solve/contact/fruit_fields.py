@@ -253,7 +253,11 @@ def _summed_potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floa
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
         dx = x - centre[0]
         dy = y - centre[1]
-        unit_potentials = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
-        # On a rectangle, the pressure is force / (a b). If its sides are 0, the force acts at a point.
-        potential_sums += force / (a * b or 1.0) * np.asarray(astuple(unit_potentials)[1:])
+        if a > 0.0:
+            unit_potentials = halfspace.rectangle_load(dx, dy, z, a, b)  # for a pressure of 1 MPa
+            intensity = force / (a * b)
+        else:  # the force acts at a point
+            unit_potentials = halfspace.point_load(dx, dy, z)  # for a force of 1 N
+            intensity = force
+        potential_sums += intensity * np.asarray(astuple(unit_potentials)[1:])
     return potential_sums

@@ -16,7 +16,8 @@ def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
     revolution, or a square face whose sections along x and y are the same meridian. A meridian consists of arcs and
     straight pieces.
     """
-    r = np.asarray(np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y)))
+    distance_from_axis = np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y))
+    r = np.asarray(distance_from_axis)
     gap = np.full_like(r, np.inf)
     for piece in shape.meridian:
         on_piece = (r >= piece.start.r) & (r <= piece.end.r)

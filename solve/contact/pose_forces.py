@@ -76,7 +76,7 @@ class PoseForces(Record):
     bounds the error of each force. `common_error` [N] is the error of each force if the errors of all tips have the
     same sign. Neither includes `F_flesh` [N], the effect of the material law on forces under domes. By this amount, the
     forces are larger with Hencky's law than with the neo-Hookean law, and smaller with Storakers's law. `error` [1] is
-    the largest relative error of a nonzero force in a pose. `touching` is True for tips in contact. `contact_radius`
+    the largest relative error of a nonzero force in a pose. `touching` marks the tips in contact. `contact_radius`
     [mm], `mean_pressure` [MPa] and its error `pressure_error` [MPa] describe a circular contact of the same area.
     `face_mm` [mm] is the face diameter that a dome needs for its contact in a pose; for other tips, it is 0.
     """
@@ -271,7 +271,9 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
     for E in np.unique(moduli).tolist():
         flesh_compliance = compliance.S / E
         level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # forces per unit travel
-        softening[E] = level_forces.sum() / np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces).sum()
+        # (C + s)^-1 s F, the decrease of these forces for e = 1
+        decrease_per_softening = np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces)
+        softening[E] = level_forces.sum() / decrease_per_softening.sum()
 
     # Only the tips in contact contribute. `decrease_of_pose` is a view of a row, so assignments to it fill `decrease`.
     decrease = np.zeros_like(F)
@@ -324,5 +326,7 @@ def _forces_under_skin(scene: Scene, compliance: FruitCompliance, C: Floats, pos
         # Each array is created with the first modulus, and filled in the rows of each modulus.
         for field in dataclasses.fields(PoseForces):
             values = getattr(forces, field.name)
-            arrays.setdefault(field.name, np.zeros((len(poses), *values.shape[1:]), dtype=values.dtype))[at_E] = values
+            if field.name not in arrays:
+                arrays[field.name] = np.zeros((len(poses), *values.shape[1:]), dtype=values.dtype)
+            arrays[field.name][at_E] = values
     return PoseForces(**arrays)

@@ -81,7 +81,8 @@ def contact_cells(
 
     # The smooth parts are known between nodes. The nodal polynomials average them over cells.
     cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
-    to_cells = block_diag(*[np.kron(cell_means, cell_means)] * len(footprints))
+    to_cells_of_tip = np.kron(cell_means, cell_means)  # means over the cells, along both sides of a footprint
+    to_cells = block_diag(*[to_cells_of_tip] * len(footprints))
     part_within_tips = _compliance_within_tips(fruit, sides, edges, cell_centres, layer)
     smooth_part = smooth_compliance(fruit, tuple(footprints), grading)
     compliance = part_within_tips + np.asarray(to_cells @ smooth_part @ to_cells.T)
@@ -108,11 +109,13 @@ def _compliance_within_tips(
     influence_integrals = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(unit_areas), len(unit_areas))
     half_space = influence_integrals / np.outer(unit_areas, unit_areas)
     if layer is None:
-        return np.asarray(block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space)))
+        compliances = np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space)  # (tips, cells, cells)
+        return np.asarray(block_diag(*compliances))
     # A half-space of the layer's material, plus the effect of the flesh below the layer.
     distances = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
     base_effects = [added_compliances([layer], side * distances)[0] for side in sides]
-    return np.asarray(block_diag(*(layer.surface / sides[:, None, None] * half_space + base_effects)))
+    compliances = layer.surface / sides[:, None, None] * half_space + base_effects
+    return np.asarray(block_diag(*compliances))
 
 
 def _cell_means(nodes: Floats, edges: Floats) -> Floats:

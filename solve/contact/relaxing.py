@@ -1,9 +1,12 @@
 """Forces of level tips as functions of time, on flesh that relaxes.
 
 They are exact for flat faces and for growing contacts. Let n(t) be the forces that elastic flesh would exert at the
-indentation of the tips at time t. On viscoelastic flesh, the forces are F(t) = n(t) - sum g_i m_i(t). The memory
-variables m_i obey tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438,
-doi:10.1115/1.3644020. The indentation of each tip is the travel minus the deflection of its spring,
+indentation of the tips at time t. On viscoelastic flesh, the forces are
+
+    F(t) = n(t) - sum_i g_i m_i(t),    tau_i dm_i/dt = n - m_i,
+
+with the history variables m_i. See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020. The
+indentation of each tip is the travel minus the deflection of its spring,
 
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 

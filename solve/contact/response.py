@@ -134,7 +134,9 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     start = time.perf_counter()
     check_scene(scene)
     # The dome law expects one modulus and one travel per press.
-    E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
+    modulus_grid, travel_grid = np.meshgrid(moduli, x, indexing="ij")
+    E = modulus_grid.ravel()
+    travel = travel_grid.ravel()
     fruit = fruit_under_domes(scene, compliance, [scene.fruit] * len(E))
     domes = dome_forces(dome_poses([scene] * len(E), travel), E, C, fruit)
     _check_faces(scene, domes.face[min(scene.fruit.E_MPa) <= E])  # only for moduli in the range of the fruit

@@ -149,7 +149,9 @@ class Scene:
 @functools.lru_cache(maxsize=256)  # many scenes differ only in the tilt of the press
 def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]:
     """Return the slopes of the fruit along the tips and across [1], at each of the given positions [mm]."""
-    return tuple((0.0, 0.0) if fruit.radius_mm is None else fruit_slope(fruit, x, y) for x, y in centres)
+    if fruit.radius_mm is None:  # a flat fruit
+        return ((0.0, 0.0),) * len(centres)
+    return tuple(fruit_slope(fruit, x, y) for x, y in centres)
 
 
 @functools.lru_cache(maxsize=256)
@@ -171,8 +173,9 @@ def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
         return np.clip(point, -0.5, 0.5)
 
     def relative_gap(point: Floats) -> float:
-        """Return the gap at a point [sides]."""
-        return float(_gap_under(fruit, tips, centre, *(side * nearest_on_face(point)))) / side
+        """Return the gap at a point, both in units of `side`."""
+        x, y = side * nearest_on_face(point)
+        return float(_gap_under(fruit, tips, centre, x, y)) / side
 
     # The simplex starts on the half of the face nearer to the apex, where the gap is smallest. Its size of 0.2 sides
     # keeps it on the face.

@@ -104,9 +104,9 @@ class UnilateralContact:
         for _ in range(MOST_STEPS):
             f = self._closing_forces(active, b, compliance)
             gap = self._gap(f, b, compliance)
-            # An active cell stays in contact if its force is compressive. Another cell comes into contact if its gap is
-            # negative.
-            touching = is_on_face & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
+            stays_in_contact = f > 0.0  # an active cell whose force is compressive
+            comes_into_contact = gap < -COMPLEMENTARITY * np.abs(b)  # another cell whose gap is negative
+            touching = is_on_face & np.where(active, stays_in_contact, comes_into_contact)
             if np.array_equal(touching, active):
                 return f
             active = touching
@@ -154,7 +154,7 @@ class UnilateralContact:
         right_side = solve_triangular(lower, b[is_on_face], lower=True)
         f = np.zeros(len(b))
         # The limit is well above SciPy's default of three iterations per unknown.
-        f[is_on_face] = nnls(lower.T, right_side, maxiter=50 * len(matrix))[0]
+        f[is_on_face], _ = nnls(lower.T, right_side, maxiter=50 * len(matrix))
         return f
 
 

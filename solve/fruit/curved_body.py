@@ -88,10 +88,12 @@ def curved_compliance(
     start = time.perf_counter()
     check_curved(fruit, footprints)
     may_be_rough = block.rough or tolerance > LARGEST_ERROR
-    for steps in (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,):  # from coarse to fine
+    tried_steps = (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,)  # from coarse to fine
+    for steps in tried_steps:
         shape = shape_change(fruit, footprints, steps, along_normals)
         S = block.S + shape.change
-        errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
+        mesh_errors = SAFETY * relative_changes(shape.step, S)
+        errors = largest_errors(mesh_errors + relative_changes(shape.bound, S), len(S))
         if block.rough or max(errors) <= tolerance:
             break
     info = SolveInfo(
@@ -160,8 +162,9 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     whole fruit is at most 1.9 radii thick, and the tips are close enough to the apex that no element is folded.
     """
     radius = fruit.radius_mm or math.inf
+    radius_across = fruit.radius_across_mm or radius
     smallest_radius = LEAST_RADIUS * max(footprint.side for footprint in footprints)
-    for name, value in (("fruit.radius_mm", radius), ("fruit.radius_across_mm", fruit.radius_across_mm or radius)):
+    for name, value in (("fruit.radius_mm", radius), ("fruit.radius_across_mm", radius_across)):
         if value < smallest_radius:
             bound = f"at least {LEAST_RADIUS:g} sides of a tip = {smallest_radius:g} mm"
             raise validation_error(name, value, "mm", bound, "use smaller tips")
@@ -207,13 +210,14 @@ def _sharpness_correction(
     if along_normals:
         smooth_compliance = rigid_compliance * ratio  # S
         slope_term = smooth_compliance * (1.0 - stretch_factor(slope))
-        slope = 0.0  # load and displacement are along the normal, so relative to them there is no slope
+        slope_to_load = 0.0  # load and displacement are along the normal
     else:
         rigid_minus_smooth = rigid_compliance * (1.0 - ratio)
         slope_term = rigid_minus_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
+        slope_to_load = slope
     # Curvature acts through the mean of ln(distance) over a load, which differs between the tip and the smooth load.
     log_difference = -math.log(ratio) - LOG_OFFSET
-    curvature_term = log_coefficient(fruit.poisson, slope) * curvature * log_difference
+    curvature_term = log_coefficient(fruit.poisson, slope_to_load) * curvature * log_difference
     bound = rigid_compliance * (FLOOR + SECOND_ORDER * (footprint.side * curvature) ** 2)
     return slope_term + curvature_term, bound
 
@@ -261,7 +265,8 @@ def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     differ only in sign. Such loads are solved only once.
     """
     # Each load is multiplied by the sign of its first nonzero component, which makes opposite loads equal.
-    signs = np.sign(np.take_along_axis(forces, np.argmax(forces != 0.0, axis=0)[None], axis=0))[0]
+    first_nonzero = np.argmax(forces != 0.0, axis=0)[None]
+    signs = np.sign(np.take_along_axis(forces, first_nonzero, axis=0))[0]
     normalised_loads = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
     representative = [normalised_loads.index(column) for column in normalised_loads]  # index of the first equal load
     distinct_loads = sorted(set(representative))

@@ -109,7 +109,8 @@ class CurvedShape:
         balanced = self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
         a, b, _ = self.semi_axes
         sine_for_core = max(self.core.x / (CORE_FRACTION * a), self.core.y / (CORE_FRACTION * b))
-        return min(CAP_FRACTION * self.base_angle, max(balanced, math.asin(min(1.0, sine_for_core))))
+        angle_for_core = math.asin(min(1.0, sine_for_core))
+        return min(CAP_FRACTION * self.base_angle, max(balanced, angle_for_core))
 
     @property
     def cap(self) -> Plan:
@@ -151,8 +152,8 @@ class CurvedShape:
         a, b, c = self.semi_axes
         u, v = self.fruit.to_principal(x, y)
         # The slope of the skin is |(u / a^2, v / b^2)| c^2 / h, with the height h = c - skin_depth above the centre.
-        # 1 / cos(slope) is the ratio of vertical thickness to normal thickness.
-        secant = np.hypot(np.hypot(u / a**2, v / b**2) * c**2 / (c - skin_depth), 1.0)
+        slope = np.hypot(u / a**2, v / b**2) * c**2 / (c - skin_depth)
+        secant = np.hypot(slope, 1.0)  # vertical thickness of the skin divided by its thickness along the normal
         skin_base = skin_depth + skin_thickness * secant
         flesh_fraction = np.maximum(0.0, z - skin_thickness) / (depth - skin_thickness)  # 0 at the skin, 1 at the base
         in_skin = np.minimum(z, skin_thickness) * secant

@@ -29,7 +29,7 @@ from solve.linear import SolveError
 
 # Smallest spacing of tips [sides], and nodes per side for their interaction. The error is below 5e-6 times s11.
 NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
-# Smallest height and distance from a side face [sides], and nodes per side for the remainder. The error is the same.
+# Smallest height and distance from a side face [sides], and nodes per side for the remainder; its error is as small.
 NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
 RESIDUAL_LIMIT = 1e-10  # largest allowed relative residual of the forces
 SAME_POINT = 9  # decimals to which coordinates [sides] are rounded before coincident points are merged
@@ -83,8 +83,11 @@ def nodes_between(footprints: Sequence[Footprint]) -> int:
 
 def nodes_within(fruit: Fruit, footprints: Sequence[Footprint]) -> int:
     """Return the number of nodes per side that the loads of the remainder require."""
-    distance = min(min(footprint.distance_to_edge(fruit), fruit.height_mm) / footprint.side for footprint in footprints)
-    return next(nodes for smallest_distance, nodes in NODES_WITHIN if distance >= smallest_distance)
+    distances = []  # from the centre of each footprint to the nearest side face or to the base [sides]
+    for footprint in footprints:
+        distances.append(min(footprint.distance_to_edge(fruit), fruit.height_mm) / footprint.side)
+    closest = min(distances)
+    return next(nodes for smallest_distance, nodes in NODES_WITHIN if closest >= smallest_distance)
 
 
 def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]]:
@@ -95,7 +98,11 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
     index = {footprint: i for i, footprint in enumerate(footprints)}
     images_at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
     images_at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
-    return [] if -1 in images_at_x else images_at_x, [] if -1 in images_at_y else images_at_y
+    if -1 in images_at_x:  # a footprint has no image
+        images_at_x = []
+    if -1 in images_at_y:
+        images_at_y = []
+    return images_at_x, images_at_y
 
 
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:

@@ -95,7 +95,8 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     footprints = []
     for dome_axis in tips.places_mm:
         u, v = fruit.to_principal(*dome_axis)  # the axis of the dome, in the principal directions of the fruit
-        footprints.append(Footprint(*fruit.from_principal(fraction_along * u, fraction_across * v), side, circle_punch))
+        x, y = fruit.from_principal(fraction_along * u, fraction_across * v)
+        footprints.append(Footprint(x, y, side, circle_punch))
     return tuple(footprints)
 
 
@@ -152,8 +153,13 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
         candidates.append((mesh_compliance, errors))
         if errors.pair <= tolerance and max(errors) <= limit:
             break
-    # Prefer levels whose errors are within the limit, and among them the level with the smallest pair error.
-    mesh_compliance, errors = min(candidates, key=lambda candidate: (max(candidate[1]) > limit, candidate[1].pair))
+
+    def rank(candidate: tuple[MeshCompliance, Errors]) -> tuple[bool, float]:
+        """Return the key for `min`: levels within the limit come first, and then those with a smaller pair error."""
+        _, errors = candidate
+        return max(errors) > limit, errors.pair
+
+    mesh_compliance, errors = min(candidates, key=rank)
     if max(errors) > limit:
         hint = "use a thicker fruit, or move the tips farther from its edges and from each other"
         raise validation_error(

@@ -119,7 +119,8 @@ def circle_punch(nodes_per_side: int) -> Punch:
         work += np.outer(moments, moments) / eigenvalue / (weights @ harmonic**2)
     # The nodes lie on a square grid, as for a square punch, so some are outside the disc. The factor 0.5 pi comes from
     # the displacement 1 / (pi r) under a unit force, and from scaling the disc of radius 1 to diameter 1.
-    node_coordinates = 0.5 * legendre.leggauss(n)[0]
+    gauss_points, _ = legendre.leggauss(n)
+    node_coordinates = 0.5 * gauss_points
     stiffness = _nodal_stiffness(0.5 * np.pi * work, node_coordinates, node_coordinates)
     return Punch(stiffness=stiffness, error=ROUND_OFF, x=node_coordinates, y=node_coordinates)
 

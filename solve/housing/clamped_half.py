@@ -110,7 +110,7 @@ def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
     """Return the same half, factorised for loads along another axis.
 
-    The symmetry of the load decides which components are 0 on the plane of symmetry, so the matrix is factorised again.
+    The load determines which components are 0 on the plane of symmetry, so the matrix is factorised again.
     """
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
     return replace(half, factor=factorise(half.matrix, held))

@@ -77,16 +77,20 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
     count = basis.N // 3
+    # The reference facet is the unit square, or half of it for a tetrahedron.
+    if basis.mesh.refdom is RefTet:
+        points = _TRIANGLE_POINTS
+        weight = 0.5 * _WEIGHT
+    else:
+        points = _POINTS
+        weight = 1.0 * _WEIGHT
     tangential = csc_matrix((count, count))  # entries for each of the two components parallel to the layer
     normal = csc_matrix((count, count))  # entries for the normal component
     for layer in layers:
-        points = _TRIANGLE_POINTS if basis.mesh.refdom is RefTet else _POINTS
         for facet in surface_facets(basis, layer.name):
             reference_points = facet.inside(points)
             area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
             x, _, z = cell_points(basis.mesh, reference_points, facet.elements)
-            # The reference facet is the unit square, or half of it for a tetrahedron.
-            weight = (0.5 if basis.mesh.refdom is RefTet else 1.0) * _WEIGHT
             weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
             # All elements in this group have the same local facet, so their shape functions there are the same.
             shapes = shape_table(basis.elem.elem, reference_points).values
@@ -95,4 +99,6 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             tangential = tangential + assemble_elements(shear / layer.thickness * springs, facet_nodes, count)
             normal = normal + assemble_elements(E / layer.thickness * springs, facet_nodes, count)
     is_normal = np.arange(3) == _ACROSS
-    return csc_matrix(kron(tangential, np.diag(1.0 * ~is_normal)) + kron(normal, np.diag(1.0 * is_normal)))
+    normal_axes = np.diag(1.0 * is_normal)  # 1 on the diagonal for the normal component
+    tangential_axes = np.diag(1.0 * ~is_normal)  # 1 for each of the other two components
+    return csc_matrix(kron(tangential, tangential_axes) + kron(normal, normal_axes))

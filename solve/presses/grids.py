@@ -62,9 +62,8 @@ class Grids:
         nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
         polynomials = []
         for node in nodes:
-            polynomials.append(
-                np.prod([(self.cell_coordinates - other) / (node - other) for other in nodes if other != node], axis=0)
-            )
+            factors = [(self.cell_coordinates - other) / (node - other) for other in nodes if other != node]
+            polynomials.append(np.prod(factors, axis=0))
         self.node_polynomials = np.array(polynomials)  # Lagrange polynomials of the nodes at the cells, (nodes, cells)
         distance = self._node_distances(nodes)
         self.node_compliance = 1.0 / distance  # times pi E* [1/mm]

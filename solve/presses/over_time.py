@@ -6,7 +6,7 @@ F = n - sum g_i m_i, where tau_i dm_i/dt = n - m_i.
 
 **Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, where tau_i dm_i/dt = F - m_i.
 
-The loads n and F are assumed to be linear between samples, so that the memory variables m_i are integrated exactly.
+The loads n and F are assumed to be linear between samples, so that the history variables m_i are integrated exactly.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ _ALLOWED_DECREASE = 1e-3  # relative decrease of an elastic force up to which th
 
 
 class _Memory:
-    """The memory variables m_i of the arms of a viscoelastic law, under forces [N] that are linear between samples.
+    """The history variables m_i of the arms of a viscoelastic law, under forces [N] that are linear between samples.
 
     At the end of a time step, sum g_i m_i is a known part plus a factor times the forces, which are not yet known.
     `begin_step` returns the factor and the known part. Once the forces are solved, `end_step` updates m_i.
@@ -141,4 +141,6 @@ def press_over_time(
     (g_i, tau_i) of the flesh. `cells` is the number of cells per side of the contact grid under each dome. Raises
     ArithmeticError like `press_with_creep`.
     """
-    return press_with_creep(Pressing(sensor, fruit, cells), PressMotionOverTime(travels=travels, times=times), arms)[0]
+    motion = PressMotionOverTime(travels=travels, times=times)
+    forces, _ = press_with_creep(Pressing(sensor, fruit, cells), motion, arms)
+    return forces

@@ -92,10 +92,10 @@ class DomePoses:
         centres = self.centres + displacements @ self.frame
         foot, normal = self._nearest_points(centres)
         distance = _dot(centres - foot, normal)
+        fruit_smaller, fruit_larger = self._curvatures(foot)
         # The relative principal curvatures are the curvatures of the fruit plus the curvature of the dome.
-        smaller, larger = self._curvatures(foot)
-        smaller = 1.0 / self.dome_radius + smaller
-        larger = 1.0 / self.dome_radius + larger
+        smaller = 1.0 / self.dome_radius + fruit_smaller
+        larger = 1.0 / self.dome_radius + fruit_larger
         return DomeApproach(
             interference=self.dome_radius - distance,
             direction=normal @ self.frame.swapaxes(1, 2),
@@ -276,7 +276,8 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
     lateral = np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None]
 
     is_rotated = any(scene.fruit.azimuth_deg for scene in distinct_scenes)
-    semi_axes, principal = zip(*(_principal_axes(scene.fruit) for scene in distinct_scenes), strict=True)
+    axes_of_scenes = [_principal_axes(scene.fruit) for scene in distinct_scenes]
+    semi_axes, principal = zip(*axes_of_scenes, strict=True)
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + (centres - middle[:, None]) @ lateral + height[..., None] * axis[:, None],

@@ -410,8 +410,9 @@ class _Law:
         over_contact = (
             VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * (radius[:, None] / fruit.boundary_distance) ** 2
         )
-        # The next term is the square of (a_i^2 + a_j^2) / (2 p^2), times a factor.
-        next_moment = NEXT_MOMENT_FACTOR * self._point_load / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
+        # The next term of the crosstalk, relative to a point load, is a factor times the square of this ratio.
+        moment_ratio = _moments(radius, 0.5, 0.5) / distance**2  # (a_i^2 + a_j^2) / (2 p^2)
+        next_moment = NEXT_MOMENT_FACTOR * self._point_load / distance * moment_ratio**2
         compliance_bound = fruit.bound + over_contact + next_moment + self._moved_contact_bound(state)
         compliance_term = np.einsum("pij,pj->pi", compliance_bound, state.N) / self._E
         depth = radius**2 / state.approach.radius
