@@ -129,7 +129,9 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     # largest entry of the solution is a lower bound of |K^-1|. Above the limit, round-off would leave too few correct
     # digits in the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
-    condition = float(np.abs(back_substitute(probe)).max()) * float(magnitude(block).sum(axis=0).max())
+    inverse_norm = float(np.abs(back_substitute(probe)).max())
+    norm = float(magnitude(block).sum(axis=0).max())
+    condition = inverse_norm * norm
     limit = DIGITS / EPSILON
     if not condition <= limit:
         raise SolveError(_singular(f"condition number {condition:.0e} must be at most {limit:.0e}"))

@@ -116,7 +116,8 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     # fixed, so that repeated runs give the same digits.
     diagonal = block.diagonal()
     scaled = diags(diagonal**-0.5) @ block @ diags(diagonal**-0.5)
-    largest = float(eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))[0])
+    eigenvalues = eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))
+    largest = float(eigenvalues[0])
     return TwoGrid(
         block=block, free=free, prolongation=prolongation, coarse=reordered, diagonal=diagonal, largest=largest
     )

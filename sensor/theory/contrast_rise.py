@@ -442,10 +442,11 @@ class RiseReading:
 def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -> RiseReading:
     """Read the modulus from the rise of a press, with its uncertainty due to noise and its sensitivity to other causes.
 
-    `noises` (tips,) [N] are the standard deviations of the forces, whose noise is independent from sample to sample. If
-    `whole` is true, the press must rise far enough after the touch of its last tip. Pass False for a part of a press,
-    whose small rise shows in its uncertainty. Raises RiseError if there are too few samples, the rise is too small, no
-    modulus fits, or noise makes the modulus too uncertain.
+    `law` is the law of the sensor, and `rise` holds the samples of the press. `noises` (tips,) [N] are the standard
+    deviations of the forces, whose noise is independent from sample to sample. If `whole` is true, the press must rise
+    far enough after the touch of its last tip. Pass False for a part of a press, whose small rise shows in its
+    uncertainty. Raises RiseError if there are too few samples, the rise is too small, no modulus fits, or noise makes
+    the modulus too uncertain.
     """
     _refuse_few_samples(rise)
     if whole:

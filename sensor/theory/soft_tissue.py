@@ -35,9 +35,10 @@ def no_slip(poisson: float) -> float:
 def large_strain_factor(depth: Floats | float, poisson: float, law: FleshLawName = "neo-hooke") -> Floats:
     """Return the force of a sharp-edged tip at large strain, divided by the linear force [1], at indentations `depth`.
 
-    `depth` is in tip sides, and the result has its shape. `law` is the constitutive law of the flesh. The factor is 1
-    at first contact. It is interpolated linearly between the depths and Poisson's ratios of the finite-element
-    solutions. Beyond the deepest solution, its deviation from 1 is proportional to the depth, up to `LARGEST_CHANGE`.
+    `depth` is in tip sides, and the result has its shape. `poisson` and `law` are Poisson's ratio and the constitutive
+    law of the flesh. The factor is 1 at first contact. It is interpolated linearly between the depths and Poisson's
+    ratios of the finite-element solutions. Beyond the deepest solution, its deviation from 1 is proportional to the
+    depth, up to `LARGEST_CHANGE`.
     """
     table = _table(law)
     change = np.zeros(np.shape(depth))

@@ -130,7 +130,8 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
     """
     points = _PointsOfLine.centred(x, values, resolutions)
     nominal_x = x if levels is None else levels
-    bend = points.bend(level_count=len(set(nominal_x.tolist())))
+    distinct_x = set(nominal_x.tolist())
+    bend = points.bend(level_count=len(distinct_x))
     degrees_of_freedom = len(x) - 2
     # With few points, Student's t replaces the coverage factor of the normal distribution.
     widening = student(degrees_of_freedom) / COVERAGE
@@ -233,7 +234,8 @@ class _PointsOfLine(NamedTuple):
         """
         rows = range(len(self.x))
         degrees_of_freedom = len(self.x) - 3  # degrees of freedom of a line through the other rows
-        is_removable = [float(np.ptp(np.delete(self.x, row))) >= _MIN_WIDTH * self.span for row in rows]
+        remaining_spans = [float(np.ptp(np.delete(self.x, row))) for row in rows]  # range of x without each row
+        is_removable = [remaining_span >= _MIN_WIDTH * self.span for remaining_span in remaining_spans]
         if degrees_of_freedom < 1 or not any(is_removable):
             return None
         # For a row that cannot be removed, 1 minus its leverage may be 0, and is replaced by 1.

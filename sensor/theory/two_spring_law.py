@@ -213,8 +213,9 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
         return deviations[len(P) // 2]
     if not all(map(math.isfinite, deviations)):
         return math.nan
-    # index of the largest deviation, moved off the ends so that it has two neighbours
-    top = min(max(deviations.index(max(deviations)), 1), len(P) - 2)
+    # `top` is the index of the largest deviation, moved off the ends so that it has two neighbours.
+    largest = deviations.index(max(deviations))
+    top = min(max(largest, 1), len(P) - 2)
     before, here, after = deviations[top - 1 : top + 2]
     second_difference = before - 2.0 * here + after
     if second_difference >= 0.0:  # the parabola through the three deviations has no maximum

@@ -193,8 +193,8 @@ def _viewing_mesh(block: Fruit, patches_of_tips: Sequence[_Patches]) -> MeshHex:
 def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
     """Return a displacement field (3, n) and its gradient (3, 3, n) at points (3, n) [mm].
 
-    `v` (dofs,) holds the displacements on the box of hexahedra between the grid `lines`. The second axis of the
-    gradient is the coordinate of differentiation.
+    `v` (dofs,) holds the displacements in the `basis` of the box of hexahedra between the grid `lines`. The second axis
+    of the gradient is the coordinate of differentiation.
     """
     mesh = basis.mesh
     # Find the brick that contains each point from the grid intervals along each axis. `brick_index` maps three

@@ -255,8 +255,8 @@ def _grid_differences(F: Floats, fine_F: Floats, compared_poses: Ints, moduli: F
     # error of its own, which does not act like an error in the modulus of the flesh.
     total_force = F.sum(axis=1)
     largest_total = np.array([total_force[moduli == E].max(initial=TINY_FORCE) for E in moduli[compared_poses]])
-    total_difference = float((np.abs(fine_F.sum(axis=1) - total_force[compared_poses]) / largest_total).max())
-    return float(differences.max(initial=0.0)), total_difference
+    total_differences = np.abs(fine_F.sum(axis=1) - total_force[compared_poses]) / largest_total
+    return float(differences.max(initial=0.0)), float(total_differences.max())
 
 
 def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:

@@ -45,9 +45,10 @@ class TimedForces:
 def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> TimedForces:
     """Return the forces of presses on flesh whose instantaneous moduli are E (presses,) [MPa].
 
-    `times` [s] and `travel` [mm] have shape (presses, times), and the first time is the first touch. The travel is
-    linear between the times. Raises SolveError if no equilibrium between springs and flesh is found, or if the contact
-    of a dome shrinks.
+    `law` holds the gaps and compliances of the sensor, and `relaxation` is the Prony series of the flesh. `times` [s]
+    and `travel` [mm] have shape (presses, times), and the first time is the first touch. The travel is linear between
+    the times. Raises SolveError if no equilibrium between springs and flesh is found, or if the contact of a dome
+    shrinks.
     """
     coarse_forces = _forces_of_growing_contacts(law, relaxation, E, times, travel)
     fine_times = _with_midpoints(times)
@@ -116,10 +117,10 @@ def forces_over_time(
 ) -> tuple[Floats, Floats]:
     """Return the forces F [N] on flesh that relaxes, and the elastic forces n [N], both (presses, times, tips).
 
-    `law` holds the gaps [mm] and compliances of the sensor. E (presses,) [MPa] holds the instantaneous moduli. `times`
-    (presses, times) [s] begin at the first touch. `tip_travel` (presses, times, tips) [mm] is the travel of each tip
-    since its own first touch. The result is valid only if contacts grow, which the caller must check. Raises SolveError
-    if no equilibrium is found.
+    `law` holds the gaps [mm] and compliances of the sensor, and `relaxation` is the Prony series of the flesh. E
+    (presses,) [MPa] holds the instantaneous moduli. `times` (presses, times) [s] begin at the first touch. `tip_travel`
+    (presses, times, tips) [mm] is the travel of each tip since its own first touch. The result is valid only if
+    contacts grow, which the caller must check. Raises SolveError if no equilibrium is found.
     """
     C = np.array(law.C)
     F = np.zeros_like(tip_travel)
@@ -146,8 +147,8 @@ def _forces_of_growing_contacts(
 ) -> Floats:
     """Return the forces (presses, times, tips) [N] at times [s] and travels [mm], both (presses, times).
 
-    E (presses,) [MPa] holds the instantaneous moduli. Raises SolveError if no equilibrium is found. Also raises
-    SolveError if the contact of a dome shrinks, because the law is valid only for growing contacts.
+    The arguments are described in `timed_forces`. Raises SolveError if no equilibrium is found. Also raises SolveError
+    if the contact of a dome shrinks, because the law is valid only for growing contacts.
     """
     F, elastic = forces_over_time(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
     if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - LARGEST_DECREASE) * elastic[:, :-1]).any():

@@ -144,7 +144,11 @@ def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> l
     else:
         counts = HALF_CELLS if is_half else WHOLE_CELLS
         mesh = FINE
-    return [_GridLayout(tuple(graded_edges(count, grading).tolist()), is_half, mesh) for count in counts]
+    layouts = []
+    for count in counts:
+        edges = tuple(graded_edges(count, grading).tolist())
+        layouts.append(_GridLayout(edges=edges, is_half=is_half, mesh=mesh))
+    return layouts
 
 
 def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:

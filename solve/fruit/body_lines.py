@@ -36,8 +36,9 @@ class BodySteps:
 def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
     """Return the coordinates of the grid lines [mm] along x, y and z of the block.
 
-    The lines are dense at the `loads`, as `steps` prescribes. `mirrored` states for x and y whether the mesh ends at
-    the mirror plane. The number of steps is reduced until the mesh has at most `steps.most_dofs` dofs.
+    `shape` maps the block to the fruit. The lines are dense at the `loads`, as `steps` prescribes. `mirrored` states
+    for x and y whether the mesh ends at the mirror plane. The number of steps is reduced until the mesh has at most
+    `steps.most_dofs` dofs.
     """
     lines = _lines_for_steps(shape, loads, mirrored, steps)
     # Quadratic elements have 2 n - 1 nodes on n grid lines, and three dofs per node.

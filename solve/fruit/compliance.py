@@ -110,8 +110,9 @@ class FruitCompliance(Record):
         if len(self.tips) == len(groups):
             return self
         skin = self.skin
-        if skin is not None:  # the table has one compliance for each modulus of the flesh
-            skin = replace(skin, S=np.array([_grouped(S, groups) for S in skin.S]))
+        if skin is not None:
+            grouped_table = [_grouped(S, groups) for S in skin.S]  # one compliance for each modulus of the flesh
+            skin = replace(skin, S=np.array(grouped_table))
         return replace(
             self, tips=TIPS, S=_grouped(self.S, groups), shape_change=_grouped(self.shape_change, groups), skin=skin
         )

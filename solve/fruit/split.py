@@ -202,7 +202,8 @@ def mesh_dofs(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -
 
 def _grid_lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> Lines:
     """Return the grid lines [mm] of the mesh of a grading, which start at the mirror planes of the footprints."""
-    nodes = np.concatenate([footprint.nodes(nodes_within(fruit, footprints)) for footprint in footprints])
+    per_side = nodes_within(fruit, footprints)
+    nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     widest = max(footprint.side for footprint in footprints)
     # In a low block, the remainder is large relative to the compliance. Since the error is of fourth order in the step,
     # this factor reduces it in proportion to the height.

@@ -128,7 +128,8 @@ def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
     The cost is one integral per distance and layer.
     """
     h = layers[0].thickness
-    k, weight = _panels(LARGEST_KH / h, 2.0 * math.pi / max(float(distances.max(initial=0.0)), h))
+    largest = max(float(distances.max(initial=0.0)), h)
+    k, weight = _panels(LARGEST_KH / h, 2.0 * math.pi / largest)  # wave numbers [1/mm] and their quadrature weights
     softening = np.array([layer.surface / math.pi * layer.softening(k * h) for layer in layers])
     return np.asarray((softening * weight) @ j0(np.outer(k, distances)))
 
@@ -228,7 +229,8 @@ def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
     Outside the table, y is extrapolated in proportion to x ** power.
     """
     clipped = np.clip(points, x[0], x[-1])
-    values = np.exp(_spline(np.log(x), np.log(y))(np.log(clipped)))
+    log_spline = _spline(np.log(x), np.log(y))
+    values = np.exp(log_spline(np.log(clipped)))
     return np.asarray(values * (points / clipped) ** power)
 
 

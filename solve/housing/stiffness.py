@@ -208,8 +208,10 @@ def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float
         gradient = np.einsum("nie,njep->epij", u[patch.dofs], patch.gradients)
         strain = 0.5 * (gradient + gradient.swapaxes(2, 3))
         corners = np.einsum("qp,epij->eqij", np.kron(_EXTRAPOLATION, _EXTRAPOLATION), strain)
-        at_corners = max(at_corners, float(np.abs(np.linalg.eigvalsh(corners)).max()))
-        at_points = max(at_points, float(np.abs(np.linalg.eigvalsh(strain)).max()))
+        principal_at_corners = np.linalg.eigvalsh(corners)
+        principal_at_points = np.linalg.eigvalsh(strain)
+        at_corners = max(at_corners, float(np.abs(principal_at_corners).max()))
+        at_points = max(at_points, float(np.abs(principal_at_points).max()))
     return at_corners, at_points
 
 

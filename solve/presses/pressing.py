@@ -70,8 +70,11 @@ class Pressing:
         self.kernel = love(cells)
         self.touch = sensor.positions.copy()
         for _ in range(NEWTON_STEPS):
-            step = np.array([np.linalg.solve(*self._gap_derivatives(tip)) for tip in range(len(self.touch))])
-            self.touch = self.touch - step
+            steps = []
+            for tip in range(len(self.touch)):
+                hessian, gradient = self._gap_derivatives(tip)
+                steps.append(np.linalg.solve(hessian, gradient))
+            self.touch = self.touch - np.array(steps)
         if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
             # Each grid covers two intervals of the previous, coarser one on either side of its best point.
             for half_side in (LARGEST_TOUCH_SHIFT, LARGEST_TOUCH_SHIFT / 40.0, LARGEST_TOUCH_SHIFT / 1600.0):
@@ -173,7 +176,8 @@ class Pressing:
         else:
             msg = f"the contact grids do not fit their contacts at a travel of {travel:.3g} mm"
             raise ArithmeticError(msg)
-        self.grids, self.cell_forces = grids, cell_forces
+        self.grids = grids
+        self.cell_forces = cell_forces
         self.area = (cell_forces > 0.0).sum(axis=(1, 2)) * grids.cell_size**2
         return dome_forces
 
@@ -284,7 +288,8 @@ class Pressing:
             next_yielded = remains_yielded | (forces > force_limits * (1.0 + 1e-9))
             if (next_yielded == is_yielded).all():
                 return forces
-            is_yielded, start = next_yielded, forces
+            is_yielded = next_yielded
+            start = forces
         limit = f"the yield pressure of {self.fruit.yields:.3g} MPa"
         msg = f"the set of cells at {limit} still changes after {MAX_ACTIVE_SETS} iterations"
         raise ArithmeticError(msg)

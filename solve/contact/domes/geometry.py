@@ -207,8 +207,9 @@ def _zero_travel_touches(scenes: Sequence[Scene]) -> Floats:
     scenes_by_id = {id(scene): scene for scene in scenes}
     touch_scenes = {key: _touch_scene(scene) for key, scene in scenes_by_id.items()}
     distinct_scenes = {_touch_key(scene): scene for scene in touch_scenes.values()}
-    touches = dict(zip(distinct_scenes, _first_touches(list(distinct_scenes.values())), strict=True))
-    return np.array([touches[_touch_key(touch_scenes[id(scene)])] for scene in scenes])
+    distinct_touches = _first_touches(list(distinct_scenes.values()))
+    touch_by_key = dict(zip(distinct_scenes, distinct_touches, strict=True))
+    return np.array([touch_by_key[_touch_key(touch_scenes[id(scene)])] for scene in scenes])
 
 
 def _touch_scene(scene: Scene) -> Scene:
