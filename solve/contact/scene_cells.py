@@ -68,17 +68,19 @@ class SceneCells:
 
         It is -inf for a cell outside the face of its tip.
         """
+        lowering = x
         if scene.from_touch:  # travel is measured from the first touch of the tilted sensor
-            x -= float(self._overlap(scene, scene.tilt_tangents_at_touch, 0.0).max())
-        return self._overlap(scene, scene.tilt_tangents, x)
+            lowering = x - float(self._overlap(scene, scene.tilt_tangents_at_touch, 0.0).max())
+        return self._overlap(scene, scene.tilt_tangents, lowering)
 
-    def _overlap(self, scene: Scene, tilt_tangents: Floats, x: float) -> Floats:
-        """Return the overlap (cells,) [mm] after the middle of the tips has moved down by x [mm].
+    def _overlap(self, scene: Scene, tilt_tangents: Floats, lowering: float) -> Floats:
+        """Return the overlap (cells,) [mm] after the middle of the tips has moved down by `lowering` [mm].
 
         `tilt_tangents` (2,) [1] are the tangents of tilt and roll.
         """
-        lowering = (self.cells.points - self.middle) @ tilt_tangents  # caused by tilt and roll
-        return np.asarray(x + lowering - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
+        by_tilt = (self.cells.points - self.middle) @ tilt_tangents  # additional lowering of each cell
+        height_offsets = np.array(scene.height_offsets_mm)[self.cells.owner]
+        return np.asarray(lowering + by_tilt - self.gap + height_offsets)
 
 
 @dataclass(frozen=True)

@@ -82,13 +82,14 @@ def bent_block(
     normals of the skin. Raises SolveError if an element is folded when the block is bent.
     """
     shape = CurvedShape(fruit, core_of(loads))
-    mirrored = [bool(images) for images in mirror_images(footprints)]
-    parities = level_parities(footprints)
-    if not fruit.mirrored:  # the fruit is rotated about z, so the whole block is meshed, with more dofs
-        mirrored = [False, False]
+    if fruit.mirrored:
+        mirrored = [bool(images) for images in mirror_images(footprints)]
+        parities = level_parities(footprints)
+        lines = body_lines(shape, loads, mirrored, steps)
+    else:  # the fruit is rotated about z, so the whole block is meshed, with more dofs
         parities = [(0, 0)]
-        steps = replace(steps, most_dofs=ROTATED_DOFS_FACTOR * steps.most_dofs)
-    lines = body_lines(shape, loads, mirrored, steps)
+        more_dofs = replace(steps, most_dofs=ROTATED_DOFS_FACTOR * steps.most_dofs)
+        lines = body_lines(shape, loads, (False, False), more_dofs)
     box = box_mesh(lines)
     mesh = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
     flat = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)

@@ -273,13 +273,13 @@ class Pressing:
         force_limits = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
         on_domes = self._on_domes(x, y)
         is_yielded = np.zeros_like(on_domes)
+        guess = start
         for _ in range(MAX_ACTIVE_SETS):
             yield_forces = np.where(is_yielded, force_limits, 0.0)
             yield_deflection = self._deflection(grids, yield_forces) if is_yielded.any() else 0.0
-            elastic_start = None if start is None else np.where(is_yielded | ~on_domes, 0.0, start)
-            elastic_forces = self._contact_forces(
-                grids, required - yield_deflection, elastic_start, on_domes & ~is_yielded
-            )
+            is_elastic = on_domes & ~is_yielded
+            elastic_guess = None if guess is None else np.where(is_elastic, guess, 0.0)
+            elastic_forces = self._contact_forces(grids, required - yield_deflection, elastic_guess, is_elastic)
             forces = elastic_forces + yield_forces
             if math.isinf(self.fruit.yields):  # no cell can yield, so no iteration is needed
                 return forces
@@ -289,7 +289,7 @@ class Pressing:
             if (next_yielded == is_yielded).all():
                 return forces
             is_yielded = next_yielded
-            start = forces
+            guess = forces
         limit = f"the yield pressure of {self.fruit.yields:.3g} MPa"
         msg = f"the set of cells at {limit} still changes after {MAX_ACTIVE_SETS} iterations"
         raise ArithmeticError(msg)

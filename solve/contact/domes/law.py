@@ -279,18 +279,20 @@ class _Law:
         `allowed_residual` (poses,) [mm]. The last step is used even if its residual is larger. `step` is modified in
         place.
         """
+        halved = increased  # indices of the poses whose step is halved
         for _ in range(HALVINGS):
-            step[increased] *= 0.5
+            step[halved] *= 0.5
             # Only the poses whose step was halved are evaluated again.
             law_of_subset = _Law(
-                self._poses.select(increased),
-                self._E[increased, 0],
+                self._poses.select(halved),
+                self._E[halved, 0],
                 self._axial_compliance,
-                self._fruit.select(increased),
+                self._fruit.select(halved),
             )
-            trial = law_of_subset.evaluate(state.q[increased] + step[increased], state.approach.select(increased))
-            increased = increased[np.abs(trial.residual).max(axis=1) > allowed_residual[increased]]
-            if not increased.size:
+            trial = law_of_subset.evaluate(state.q[halved] + step[halved], state.approach.select(halved))
+            is_too_large = np.abs(trial.residual).max(axis=1) > allowed_residual[halved]
+            halved = halved[is_too_large]
+            if not halved.size:
                 break
         return self.evaluate(state.q + step, state.approach)
 
@@ -407,9 +409,8 @@ class _Law:
         fruit = self._fruit
         # The added compliance has an error of its own. In addition, the law neglects three effects: its variation over
         # a contact, higher moments of the crosstalk, and its change if a contact moves.
-        over_contact = (
-            VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * (radius[:, None] / fruit.boundary_distance) ** 2
-        )
+        size_ratio = radius[:, None] / fruit.boundary_distance
+        over_contact = VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * size_ratio**2
         # The next term of the crosstalk, relative to a point load, is a factor times the square of this ratio.
         moment_ratio = _moments(radius, 0.5, 0.5) / distance**2  # (a_i^2 + a_j^2) / (2 p^2)
         next_moment = NEXT_MOMENT_FACTOR * self._point_load / distance * moment_ratio**2
