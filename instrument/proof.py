@@ -179,9 +179,10 @@ def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading
 def read_by(
     unit: MeasuringUnit, real_unit: SimulatedUnit, fruit: PressedFruit, rng: np.random.Generator | None = None
 ) -> FruitReading:
-    """Simulate a press of `real_unit` on a fruit, and return the reading of its log with the calibration `unit`.
+    """Simulate a press of `real_unit` on a fruit, and return the reading of its log.
 
-    If `rng` is given, the log has noise. Raises InputError if the press has no solution.
+    The log is read with `unit`, the sensor as it was calibrated. If `rng` is given, the log has noise. Raises
+    InputError if the press has no solution.
     """
     report = unit.report
     press = press_curve(real_unit, fruit, hand_of(report))
@@ -191,7 +192,7 @@ def read_by(
 
 
 def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Generator) -> PrintedUnit:
-    """Return a calibration of `real_unit`, with random errors as large as the calibration of the design leaves them.
+    """Return `real_unit` as its calibration describes it, with random errors as large as the design expects.
 
     With weights, the gain errors are errors of the forces. On a hard plate, they are errors of the deflections, and the
     forces follow from the stiffnesses. If the design requires a reference ball, the correction comes from a press on
@@ -220,17 +221,19 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
 def _correct_by_ball(
     report: Report, unit: PrintedUnit, real_unit: SimulatedUnit, rng: np.random.Generator
 ) -> PrintedUnit:
-    """Return a copy of the calibration `unit` with a correction from a press of `real_unit` on a reference ball.
+    """Return a copy of the calibrated `unit` with a correction from a simulated press on a reference ball.
 
-    Raises InputError if that press does not determine a correction.
+    `real_unit` is the simulated sensor that presses the ball. `rng` draws the error of the ball's stated modulus, which
+    multiplies the correction. Raises InputError if that press does not determine a correction.
     """
     requirements = report.design.reading or ReadingRequirements()
     ball = usual_ball(report)
     sensor = MeasuringUnit(report=report, unit=unit)
     reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)
-    # Presses without noise are identical, so one press represents all of them. The ball's modulus has a random error.
+    # Presses without noise are identical, so one press represents all of them.
     reading = read_by(sensor.on_ball(ball.radius), real_unit, ball.fruit())
     correction = fit_ball_correction(BALL_PRESSES * [reading], reference, sensor, "the ball")
+    # stated modulus of the ball divided by its true modulus
     modulus_factor = math.exp(0.01 * requirements.ball_percent * rng.normal())
     return replace(unit, ball=replace(correction, factor=modulus_factor * correction.factor))
 

@@ -306,7 +306,7 @@ def calibrate_unit(
         sensor = MeasuringUnit(report=report, unit=unit)
     designed_stiffnesses = designed.unit.stiffnesses
     try:  # springs far from the design may not allow a reading
-        scale = None if fruit is None else scale_of_presses(fruit, sensor)
+        scale_fit = None if fruit is None else scale_of_presses(fruit, sensor)
         table_rows = unit_table(sensor, designed)
         verdicts = unit_verdicts(sensor, table_rows)
         error_by = error_sources(sensor)
@@ -314,7 +314,7 @@ def calibrate_unit(
         msg = f"{table.source}: {error}"
         raise InputError(msg) from error
     return Calibration(
-        unit=unit if scale is None else replace(unit, scale=scale.scale),
+        unit=unit if scale_fit is None else replace(unit, scale=scale_fit.scale),
         nominal=designed_stiffnesses,
         table=table_rows,
         verdicts=verdicts,
@@ -324,7 +324,7 @@ def calibrate_unit(
         weighing=weighing,
         stiffened=sensor.press_stiffness_ratio(),
         press_s=report.design.press_s,
-        scale=scale,
+        scale=scale_fit,
         channels=channels,
         ball_presses=ball_presses,
     )
@@ -392,11 +392,18 @@ def _calibrated_springs(
             gain_percent=[spring.deflection_percent for spring in plate_springs],
             lacks_of_fit=[spring.lack_of_fit for spring in plate_springs],
         )
-    uncalibrated_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
+    gain_percent: Sequence[float]
+    if channels:
+        method = "weights and deflections, counts of the same weights"
+        gain_percent = channels.gain_percent
+    else:
+        method = "weights and deflections"
+        requirements = report.design.reading or ReadingRequirements()
+        gain_percent = len(deflections) * [requirements.uncalibrated_gain_percent]
     return _CalibratedSprings(
-        method="weights and deflections" + (", counts of the same weights" if channels else ""),
+        method=method,
         stiffnesses=[stiffness_of_line(line) for line in deflections],
-        gain_percent=channels.gain_percent if channels else len(deflections) * [uncalibrated_percent],
+        gain_percent=gain_percent,
         lacks_of_fit=[line.bend.lack_of_fit for line in deflections],
     )
 

@@ -117,11 +117,12 @@ def _check_times(table: MeasuredTable) -> None:
     forces = table.numbers["force"]
     for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):
         place = place_of(table.source, table.lines[row], "t")
-        if t < 0.0 or (force != 0.0 and t == 0.0):
-            bound = "greater than 0" if force != 0.0 else "at least 0"
+        is_loaded = force != 0.0
+        if t < 0.0 or (is_loaded and t == 0.0):
+            bound = "greater than 0" if is_loaded else "at least 0"
             raise validation_error(place, t, "s", bound, "give the time in seconds since that weight was hung")
         is_same_weight = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
-        if is_same_weight and force != 0.0 and t < times[row - 1]:
+        if is_same_weight and is_loaded and t < times[row - 1]:
             bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
             raise validation_error(place, t, "s", bound, "correct that time, or add a row without weight in between")
 

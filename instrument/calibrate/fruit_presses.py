@@ -118,8 +118,8 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
 
     `moduli` [MPa] are the readings of the presses, and `firmness` [`unit`] is what the other instrument shows for the
     pressed fruit, both (presses,). `names` are the names of the fruit, one for each press, and `source` is the name of
-    the table in messages. Each curve is fitted to the means of the fruit. Its error is that of a single press on a
-    fruit that was not used in the fit, as in later use.
+    the table in messages. Each curve is fitted to the means of the fruit. The error of the scale is the
+    error for a single press on a fruit that was not used in the fit, as in later use.
 
     Raises InputError for too few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
     """
@@ -180,10 +180,11 @@ def _simplest_good_curve(squared_errors: Mapping[str, Floats]) -> str:
 
 
 def _squared_errors(curve: _Curve, groups: Sequence[_Points], means: _Points, span: Floats) -> Floats:
-    """Return the mean square error of ln firmness (fruit,) [1] for each fruit, predicted from all other fruit.
+    """Return the mean square error of ln firmness [1] of each fruit, predicted from all other fruit, shape (fruit,).
 
     `groups` holds the presses of each fruit, and `means` the mean of each group. `curve` is fitted to the means of the
-    other fruit, and spans the two values of ln E in `span`. The errors are averaged over the presses of the fruit.
+    other fruit, and spans the two values of ln E in `span`. The squared errors are averaged over the presses of a
+    fruit.
     """
     mean_squares = []
     for index, group in enumerate(groups):
@@ -252,7 +253,8 @@ def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list
     if "t" not in table.numbers:
         return [math.nan] * len(rows)
     t = table.numbers["t"][rows]
-    if (not_rising := np.flatnonzero(np.diff(t) <= 0.0)).size:
+    not_rising = np.flatnonzero(np.diff(t) <= 0.0)
+    if not_rising.size:
         row = int(not_rising[0]) + 1
         place = f"{place_of(table.source, table.lines[rows[row]], 't')}: fruit {name}"
         hint = "give each press its own name in the column fruit"
@@ -268,7 +270,9 @@ def _constant_curve(fruit: _Points, ends: Floats) -> _Points:
 def _power_curve(fruit: _Points, ends: Floats) -> _Points:
     """Return the least-squares line of ln firmness against ln E between two `ends`, with a slope of at least zero."""
     centred = fruit.ln_E - fruit.ln_E.mean()
-    slope = max(0.0, float(centred @ fruit.ln_firmness) / max(float(centred @ centred), np.finfo(np.float64).tiny))
+    # The sum of squares is 0 if all fruit have the same modulus. The tiny number then prevents a division by zero.
+    sum_of_squares = max(float(centred @ centred), np.finfo(np.float64).tiny)
+    slope = max(0.0, float(centred @ fruit.ln_firmness) / sum_of_squares)
     return _Points(ends, fruit.ln_firmness.mean() + slope * (ends - fruit.ln_E.mean()))
 
 

@@ -91,7 +91,8 @@ def fit_springs_on_plate(
     # The resolutions of the counts and of the travel, both converted to forces [N], give the resolution of each point.
     count_resolutions = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])
     travel_resolutions = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]
-    columns = zip(deflections.T, forces.T, np.hypot(count_resolutions, travel_resolutions).T, strict=True)
+    force_resolutions = np.hypot(count_resolutions, travel_resolutions)
+    columns = zip(deflections.T, forces.T, force_resolutions.T, strict=True)
     lines = [fit_line(*column) for column in columns]  # x, values and resolutions of each tip
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weight_stiffnesses]

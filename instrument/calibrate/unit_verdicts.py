@@ -42,7 +42,9 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
     limit = limit_at(worst.E)
     reference = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
     verdict = judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), reference, limit=limit)
-    return [replace(verdict, remedy=_BALL_HINT) if _fails_by_form(sensor, worst, limit) else verdict]
+    if _fails_by_form(sensor, worst, limit):
+        return [replace(verdict, remedy=_BALL_HINT)]
+    return [verdict]
 
 
 def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:

@@ -60,7 +60,7 @@ class ChannelCalibration:
 
 
 def saturation_of(report: Report) -> int:
-    """Return the largest count of the converter in the design's read-out, by default that of 24 bits."""
+    """Return the largest count of the converter in the design's read-out; the converter has 24 bits by default."""
     return report.read_out.channels.saturation_counts
 
 
@@ -115,13 +115,15 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
         loop_width, zero_drift = _hysteresis_and_drift(table, name, key, line.slope.value, forces)
         hysteresis.append(loop_width)
         drift.append(zero_drift)
-    gains = zip(own_lines, hysteresis, strict=True)
+    # With hysteresis, the force is equally likely anywhere within the loop's width (JCGM 100:2008, 4.3.7).
+    hysteresis_deviations = [BOUNDED * 0.5 * loop_width for loop_width in hysteresis]
+    slope_deviations = [line.slope.percent for line in own_lines]
+    has_no_weight = table.numbers["force"] == 0.0
     return ChannelCalibration(
         counts_per_N=counts_per_N,
-        zero_counts=counts_of(table, keys)[table.numbers["force"] == 0.0].mean(axis=0),
+        zero_counts=counts_of(table, keys)[has_no_weight].mean(axis=0),
         saturation=saturation_of(report),
-        # With hysteresis, the force is equally likely anywhere within the loop's width (JCGM 100:2008, 4.3.7).
-        gain_percent=tuple(math.hypot(line.slope.percent, BOUNDED * 0.5 * width) for line, width in gains),
+        gain_percent=tuple(map(math.hypot, slope_deviations, hysteresis_deviations)),
         lacks_of_fit=tuple(line.bend.lack_of_fit for line in own_lines),
         bend_percent=tuple(100.0 * line.bend.significant_change for line in own_lines),
         crosstalk_percent=_crosstalk_percent(table, names, keys, counts_per_N),

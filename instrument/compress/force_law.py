@@ -157,9 +157,8 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
     radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
     if not radii.size:
         return None
-    travels = np.array(
-        [0.0, _HERTZ_LIMIT * radii.sum()]
-    )  # two points suffice, because the law is a power of the travel
+    # Two points suffice, because the law is a power of the travel.
+    travels = np.array([0.0, _HERTZ_LIMIT * radii.sum()])
     series_radius = float((radii ** (-1.0 / 3.0)).sum()) ** -3  # radius of a single contact with the same force law
     stiffness = force_factor(1.0 / (1.0 - test.poisson**2), series_radius)
     return ForceLaw(

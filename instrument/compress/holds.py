@@ -116,18 +116,28 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
         parameters, covariance = fitted
         criterion = _schwarz_criterion(force - _relaxing_force(t, *parameters), len(parameters))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
-        amplitudes = parameters[1 : 1 + count]
-        # The logarithms of tau were fitted, so the error of tau is tau times the error of its logarithm.
-        taus = np.exp(parameters[1 + count :])
-        if criterion < best_criterion and (amplitudes > errors[1 : 1 + count]).all():
+        are_significant = (parameters[1 : 1 + count] > errors[1 : 1 + count]).all()  # the amplitudes A_i
+        if criterion < best_criterion and are_significant:
             best_criterion = criterion
             final_force = float(parameters[0])
-            arms = []
-            for i in np.argsort(taus).tolist():
-                share = Estimate(float(amplitudes[i]), float(errors[1 + i]), "N")
-                time = Estimate(float(taus[i]), float(taus[i] * errors[1 + count + i]), "s")
-                arms.append(RelaxationArm(share=share, time=time))
+            arms = _arms_of_fit(parameters, errors, count)
     return final_force, arms
+
+
+def _arms_of_fit(parameters: Floats, errors: Floats, count: int) -> list[RelaxationArm]:
+    """Return the `count` arms of a fit, the fastest first; their shares are still the amplitudes A_i [N].
+
+    `parameters` are the parameters of `_relaxing_force`, and `errors` are their errors at 95 %.
+    """
+    amplitudes = parameters[1 : 1 + count]
+    # The logarithms of tau were fitted, so the error of tau is tau times the error of its logarithm.
+    taus = np.exp(parameters[1 + count :])
+    arms = []
+    for i in np.argsort(taus).tolist():
+        share = Estimate(float(amplitudes[i]), float(errors[1 + i]), "N")
+        time = Estimate(float(taus[i]), float(taus[i] * errors[1 + count + i]), "s")
+        arms.append(RelaxationArm(share=share, time=time))
+    return arms
 
 
 def _fit_exponentials(t: Floats, force: Floats, count: int, step: float) -> tuple[Floats, Floats] | None:
@@ -139,11 +149,8 @@ def _fit_exponentials(t: Floats, force: Floats, count: int, step: float) -> tupl
     # Initial guess: equal amplitudes, and time constants at equal ratios between one time step and the whole hold. The
     # two small numbers keep the shortest time constant and the amplitudes above zero.
     guessed_times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
-    initial_guess = [
-        force[-1],
-        *[max(force[0] - force[-1], 0.0) / count + 1e-9] * count,
-        *np.log(guessed_times[1:-1]),
-    ]
+    guessed_amplitude = max(force[0] - force[-1], 0.0) / count + 1e-9
+    initial_guess = [force[-1], *[guessed_amplitude] * count, *np.log(guessed_times[1:-1])]
     lower = [-np.inf] + [0.0] * count + [np.log(guessed_times[0])] * count
     upper = [np.inf] * (1 + count) + [np.log(guessed_times[-1])] * count
     try:

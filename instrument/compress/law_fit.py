@@ -163,11 +163,11 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
     variance *= points / max(1, points - parameters)  # the fit reduces the residuals
     total = float(residual @ residual)
     correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
-    # A correlation reduces the number of independent residuals. The factor is that of a first-order autoregressive
+    # A correlation reduces the number of independent residuals. The factor holds for a first-order autoregressive
     # process.
     if correlation > _SIGNIFICANT / math.sqrt(points):
-        correlation = min(correlation, _MOST_ALIKE)
-        variance *= (1.0 + correlation) / (1.0 - correlation)
+        limited_correlation = min(correlation, _MOST_ALIKE)  # so that the factor remains finite
+        variance *= (1.0 + limited_correlation) / (1.0 - limited_correlation)
     return np.asarray(np.sqrt(variance))
 
 

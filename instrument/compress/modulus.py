@@ -158,15 +158,15 @@ def measured_modulus(
     curve = without_frame(measured, test.loading, geometry.compliance_um_per_N)
     _check_travel(measured, curve, geometry)
     law = solved_law(geometry, count)
-    chosen = _plausible_fit(measured, curve, law)
-    E = chosen.modulus.value
-    random_errors, bounds = _error_shares(test, curve, law, chosen, geometry)
+    range_fit = _plausible_fit(measured, curve, law)
+    E = range_fit.modulus.value
+    random_errors, bounds = _error_shares(test, curve, law, range_fit, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
     _check_error_bar(measured, u_percent, max(shares, key=lambda name: shares[name]))
     apparent_law = hertz_law(geometry)  # None if no tool touches the body at a point
     hertz_fit = None if apparent_law is None else choose_range(curve, apparent_law)
-    secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
+    secants = [_plate_modulus(curve, range_fit, geometry, strain) for strain in _strains(curve, range_fit, geometry)]
     E_plate = secants[0].E_secant_MPa  # the paper's modulus
     return CompressionResult(
         file=measured.file,
@@ -180,21 +180,21 @@ def measured_modulus(
         shares_percent={name: 100.0 * share for name, share in shares.items()},
         u_plate_percent=secants[0].u_secant_percent,
         reads_low=E / E_plate,
-        first_touch_mm=chosen.touch.value,
-        force_rises_from_mm=chosen.fit.onset,
-        range_end_mm=chosen.range_end,
+        first_touch_mm=range_fit.touch.value,
+        force_rises_from_mm=range_fit.fit.onset,
+        range_end_mm=range_fit.range_end,
         failure_mm=curve.failure,
-        zero_N=chosen.fit.parameters.offset,
-        drift_N_per_mm=chosen.fit.parameters.drift,
+        zero_N=range_fit.fit.parameters.offset,
+        drift_N_per_mm=range_fit.fit.parameters.drift,
         noise_N=curve.noise,
-        follows_law=chosen.follows_law,
+        follows_law=range_fit.follows_law,
         follows_hertz=hertz_fit is not None and hertz_fit.follows_law,
         secants=tuple(secants),
         geometry=geometry,
-        notes=(*measured.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
-        relaxation=_relaxation_of_hold(test, curve, chosen, geometry),
+        notes=(*measured.notes, *_notes(E, range_fit, geometry.strains_percent[0], secants[0].strain_percent)),
+        relaxation=_relaxation_of_hold(test, curve, range_fit, geometry),
         curve=curve,
-        fit=chosen.fit,
+        fit=range_fit.fit,
     )
 
 
@@ -203,68 +203,72 @@ def _plausible_fit(specimen: Specimen, curve: Loading, law: ForceLaw) -> RangeFi
 
     `specimen` is named in messages. Raises InputError if no range can be fitted, and for an implausible modulus.
     """
-    chosen = choose_range(curve, law)
-    if chosen is None:
+    range_fit = choose_range(curve, law)
+    if range_fit is None:
         hint = "check that the table contains the whole loading, from before the first contact on"
         raise validation_error(str(specimen), "curve", "", "a loading that follows the force law of a fruit", hint)
-    E = chosen.modulus.value
+    E = range_fit.modulus.value
     if not PLAUSIBLE.hold(E):
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
-    return chosen
+    return range_fit
 
 
 def _error_shares(
-    test: Phases, curve: Loading, law: ForceLaw, chosen: RangeFit, geometry: TestGeometry
+    test: Phases, curve: Loading, law: ForceLaw, range_fit: RangeFit, geometry: TestGeometry
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the relative errors of the modulus [1] at 95 % by their cause: the random errors, and the bounds.
 
     Random errors add in quadrature. The errors due to the constitutive law, the friction and the shape are bounds that
     may all have the same sign, so they add linearly. `curve` is the loading of the `test` after correction for the
-    compliance of the machine. `law` is its force law, and `chosen` is the fit of this law.
+    compliance of the machine. `law` is its force law, and `range_fit` is the fit of this law. `geometry` describes the
+    body and the tools, and states the compliance of the machine with its error.
     """
     bounds = {}
     for assumption, variants in law.variants.items():
-        bounds[assumption] = max(_modulus_change(variant, curve, chosen) for variant in variants)
+        bounds[assumption] = max(_modulus_change(variant, curve, range_fit) for variant in variants)
+    poisson_error = bounds.pop(POISSON)  # a random error, unlike the other assumptions
     random_errors = {
-        "scatter of the points": COVERAGE * chosen.modulus.relative,
+        "scatter of the points": COVERAGE * range_fit.modulus.relative,
         "force curve": law.error,
-        POISSON: bounds.pop(POISSON),  # a random error, unlike the other assumptions
+        POISSON: poisson_error,
     }
     if geometry.compliance_error_um_per_N:
-        points = int(np.searchsorted(curve.travel, chosen.range_end, side="right"))
-        random_errors["machine compliance"] = _frame_error(test.specimen, test.loading, chosen, points, geometry)
+        points = int(np.searchsorted(curve.travel, range_fit.range_end, side="right"))
+        random_errors["machine compliance"] = _frame_error(test.specimen, test.loading, range_fit, points, geometry)
     return random_errors, bounds
 
 
 def _relaxation_of_hold(
-    test: Phases, curve: Loading, chosen: RangeFit, geometry: TestGeometry
+    test: Phases, curve: Loading, range_fit: RangeFit, geometry: TestGeometry
 ) -> HeldRelaxation | None:
     """Return the relaxation of the flesh from the hold of a test; None for a test without a hold."""
     if not test.hold:
         return None
     specimen = test.specimen
-    zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
+    zero = float(range_fit.fit.zero_line(curve.travel[-1:])[0])
     frame_deflections = 1e-3 * geometry.compliance_um_per_N * (specimen.force - curve.zero)  # [mm]
     corrected = replace(specimen, travel=specimen.travel - frame_deflections)
-    return fit_relaxation(corrected, test.hold, chosen.touch.value, zero)
+    return fit_relaxation(corrected, test.hold, range_fit.touch.value, zero)
 
 
-def _modulus_change(variant: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
+def _modulus_change(variant: ForceLaw, curve: Loading, range_fit: RangeFit) -> float:
     """Return the relative error of the modulus [1] if `variant` is the true force law.
 
     This law is fitted to the chosen range. If the fit fails, the stiffnesses of the two laws are compared.
     """
-    count = int(np.searchsorted(curve.travel, chosen.range_end, side="right"))
-    has_drift = chosen.fit.parameters.drift != 0.0
+    count = int(np.searchsorted(curve.travel, range_fit.range_end, side="right"))
+    has_drift = range_fit.fit.parameters.drift != 0.0
     fit = fit_law(variant, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
     if fit is None:
-        return abs(variant.stiffness / chosen.fit.law.stiffness - 1.0)
-    return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
+        return abs(variant.stiffness / range_fit.fit.law.stiffness - 1.0)
+    return abs(range_fit.fit.modulus.value / fit.modulus.value - 1.0)
 
 
-def _frame_error(specimen: Specimen, measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry) -> float:
+def _frame_error(
+    specimen: Specimen, measured: Loading, range_fit: RangeFit, count: int, geometry: TestGeometry
+) -> float:
     """Return the largest relative change of the modulus [1] that the error of the machine's compliance may cause.
 
     `measured` is the loading without the correction for this compliance. Its first `count` points are the chosen range.
@@ -273,9 +277,9 @@ def _frame_error(specimen: Specimen, measured: Loading, chosen: RangeFit, count:
     changes = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
         curve = without_frame(specimen, measured, geometry.compliance_um_per_N + error)
-        has_drift = chosen.fit.parameters.drift != 0.0
-        fit = fit_law(chosen.fit.law, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
-        changes.append(1.0 if fit is None else abs(fit.modulus.value / chosen.fit.modulus.value - 1.0))
+        has_drift = range_fit.fit.parameters.drift != 0.0
+        fit = fit_law(range_fit.fit.law, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
+        changes.append(1.0 if fit is None else abs(fit.modulus.value / range_fit.fit.modulus.value - 1.0))
     return max(changes)
 
 
@@ -305,10 +309,10 @@ def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -
         raise validation_error(name, float(f"{u_percent:.3g}"), "%", f"{ALLOWED_PERCENT}", hint)
 
 
-def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: float) -> list[str]:
+def _notes(E: float, range_fit: RangeFit, requested_strain: float, first_strain: float) -> list[str]:
     """Return notes on unusual properties of a test: its strain, its modulus E [MPa], its fit and its zero line.
 
-    `chosen` is the fit of the force law. `requested_strain` [%] is the first strain in the geometry, and `first_strain`
+    `range_fit` is the fit of the force law. `requested_strain` [%] is the first strain in the geometry. `first_strain`
     [%] is the strain of the first secant, which is smaller if the curve ends too early.
     """
     notes = []
@@ -316,37 +320,38 @@ def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: fl
         notes.append(f"the curve ends before {requested_strain:g} % strain: its secant is at {first_strain:g} %")
     if not USUAL_MODULI.hold(E):
         notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
-    if not chosen.follows_law:
+    if not range_fit.follows_law:
         cause = "the shape of the fruit or the behaviour of its flesh differs"
         notes.append(f"the curve does not follow the force law of such a fruit within its noise: {cause}")
-    if chosen.idle_points == 0:
+    if range_fit.idle_points == 0:
         notes.append("no rows before the first touch: the zero of the force is fitted together with the modulus")
-    drift = chosen.fit.parameters.drift
+    drift = range_fit.fit.parameters.drift
     if drift:
         notes.append(f"the zero line drifts by {drift:.3g} N/mm: this drift is subtracted")
     return notes
 
 
-def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
+def _strains(curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> list[float]:
     """Return the strains [%] at which secants are computed: those requested in the geometry that the curve reaches.
 
     If the curve does not reach the first strain, it is replaced by the largest possible strain. Raises InputError for a
     strain that is smaller than the error of the first touch.
     """
     percent_per_mm = 100.0 / geometry.height_mm
-    last = percent_per_mm * _LAST_STRAIN * (float(curve.travel[-1]) - chosen.touch.value)
-    touch_error = percent_per_mm * COVERAGE * chosen.touch.error
-    first, *others = geometry.strains_percent
+    last = percent_per_mm * _LAST_STRAIN * (float(curve.travel[-1]) - range_fit.touch.value)
+    touch_error = percent_per_mm * COVERAGE * range_fit.touch.error
+    requested, *others = geometry.strains_percent
     smallest = min(geometry.strains_percent)
     if smallest < touch_error:
         bound = f"at least {touch_error:.2g} %, the error of the first touch"
         raise validation_error("--strain", smallest, "%", bound, "choose a larger strain, or measure more points")
-    if first > last:
+    first = requested
+    if requested > last:
         first = min(float(f"{last:.2g}"), last)  # two significant digits, but not rounded up beyond the curve
     return [first, *(strain for strain in others if strain <= last)]
 
 
-def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
+def _plate_modulus(curve: Loading, range_fit: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
     """Return the secant and tangent moduli of plate stress against strain at `strain` [%], with their errors at 95 %.
 
     With the force F(d) at the depth d from first contact, the height h and the plate area A, they are
@@ -354,19 +359,19 @@ def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, str
         E_secant = (F / A) / (d / h),    E_tangent = (dF/dd / A) h.
 
     F and dF/dd come from a parabola that is fitted to the points near d, at least to the nearest `_LEAST_POINTS`.
-    `chosen` is the fit of the force law, which determines first contact and the zero line.
+    `range_fit` is the fit of the force law, which determines first contact and the zero line.
     """
     depth = 0.01 * strain * geometry.height_mm
-    offsets = curve.travel - chosen.touch.value - depth  # travel relative to the travel at the strain [mm]
+    offsets = curve.travel - range_fit.touch.value - depth  # travel minus the travel at `strain` [mm]
     distances = np.abs(offsets)
     is_near = distances <= max(_WINDOW * depth, np.sort(distances)[_LEAST_POINTS - 1])
-    force = (curve.force - chosen.fit.zero_line(curve.travel))[is_near]
+    force = (curve.force - range_fit.fit.zero_line(curve.travel))[is_near]
     coefficients, covariance = np.polyfit(offsets[is_near], force, 2, cov=True)
     half_curvature, slope, force_at_strain = coefficients.tolist()
-    _, slope_error, force_error = np.sqrt(np.diag(covariance)).tolist()
+    _, slope_fit_error, force_fit_error = np.sqrt(np.diag(covariance)).tolist()
     # An error in the first contact shifts the curve along the travel, which changes the force and the slope at d.
-    force_error = math.hypot(force_error, slope * chosen.touch.error)
-    slope_error = math.hypot(slope_error, 2.0 * half_curvature * chosen.touch.error)
+    force_error = math.hypot(force_fit_error, slope * range_fit.touch.error)
+    slope_error = math.hypot(slope_fit_error, 2.0 * half_curvature * range_fit.touch.error)
     modulus_per_stiffness = geometry.height_mm / geometry.plate_area_mm2  # [1/mm]
     return PlateModulus(
         strain_percent=strain,

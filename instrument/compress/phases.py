@@ -72,9 +72,10 @@ def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> P
     below its first values, that never rises, or whose slope decreases with the travel.
     """
     _check_row_count(specimen, len(specimen.lines))
-    test = _cut_at_first_return(specimen)
-    signs = {quantity: _compression_sign(getattr(test, quantity)) for quantity in _UNITS}
-    test = replace(test, **{quantity: sign * getattr(test, quantity) for quantity, sign in signs.items()})
+    first_loading = _cut_at_first_return(specimen)
+    signs = {quantity: _compression_sign(getattr(first_loading, quantity)) for quantity in _UNITS}
+    positive_columns = {quantity: sign * getattr(first_loading, quantity) for quantity, sign in signs.items()}
+    test = replace(first_loading, **positive_columns)
     hold = _find_hold(test)
     rows = len(test.lines) if hold is None else hold.start + 1  # number of rows of the loading
     _check_row_count(specimen, rows)
@@ -300,12 +301,21 @@ def _cut_at_failure(travel: Floats, force: Floats) -> Loading:
     has_fallen = largest_mean - means > large_fall
     failures = np.flatnonzero(has_risen & has_fallen)
     failure = None
+    end = len(force)
     if failures.size:
         peak = int(np.argmax(means[: failures[0] + 1])) + width // 2  # a mean lies at the middle of its window
         failure = float(travel[peak])
-        travel = travel[: peak + 1]
-        force = force[: peak + 1]
-    # The zero of the load cell is the median force over the first half of the points at which the force has not risen.
+        end = peak + 1
+    return Loading(
+        travel=travel[:end], force=force[:end], zero=_load_cell_zero(force[:end]), noise=noise, failure=failure
+    )
+
+
+def _load_cell_zero(force: Floats) -> float:
+    """Return the zero of the load cell [N]: the median over the first half of the forces that have not risen yet.
+
+    `force` (points,) [N] is the force of the loading.
+    """
     risen = np.flatnonzero(force > force[0] + _ZERO_LINE * (force.max() - force[0]))
     zero_points = force[: max(1, int(risen[0]) // 2)] if risen.size else force[:1]
-    return Loading(travel=travel, force=force, zero=float(np.median(zero_points)), noise=noise, failure=failure)
+    return float(np.median(zero_points))

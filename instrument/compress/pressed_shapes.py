@@ -104,7 +104,9 @@ class CompressedBody:
         not deform, and 2 otherwise. Raises InputError for an unsupported combination of body and tools.
         """
         section = self.section
-        if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
+        has_unsuitable_plunger = plunger is not None and not self.takes_plunger
+        has_unsuitable_seat = plates == 1 and not section.is_round
+        if has_unsuitable_plunger or has_unsuitable_seat:
             bound = "between plates, or with a plunger or seat that docs/modulus.md lists for it"
             raise validation_error("body", self.kind, "", bound, "choose other tools, because these are not supported")
         presses = _round_presses(section, plunger) if section.is_round else _presses_on_end(section, plunger)
@@ -170,7 +172,9 @@ class Ellipsoid(CompressedBody):
         radius = self.section.radius
         if plunger is None:
             return (radius,) * plates
-        return (relative_radius(plunger.radius_mm, radius), radius)[:plates] if plunger.ball else ()
+        if not plunger.ball:
+            return ()
+        return (relative_radius(plunger.radius_mm, radius), radius)[:plates]
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
         """Return bounds for two different radii: bodies of revolution with one or the other radius, under the plates.
@@ -345,9 +349,9 @@ def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Compressi
     plate = CompressionPress(section=section, deepest=deepest, contact=contact, exponent=exponent)
     if plunger is None:
         return plate, plate
-    deepest = min(deepest, plunger.deepest)
-    contact = math.sqrt(relative_radius(plunger.radius_mm, section.radius) * deepest)
-    return replace(plate, tool=plunger.tool, deepest=deepest, contact=contact), plate
+    plunger_depth = min(deepest, plunger.deepest)
+    plunger_contact = math.sqrt(relative_radius(plunger.radius_mm, section.radius) * plunger_depth)
+    return replace(plate, tool=plunger.tool, deepest=plunger_depth, contact=plunger_contact), plate
 
 
 def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
@@ -373,11 +377,15 @@ def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[Compress
         )
     height = 2.0 * section.half_height
     deepest = min(_DEEPEST * height, plunger.deepest)
+    if plunger.ball:
+        contact, exponent = math.sqrt(plunger.radius_mm * deepest), POINT_CONTACT
+    else:
+        contact, exponent = plunger.radius_mm, _FLAT_CONTACT
     press = CompressionPress(
         section=replace(section, half_height=height, on_table=True),
         tool=plunger.tool,
         deepest=deepest,
-        contact=math.sqrt(plunger.radius_mm * deepest) if plunger.ball else plunger.radius_mm,
-        exponent=POINT_CONTACT if plunger.ball else _FLAT_CONTACT,
+        contact=contact,
+        exponent=exponent,
     )
     return (press,)

@@ -121,12 +121,13 @@ def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
         probability = _drift_probability(drifting, travel[:idle_points], force[:idle_points], count)
         with_drift = drifting
     fit = with_drift if probability > 0.5 else without_drift  # noqa: PLR2004 - the more probable of two
+    is_within_error_of_law = bool((np.abs(fit.residual) <= law.error * np.abs(force)).all())
     return RangeFit(
         fit=fit,
         range_end=float(travel[-1]),
         modulus=_weighted_mean(probability, with_drift.modulus, without_drift.modulus),
         touch=_weighted_mean(probability, with_drift.touch, without_drift.touch),
-        follows_law=_is_noise(fit.residual) or bool((np.abs(fit.residual) <= law.error * np.abs(force)).all()),
+        follows_law=_is_noise(fit.residual) or is_within_error_of_law,
         idle_points=idle_points,
     )
 
@@ -153,7 +154,7 @@ def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: i
 def _weighted_mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
     """Return the mean of two estimates, weighted by the probability [1] of the first one, with its standard error.
 
-    The variance is that of a mixture distribution, so it includes the difference between the two values.
+    It is the standard deviation of a mixture distribution, so it includes the difference between the two values.
     """
     mean = probability * first.value + (1.0 - probability) * second.value
     variance = probability * (first.error**2 + (first.value - mean) ** 2)

@@ -76,6 +76,7 @@ def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
             raise validation_error(place, columns[name].label, "", bound, "give each size once")
     rows: dict[tuple[str, str], dict[str, float]] = {}
     for row in table.rows:
+        # A text is empty if the table has no column for it.
         file, specimen = (columns[name].cell(row) if name in columns else "" for name in _TEXTS)
         key = (file, specimen)
         if not file or key in rows:  # a specimen "" is allowed: the row is for all specimens of the file

@@ -124,12 +124,17 @@ def _is_continuation(first: Specimen, second: Specimen) -> bool:
     compression = travel[-1] - travel[0]  # of either sign
     is_at_end = abs(compression) >= (1.0 - _AT_END) * np.ptp(travel) > 0.0
     is_near = all(
-        abs(after[0] - before[-1]) <= _STEPS * max(np.abs(np.diff(before)).max(), np.abs(np.diff(after)).max())
+        abs(after[0] - before[-1]) <= _STEPS * max(_largest_step(before), _largest_step(after))
         for before, after in ((travel, second.travel), (first.force, second.force))
     )
-    step = float(np.abs(np.diff(travel)).max())
-    goes_back = not (second.travel[0] - travel[-1]) * np.sign(compression) > -step
+    # distance from the end of the first curve to the start of the second, positive in the direction of compression
+    advance = (second.travel[0] - travel[-1]) * np.sign(compression)
+    goes_back = not advance > -_largest_step(travel)
     return bool(is_at_end and is_near and not goes_back)
+
+
+def _largest_step(values: Floats) -> float:
+    return float(np.abs(np.diff(values)).max())
 
 
 def _join_segments(first: Specimen, second: Specimen) -> Specimen:

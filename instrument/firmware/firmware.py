@@ -200,6 +200,8 @@ def _description(sensor: MeasuringUnit) -> dict[str, object]:
     """
     signal = sensor.report.read_out.signal
     board = _board_of(sensor)
+    # The programs state the sampling rate only if the sampling times have errors.
+    has_time_errors = signal is not None and signal.time_deviation != 0.0
     return {
         "design": sensor.report.design.name,
         "method": sensor.unit.method,
@@ -211,11 +213,10 @@ def _description(sensor: MeasuringUnit) -> dict[str, object]:
         "staggered": signal is not None and bool(signal.delays),
         "tare_samples": TARE_SAMPLES,
         "board": board,
-        "pins": board and board.pins,
+        "pins": None if board is None else board.pins,
         "wires": "SCLK, DIN, DOUT, CS and DRDY",
         "header": ",".join(["t_us", *count_keys(len(sensor.report.tips))]),
-        # The programs state the sampling rate only if the sampling times have errors.
-        "rate": 0.0 if signal is None or not signal.time_deviation else signal.rate_Hz,
+        "rate": signal.rate_Hz if signal is not None and has_time_errors else 0.0,
         "inputs": [] if signal is None else _inputs(signal),
     }
 
@@ -272,10 +273,11 @@ def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_facto
         # Creep is corrected even without level readings, by the same factor at every modulus.
         rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
     creep_shift = math.log(stiffening)
+    level_factor = ball_factor * stiffening * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0
     return {
         "level_logs": [math.log(row.read_MPa) - creep_shift for row in rows],
         "level_shifts": [math.log(row.E_MPa / row.read_MPa) + creep_shift + math.log(ball_factor) for row in rows],
-        "level_factor": ball_factor * stiffening * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+        "level_factor": level_factor,
     }
 
 
@@ -309,7 +311,6 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
     """
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
-    domes = law.rolling
     return {
         "springs": (weights @ C).tolist(),  # weights of the forces F, through the deflections of the springs
         "fruit": (weights @ S).tolist(),  # weights of F / E, through the compliance of the fruit
@@ -321,16 +322,30 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "latest_touch": LARGEST_TOUCH_FORCE,
         "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
         "largest_noise": LARGEST_NOISE,
-        # Iteration for a saddle-shaped skin, on which domes roll; other tips need only one step.
-        "saddle_steps": 1 if domes is None else SADDLE_STEPS,
-        "settled": SETTLED,
-        "weights": weights.tolist(),  # weight of each tip in the contrast
-        "places": [] if domes is None else [coordinate for axis in domes.positions for coordinate in axis],  # x and y
-        "dome_radius": 0.0 if domes is None else domes.dome_radius,
-        "rolled": 1.0 if domes is None else domes.rolling_factor,  # distance of axes divided by distance of contacts
-        "felt": 1.0 if domes is None else domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
+        **_rolling_constants(law),
+    }
+
+
+def _rolling_constants(law: RiseLaw) -> dict[str, object]:
+    """Return the constants of the iteration for a saddle-shaped skin, on which domes roll.
+
+    Tips without domes need only one step of the iteration, in which most of the constants have no effect.
+    """
+    weights, _, S = law.contrast.arrays
+    shared = {"settled": SETTLED, "weights": weights.tolist()}  # the weight of each tip in the contrast
+    domes = law.rolling
+    if domes is None:
+        unused = {"places": [], "dome_radius": 0.0, "rolled": 1.0, "felt": 1.0, "body": 0.0, "still": []}
+        return {"saddle_steps": 1, **shared, **unused}
+    return {
+        "saddle_steps": SADDLE_STEPS,
+        **shared,
+        "places": [coordinate for axis in domes.positions for coordinate in axis],  # x and y of each axis
+        "dome_radius": domes.dome_radius,
+        "rolled": domes.rolling_factor,  # distance of axes divided by distance of contacts
+        "felt": domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
         # Boussinesq's solution: a force F lowers the surface of a half-space at distance r by body F / (E r).
-        "body": 0.0 if domes is None else (1.0 - domes.poisson**2) / math.pi,
+        "body": (1.0 - domes.poisson**2) / math.pi,
         # The part of `fruit` that does not change as contacts move: the difference between fruit and half-space.
-        "still": [] if domes is None else (weights @ (S - domes.S())).tolist(),
+        "still": (weights @ (S - domes.S())).tolist(),
     }

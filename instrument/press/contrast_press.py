@@ -1,8 +1,8 @@
 """Read the modulus from one press by the rise of the contrast, a weighted sum over the tips.
 
 Travel and tilt cancel in this sum. Samples after the deepest one are not used, because the flesh may have yielded.
-Errors that are constant during a press cancel in the modulus: a saddle-shaped skin, the heights and positions of the
-tips, and the pose of the sensor.
+Errors that are constant during a press cancel too, so that they do not change the modulus. They are due to a
+saddle-shaped skin, the heights and positions of the tips, and the pose of the sensor.
 """
 
 import math
@@ -138,7 +138,7 @@ def _offset_of_high_tips(found: RiseReading, u: float, noise: float) -> tuple[fl
     """Return how much nearer to the skin the high tips are than the low tips [mm], and the half width of this offset.
 
     `u` is the half width of E [1], and `noise` its part due to noise [1]. Noise changes the offset directly. All other
-    errors change it through the error of E. A pair does not need it, because its offset is reported as a tilt.
+    errors change it through the error of E. This function is not used for a pair, whose offset is reported as a tilt.
     """
     other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
     half_width_mm = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
@@ -162,9 +162,9 @@ class _SecondReading:
 def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _SecondReading:
     """Return the modulus from the force ratio in the deepest sample of a pair of flat tips.
 
-    The result is empty for other tips. This modulus and the modulus from the rise of the contrast differ if the sensor
-    is tilted. They disagree if they differ by more than noise and the error of the contact model can explain, or if no
-    modulus yields the force ratio.
+    For other tips, the result contains no modulus. This modulus and the modulus from the rise of the contrast differ if
+    the sensor is tilted. They disagree if they differ by more than noise and the error of the contact model can
+    explain, or if no modulus yields the force ratio.
     """
     if not sensor.reads_moments:
         return _SecondReading()
@@ -224,7 +224,9 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
     tips = sensor.report.design.tips
     found = seated.found
     if sensor.report.read_out.is_pair:  # then the offset is the travel of the low tip minus the travel of the high tip
-        return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
+        pair_tilt = abs(math.degrees(math.atan(found.offset / tips.spacing_mm)))
+        pair_direction = 0.0 if found.offset <= 0.0 else 180.0
+        return pair_tilt, pair_direction
     # The law of flesh that relaxes has two channels per tip; the depths follow from the second half of the channels.
     depths = lowered_tips(law.with_offset(found.offset), seated.deepest.tolist(), found.E)[-len(tips.places_mm) :]
     _, along, across = plane_through(tips.places_mm, depths)
@@ -238,8 +240,8 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
 def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return the relative standard deviations of E [1] due to errors of the fruit's mean curvature and of the heights.
 
-    The first one is due to the curvature, and one more per tip to the error of its height. Height errors act like a
-    saddle-shaped skin, which moves the points of contact.
+    The first deviation is due to the curvature. It is followed by one deviation for each tip, due to the error of the
+    tip's height. Height errors act like a saddle-shaped skin, which moves the points of contact.
     """
     weights = np.array(sensor.rise_law.contrast.weights)
     domes = sensor.domes

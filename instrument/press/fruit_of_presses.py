@@ -26,6 +26,7 @@ from instrument.press.fruit_reading import (
     firmness_data,
     firmness_text,
 )
+from instrument.press.half_width import HalfWidth
 from instrument.press.measuring import MeasuringUnit
 from sensor.quantity import COVERAGE, Estimate, report_field
 from sensor.theory.student import student
@@ -207,14 +208,15 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
 def _read_modulus(
     sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], own_deviations: Sequence[float]
 ) -> tuple[FruitAnswer, dict[str, bool]]:
-    """Return a copy of the answer with the modulus of the `counted` presses, and whether each flag of it applies.
+    """Return a copy of the answer with the modulus of the `counted` presses, and its flags.
 
-    All counted presses have a modulus. `own_deviations` holds one standard deviation of ln E per counted press [1],
-    without the errors that all presses share.
+    The flags are the keys of a dict, whose values state whether they apply. All counted presses have a modulus.
+    `own_deviations` holds one standard deviation of ln E per counted press [1], without the errors that all presses
+    share.
     """
     causes = {}
-    logs = [math.log(press.E) for press in counted if press.E is not None]
-    E = math.exp(press_core.hodges_lehmann(logs))
+    ln_moduli = [math.log(press.E) for press in counted if press.E is not None]
+    E = math.exp(press_core.hodges_lehmann(ln_moduli))
     # The half width of a press may be larger than its parts imply, for instance after an uneven pace.
     parts = [press.parts.with_total(press.u) for press in counted if press.parts and press.u is not None]
     u = parts[0].total  # the half width, if there is only one press
@@ -222,17 +224,13 @@ def _read_modulus(
     bend = math.fsum(part.bend for part in parts) / len(parts)
     scatter = None
     if len(counted) > 1:
-        scatter = press_core.standard_deviation(logs)
-        # The firmware compares presses by `own_deviations`, which do not include all errors of a press, for instance if
-        # its sampling times are unknown. So the error that a press states is used if it is larger.
-        stated = [part.largest_independent / COVERAGE for part in parts]
-        deviations = list(map(max, stated, own_deviations))
-        limit = chi_square_limit(len(logs))
-        disagree = press_core.are_inconsistent(logs, deviations, limit)
+        scatter = press_core.standard_deviation(ln_moduli)
+        disagree = _presses_disagree(ln_moduli, parts, own_deviations)
         causes["presses_disagree"] = disagree
         prior = _root_mean_square([part.independent / COVERAGE for part in parts])
+        independent = _half_width_by_scatter(scatter, prior, len(ln_moduli), disagree=disagree)
         # More presses do not reduce shared errors. The bend is not a random error, so it is added linearly.
-        u = math.hypot(_half_width_by_scatter(scatter, prior, len(logs), disagree=disagree), shared) + bend
+        u = math.hypot(independent, shared) + bend
     causes |= causes_of_modulus(sensor, E, u)
     answer_with_modulus = replace(
         answer,
@@ -245,6 +243,19 @@ def _read_modulus(
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
     )
     return answer_with_modulus, causes
+
+
+def _presses_disagree(ln_moduli: Sequence[float], parts: Sequence[HalfWidth], own_deviations: Sequence[float]) -> bool:
+    """Return whether the moduli of presses differ by more than their errors allow.
+
+    `ln_moduli`, `parts` and `own_deviations` hold one value per press: ln E, the parts of its half width, and the
+    standard deviation of ln E that the firmware uses [1].
+    """
+    # `own_deviations` do not include all errors of a press, for instance if its sampling times are unknown. So the
+    # error that a press states is used if it is larger.
+    stated = [part.largest_independent / COVERAGE for part in parts]
+    deviations = list(map(max, stated, own_deviations))
+    return press_core.are_inconsistent(list(ln_moduli), deviations, chi_square_limit(len(ln_moduli)))
 
 
 def _own_deviations(sensor: MeasuringUnit, presses: Sequence[FruitReading]) -> list[float]:

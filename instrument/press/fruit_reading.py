@@ -245,9 +245,10 @@ def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, 
     `forces` (tips,) [N] are the forces of the deepest sample. The `tilt` [deg] is checked only if it is known.
     """
     modulus_causes = causes_of_modulus(sensor, E, u)
+    # This flag is listed first, and the other flags of the modulus last.
+    out_of_range = modulus_causes.pop("out_of_range")
     causes = {
-        # This flag is listed first, and the other flags of the modulus last.
-        "out_of_range": modulus_causes.pop("out_of_range"),
+        "out_of_range": out_of_range,
         "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg,
         "press_over_bruise_limit": sensor.bruises(forces, E),
         **modulus_causes,

@@ -91,6 +91,7 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
         return COVERAGE * math.hypot(steepness * math.hypot(*reading_errors), *modulus_errors)
 
     # The tilt varies from press to press and the shape from fruit to fruit, so the error due to the pose may be shared.
+    # It is removed from `fruit_errors`, whose other entries are all shared.
     pose = fruit_errors.pop("pose", 0.0)
     model_error = BOUNDED * sensor.model_error  # uniform within its bound (JCGM 100:2008, 4.3.7)
     return HalfWidth(

@@ -17,7 +17,7 @@ class HeldReading(NamedTuple):
     """The apparent modulus [MPa] at the reading time of the design, and the relaxation ratio [1].
 
     The relaxation ratio is the apparent modulus late in the hold divided by the apparent modulus at its start. It is
-    None if the press ended before that.
+    None if the press ended before this late moment.
     """
 
     apparent: float
@@ -45,4 +45,5 @@ def held_moduli(
         forces = [float(np.interp(stop + moment, press.t, tip_forces)) for tip_forces in press.forces.T]
         apparent_moduli.append(stiffening(moment) * read_modulus(contrast, forces, offset))
     at_stop, at_reading, *late = apparent_moduli  # `late` is empty if the press ended before the last moment
-    return HeldReading(apparent=at_reading, relaxation=late[0] / at_stop if late else None)
+    relaxation = late[0] / at_stop if late else None
+    return HeldReading(apparent=at_reading, relaxation=relaxation)

@@ -159,8 +159,8 @@ class MeasuringUnit:
         If `press_s` is None, the press lasts as long as the design states. `time_s` [s] is the standard deviation of
         each channel's sampling time.
         """
-        press_s = press_s or self.report.design.press_s
-        return replace(self.channels, time_s=time_s, creep=self._creep_deviation(press_s))
+        creep = self._creep_deviation(press_s or self.report.design.press_s)
+        return replace(self.channels, time_s=time_s, creep=creep)
 
     def _creep_deviation(self, press_s: float) -> float:
         """Return the relative standard deviation of all stiffnesses [1] due to creep in a press of `press_s` seconds.
@@ -276,23 +276,22 @@ class MeasuringUnit:
     def corrected(self, read: float, press_s: float | None = None) -> float:
         """Return the modulus [MPa] of a fruit for which a level press yields `read` [MPa] before any correction.
 
-        Creep is corrected first, because a press is shorter than the time for which calibration weights hang. The level
-        readings of the report and the factor of a reference ball follow. `press_s` [s] is the duration of the press. If
-        it is None, the press lasts as long as the design states.
+        Creep is corrected first, because a press is shorter than the time for which calibration weights hang. Then the
+        level readings of the report correct the result, and last the factor of a reference ball. `press_s` [s] is the
+        duration of the press. If it is None, the press lasts as long as the design states.
         """
-        return self.ball_factor * correct_reading(
-            self.press_stiffness_ratio(press_s) * read, self.report.read_out.level_readings
-        )
+        without_creep = self.press_stiffness_ratio(press_s) * read
+        return self.ball_factor * correct_reading(without_creep, self.report.read_out.level_readings)
 
     def read_as(self, E: float) -> float:
         """Return the uncorrected modulus [MPa] from a level press on a fruit of E [MPa], the inverse of `corrected`."""
-        E /= self.ball_factor
+        before_ball = E / self.ball_factor  # modulus before the correction by the ball [MPa]
         level = self.report.read_out.level_readings
         if not level:
-            return E / self.press_stiffness_ratio()
-        logs = np.log([(row.E_MPa, row.read_MPa) for row in level])
-        shift = np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0])
-        return E * math.exp(shift) / self.press_stiffness_ratio()
+            return before_ball / self.press_stiffness_ratio()
+        true_logs, read_logs = np.log([(row.E_MPa, row.read_MPa) for row in level]).T
+        shift = np.interp(math.log(before_ball), true_logs, read_logs - true_logs)
+        return before_ball * math.exp(shift) / self.press_stiffness_ratio()
 
     def steepness(self, E: float) -> float:
         """Return d ln E / d ln(reading) at E [MPa], by which relative errors of the reading are multiplied."""

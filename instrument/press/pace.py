@@ -1,9 +1,10 @@
 """Estimate how much an uneven pace changes the modulus that is read from a press on flesh that relaxes.
 
-A pause late in a press lowers its last forces, which looks like softer flesh. If the law of relaxation is known, the
-forces and times of a log determine the forces of elastic flesh, and so the displacement of each tip. The forces are
-then computed for the same displacement at a constant speed. The intended speed is unknown. So two speeds are tried: the
-upper and the lower quartile of the speeds in equal parts of the travel. The larger change of E is returned.
+The pace is uneven if the speed of a press is not constant. A pause late in a press lowers its last forces, which looks
+like softer flesh. If the law of relaxation is known, the forces and times of a log determine the forces of elastic
+flesh, and so the displacement of each tip. The forces are then computed for the same displacement at a constant speed.
+The intended speed is unknown. So two speeds are tried: the upper and the lower quartile of the speeds in equal parts of
+the travel. The larger change of E is returned.
 """
 
 import numpy as np
@@ -25,28 +26,35 @@ PARTS = 8  # number of equal parts of the travel, each with its mean speed; a pa
 def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
     """Return the absolute relative change of E due to the uneven pace of a press [1].
 
-    If the design states a relaxation, the reading already corrects it, so that only its spread between fruits remains.
-    Otherwise a relaxation is assumed. The result is 0 if the log has no increasing times or the press cannot be solved.
+    If the design states a relaxation, the reading already corrects it. Only its spread between fruits remains, so the
+    change is multiplied by `STATED_SPREAD`. Otherwise the flesh is assumed to relax like `MAY_RELAX`, to 42 % of its
+    force. The result is 0 if the log has no increasing times or the press cannot be solved.
     """
     count = press.deepest + 1  # samples after the deepest one are not used in the reading
     indices = np.unique(np.linspace(0, count - 1, min(count, MAX_SAMPLES)).round().astype(int))
     t, forces = press.t[indices], press.forces[indices]
-    if not np.isfinite(t).all() or not (np.diff(t) > 0.0).all() or not t[-1] > t[0] or press.duration_s is None:
+    # A single sample has no time differences that could fail the second condition, but it fails the third one.
+    has_increasing_times = np.isfinite(t).all() and (np.diff(t) > 0.0).all() and t[-1] > t[0]
+    if not has_increasing_times or press.duration_s is None:
         return 0.0
-    stated = sensor.report.design.fruit.relaxation
-    flesh = MAY_RELAX if stated is None else Relaxation(stated)
+    stated_relaxation = sensor.report.design.fruit.relaxation
+    flesh = MAY_RELAX if stated_relaxation is None else Relaxation(stated_relaxation)
     try:
-        shift = _largest_shift(sensor, flesh, t, forces, touch_interval=max(t[0] - press.touched_s, 0.0))
-        steepness = sensor.steepness(sensor.corrected(_modulus(sensor, sensor.rise_law, forces), press.duration_s))
+        uncorrected_shift = _largest_shift(sensor, flesh, t, forces, touch_interval=max(t[0] - press.touched_s, 0.0))
+        uncorrected_modulus = _modulus(sensor, sensor.rise_law, forces)
+        steepness = sensor.steepness(sensor.corrected(uncorrected_modulus, press.duration_s))
     except (RiseError, SolveError):
         return 0.0
-    return (1.0 if stated is None else STATED_SPREAD) * steepness * shift
+    spread = 1.0 if stated_relaxation is None else STATED_SPREAD
+    return spread * steepness * uncorrected_shift
 
 
 def _largest_shift(
     sensor: MeasuringUnit, flesh: Relaxation, t: Floats, forces: Floats, *, touch_interval: float
 ) -> float:
-    """Return the larger relative change of E [1] when the displacement of a press is repeated at two constant speeds.
+    """Return the larger relative change of uncorrected E [1] if a press is repeated at two constant speeds.
+
+    The repeated presses have the same displacement of each tip.
 
     This change bounds the error due to the uneven pace, because the intended speed is unknown. `forces` (samples, tips)
     [N] were measured at the times `t` (samples,) [s]. `touch_interval` [s] is the time from the touch to the first

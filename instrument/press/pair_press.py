@@ -28,14 +28,9 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     noise_error = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
     tilt_error = slopes.contrast * sensor.lead_deviation
     unit_errors = sensor.channels.moment_uncertainty(slopes, forces)
-    # The force at one moment is measured from zero, along a chord of the calibration curve. The chord of a parabola has
-    # its slope at half the force, hence the factor 0.5.
-    channel_bends, spring_bends = (
-        BendSlopes(at_zero=tuple(relative_slopes.tolist()), per_N=tuple((0.5 * relative_slopes * forces).tolist()))
-        # d ln E / d ln(gain) of each channel, and d ln E / d ln(stiffness) of each spring
-        for relative_slopes in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
-    )
-    bend = sensor.bend_error(channel_bends, spring_bends)
+    gain_slopes = np.multiply(slopes.forces, forces)  # d ln E / d ln(gain) of each channel
+    stiffness_slopes = np.array(slopes.springs)  # d ln E / d ln(stiffness) of each spring
+    bend = sensor.bend_error(_bend_slopes(gain_slopes, forces), _bend_slopes(stiffness_slopes, forces))
     parts = half_width(sensor, E, Deviations.with_unit([noise_error, tilt_error], unit_errors), bend)
     u = parts.total
     return FruitReading(
@@ -48,6 +43,16 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
         parts=parts,
     )
+
+
+def _bend_slopes(relative_slopes: Floats, forces: Floats) -> BendSlopes:
+    """Return the slopes of ln E against the bends of the calibration curves, for `forces` (2,) [N] at one moment.
+
+    `relative_slopes` (2,) [1] are the derivatives of ln E with respect to the logarithm of each gain or stiffness. A
+    force at one moment is measured from zero, along a chord of the calibration curve. The chord of a parabola has the
+    slope that the parabola has at half the force, hence the factor 0.5.
+    """
+    return BendSlopes(at_zero=tuple(relative_slopes.tolist()), per_N=tuple((0.5 * relative_slopes * forces).tolist()))
 
 
 def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[float, float]:

@@ -122,8 +122,9 @@ class Unit:
 
     def check_range(self, E: float) -> tuple[float, float, int]:
         """Return E [MPa], E / (1 - nu^2) [MPa] and a flag: OUT_OF_RANGE, or 0 if E is in the range of the design."""
-        outside = not self.least_E <= E <= self.largest_E
-        return E, self.reduced * E, OUT_OF_RANGE if outside else 0
+        is_outside = not self.least_E <= E <= self.largest_E
+        flag = OUT_OF_RANGE if is_outside else 0
+        return E, self.reduced * E, flag
 
     def correct_modulus(self, level_modulus: float) -> float:
         """Return the modulus [MPa] of a fruit for which a level sensor reads `level_modulus` [MPa].
@@ -856,8 +857,8 @@ class UnitFruit:
 
     def __init__(self, unit: Unit) -> None:
         self.unit = unit
-        self.logs: list[float] = []
-        self.deviations: list[float] = []
+        self.logs: list[float] = []  # ln E of each press, E in MPa
+        self.deviations: list[float] = []  # standard deviation of ln E of each press, without shared errors
 
     def add(self, E: float | None, noise: float) -> None:
         """Add a press, unless its modulus E [MPa] is None; `noise` is the standard deviation of ln E due to noise."""
@@ -865,27 +866,28 @@ class UnitFruit:
             return
         self.logs = self.logs[1 - MOST_PRESSES :]
         self.logs.append(math.log(E))
-        own = own_deviation(self.unit.own_logs, self.unit.own_deviations, E, noise)
+        deviation = own_deviation(self.unit.own_logs, self.unit.own_deviations, E, noise)
         self.deviations = self.deviations[1 - MOST_PRESSES :]
-        self.deviations.append(own)
+        self.deviations.append(deviation)
 
     def read(self) -> tuple[float | None, float | None, float, int]:
         """Return E [MPa], E / (1 - nu^2) [MPa], the standard deviation of ln E between presses, and flags.
 
-        With only one press the standard deviation is 0.
+        With only one press the standard deviation is 0. Without a press, both moduli are None, and the flag is
+        LIFT_OFF.
         """
         if not self.logs:
             return None, None, 0.0, LIFT_OFF
-        counted = counted_presses(self.deviations)
-        logs = [self.logs[press] for press in counted]
-        E, reduced, flags = self.unit.check_range(math.exp(hodges_lehmann(logs)))
-        if len(logs) == 1:
+        used = counted_presses(self.deviations)  # indices of the presses that are certain enough
+        ln_moduli = [self.logs[press] for press in used]
+        E, reduced, flags = self.unit.check_range(math.exp(hodges_lehmann(ln_moduli)))
+        if len(ln_moduli) == 1:
             return E, reduced, 0.0, flags
-        deviations = [self.deviations[press] for press in counted]
-        # The first limit of chi-squared is the limit for two presses.
-        if are_inconsistent(logs, deviations, self.unit.chi_squares[len(logs) - 2]):
+        deviations = [self.deviations[press] for press in used]
+        limit = self.unit.chi_squares[len(ln_moduli) - 2]  # chi_squares[0] is the limit for two presses
+        if are_inconsistent(ln_moduli, deviations, limit):
             flags |= PRESSES_DISAGREE
-        return E, reduced, standard_deviation(logs), flags
+        return E, reduced, standard_deviation(ln_moduli), flags
 
 
 def readings_of(

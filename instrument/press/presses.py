@@ -87,7 +87,8 @@ def readings_of(
     has_press = False
     for press in split_presses(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
         reading = press_reading(sensor, press, timing)
-        t = press.t[-1 if every_sample else press.deepest]
+        sample = -1 if every_sample else press.deepest  # index of the sample whose time the reading states
+        t = press.t[sample]
         if every_sample or press.is_firm(sensor.least_forces, timing.lag):
             has_press = True
             zero, relative_zero = (None, None) if every_sample else zero_error_after_lift(sensor, press)

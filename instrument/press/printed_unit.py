@@ -125,14 +125,16 @@ class PrintedUnit:
     def __post_init__(self) -> None:
         """Raise InputError for an invalid field, or for a list that does not hold one number per tip.
 
-        The two keys of each pair in `_KEY_PAIRS` must be given together or not at all.
+        The two keys of each pair in `_KEY_PAIRS` must be given together or not at all. If the counts are calibrated,
+        their calibration must be complete, as `_check_counts` states.
         """
         check_fields(self, "unit")
+        # The firmware contains `method` as a comment, so characters that could end the comment are not allowed.
         if not _SAFE_TEXT.fullmatch(self.method):
             raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
         for item in fields(self):
             values = getattr(self, item.name)
-            # Fields with bounds are quantities; a tuple of them has one number per tip.
+            # A field with bounds is a quantity. If its value is a tuple, it holds one number per tip.
             if "bounds" in item.metadata and isinstance(values, tuple) and len(values) != len(self.tips):
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
@@ -275,7 +277,8 @@ def _digest_of_0_2(design: Design) -> str:
         if table in tables and key not in tables[table]:
             # The order of the keys affects the digest, so the key is inserted after the last one that preceded it.
             items = list(tables[table].items())
-            index = max((1 + index for index, (name, _) in enumerate(items) if name in preceding_keys), default=0)
+            places_after = [1 + place for place, (name, _) in enumerate(items) if name in preceding_keys]
+            index = max(places_after, default=0)
             tables[table] = dict([*items[:index], (key, value), *items[index:]])
     return hashlib.sha256(tables_as_toml(tables).encode()).hexdigest()
 
@@ -389,10 +392,12 @@ def _check_list_lengths(ball: BallCorrection, report: Report) -> None:
     """
     tip_count = len(report.tips)
     error_count = max((len(row.form_percent) for row in report.moduli), default=0)
+    if error_count == 0:
+        error_count = len(ball.form_percent)
     for key, count, meaning in (
         ("spring_slopes", tip_count, "one for each tip"),
         ("gain_slopes", tip_count, "one for each tip"),
-        ("form_percent", error_count or len(ball.form_percent), "as form_percent of report.json"),
+        ("form_percent", error_count, "as form_percent of report.json"),
     ):
         values = getattr(ball, key)
         if len(values) != count:

@@ -100,7 +100,8 @@ class Signal:
             count += 1
             fruit = self._columns["fruit"].cell(row) if self.names_fruit else ""
             # The times of the channels come last; a common time `t` may come first.
-            yield Sample(row.line, times[0], forces, tuple(times[-len(forces) :]) if self.timed else (), fruit)
+            channel_times = tuple(times[-len(forces) :]) if self.timed else ()
+            yield Sample(row.line, times[0], forces, channel_times, fruit)
         self._report_left_out()
         if count == 0:
             bound = "at least one line of numbers below the header"

@@ -145,4 +145,6 @@ def _draw_before_rounding(value: float, resolution: float, rng: np.random.Genera
 
 def _format(value: float, resolution: float) -> str:
     """Return a number as text, rounded to the resolution and with as many decimals as the resolution has."""
-    return f"{_round(value, resolution):.{max(0, math.ceil(-math.log10(resolution) - 1e-9))}f}"
+    # The small number keeps round-off in the logarithm from adding a decimal.
+    decimals = max(0, math.ceil(-math.log10(resolution) - 1e-9))
+    return f"{_round(value, resolution):.{decimals}f}"

@@ -90,6 +90,7 @@ def _format_lines(unit: SimulatedUnit, t: Floats, signals: Floats) -> list[str]:
     else:
         names = list(count_keys(tips))
         limit = unit.saturation
-        cells = [[str(value) for value in row] for row in np.rint(signals).clip(-limit, limit).astype(int).tolist()]
+        counts = np.rint(signals).clip(-limit, limit).astype(int)
+        cells = [[str(count) for count in row] for row in counts.tolist()]
     rows = [f"{time:.5f},{','.join(row)}" for time, row in zip(t.tolist(), cells, strict=True)]
     return [",".join(["t_s", *names]), *rows]

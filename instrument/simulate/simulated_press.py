@@ -104,7 +104,7 @@ def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCu
         # The moments are closest together at the start of the hold, where the force decreases fastest.
         times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HOLD_MOMENTS + 1) / HOLD_MOMENTS) ** 2)
         travels = np.append(travels, np.full(HOLD_MOMENTS, hand.travel))
-    drift = np.multiply(fruit.drift, 1.0)
+    drift = np.multiply(fruit.drift, 1.0)  # as an array
     try:
         with np.errstate(invalid="raise", divide="raise"):  # otherwise a failed solution would contain NaN
             pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS_PER_SIDE)

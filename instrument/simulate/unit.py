@@ -68,7 +68,8 @@ class SimulatedUnit:
         tips = len(self.heights)
         gain_factors = 1.0 + 0.01 * np.array(channels.gain_drift_percent) * rng.uniform(-1.0, 1.0, tips)
         signal = report.read_out.signal
-        modulus_drift = 0.01 * (0.0 if signal is None else signal.modulus_drift_percent) * rng.uniform(-1.0, 1.0)
+        modulus_drift_percent = 0.0 if signal is None else signal.modulus_drift_percent
+        modulus_drift = 0.01 * modulus_drift_percent * rng.uniform(-1.0, 1.0)
         per_N = np.diag(self.per_mm) / self.domes.K  # signal of each channel per force on its tip
         zero_drift = per_N * np.array(channels.zero_drift_N) * rng.uniform(-1.0, 1.0, tips)
         domes = replace(self.domes, K=self.domes.K * (1.0 + modulus_drift))
