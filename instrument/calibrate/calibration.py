@@ -331,7 +331,7 @@ def calibrate_unit(
 
 
 def _notes_on_missing_presses(report: Report, plate: MeasuredTable | None, ball: PressedBall | None) -> list[str]:
-    """Return a note if the design expects presses on a ball that are not given, and one for a press on a plate."""
+    """Return a note for each measurement that the design expects but that is missing: a ball, and a hard plate."""
     requirements = report.design.reading or ReadingRequirements()
     notes = []
     if ball is None and requirements.calibrated_by == "ball":
@@ -501,10 +501,10 @@ def _note_on_plate(
     names: Sequence[str],
     plate: MeasuredTable,
 ) -> list[str]:
-    """Return a note if the plate determines a stiffness much less accurately than the weights do; empty otherwise.
+    """Return a list with a note if the plate determines a stiffness much less accurately than the weights do.
 
-    `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine, `names` are the names of the tips, and
-    `plate` is the table of the press on the plate.
+    Otherwise the list is empty. `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine, `names` are
+    the names of the tips, and `plate` is the table of the press on the plate.
     """
     # The note names the tip with the largest ratio of the error from the plate to the error from the weights.
     error_pairs = [(spring.K.percent, K.percent) for spring, K in zip(plate_springs, weight_stiffnesses, strict=True)]

@@ -91,11 +91,12 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
     # Metal springs do not creep.
     measured = None if report.design.process.is_metal else _measured_creep(table, report, common_time)
     creep = process_creep
+    is_measured = False
     note = ""
-    is_measured = measured is not None and _is_more_accurate(measured, process_creep)
-    if measured is not None and is_measured:
+    if measured is not None and _is_more_accurate(measured, process_creep):
         error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
         creep = replace(measured, error=error)
+        is_measured = True
     elif measured is not None:
         reason = "no more accurate than the creep of the process"
         note = f"the times of {table.source} give a creep of {measured}, {reason}"
@@ -130,9 +131,9 @@ def _check_times(table: MeasuredTable) -> None:
 def _measured_creep(table: MeasuredTable, report: Report, common_time: float) -> CreepLaw | None:
     """Return the creep law from readings of one weight at several times; None if no weight has such readings.
 
-    Its exponent is the mean over the dial and count columns of all tips, weighted by the inverse variance of each.
-    `common_time` [s] is the time to which the weights are corrected. Raises InputError for a compliance that decreases
-    with time, or that at least doubles in a decade.
+    The exponent of the law is the mean over the dial and count columns of all tips, weighted by their inverse
+    variances. `common_time` [s] is the time to which the weights are corrected. Raises InputError for a compliance that
+    decreases with time, or that at least doubles in a decade.
     """
     exponents = list(_fit_exponents(table, report, common_time))
     if not exponents:
@@ -182,11 +183,16 @@ def _has_several_times(forces: Floats, times: Floats) -> bool:
 
 
 def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Floats) -> Estimate:
-    """Fit the creep exponent n of d = d0 + C F t^n [1] to one column, by Gauss-Newton iteration.
+    """Fit the creep exponent n [1] to one column by Gauss-Newton iteration.
 
-    `readings` are the deflections d [mm or counts] under the weights `forces` F [N]. `times` t [1] are relative to the
-    common time. The variance of a reading is the scatter about the fit plus the square of `rounding`, the standard
-    deviation of its rounding error. All arrays have the shape (rows,). Returns n with its standard deviation.
+    The model is
+
+        d = d0 + C F t^n,
+
+    with the `readings` d [mm or counts], the weights F [N] in `forces`, and the `times` t [1] relative to the common
+    time. The zero d0 and the compliance C are fitted too. The variance of a reading is the scatter about the fit plus
+    the square of `rounding`, the standard deviation of its rounding error. All arrays have the shape (rows,). Returns n
+    with its standard deviation.
     """
     log_times = np.log(np.where(forces != 0.0, times, 1.0))  # a row without weight has no time
     exponent = 0.0

@@ -117,9 +117,9 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     """Fit the scale of another instrument to the moduli that a unit read in presses, and choose the kind of its curve.
 
     `moduli` [MPa] are the readings of the presses, and `firmness` [`unit`] is what the other instrument shows for the
-    pressed fruit, both (presses,). `names` are the names of the fruit, one for each press, and `source` is the name of
-    the table in messages. Each curve is fitted to the means of the fruit. The error of the scale is the
-    error for a single press on a fruit that was not used in the fit, as in later use.
+    pressed fruit, both of shape (presses,). `names` are the names of the fruit, one for each press, and `source` is the
+    name of the table in messages. Each curve is fitted to the means of the fruit. The error of the scale is the error
+    for a single press on a fruit that was not used in the fit, as in later use.
 
     Raises InputError for too few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
     """
@@ -130,7 +130,7 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
         bound = f"at least {FEWEST_FRUIT}, from the softest to the firmest"
         raise validation_error(source, len(groups), "fruit", bound, "press more fruit")
     means = _Points(*np.transpose([(group.ln_E.mean(), group.ln_firmness.mean()) for group in groups]))
-    ends = np.array([means.ln_E.min(), means.ln_E.max()])  # of the final curve
+    ends = np.array([means.ln_E.min(), means.ln_E.max()])  # ends of the final curve
 
     # The curves of the cross-validation span all presses, not just the means of the other fruit.
     span = np.array([presses.ln_E.min(), presses.ln_E.max()])
@@ -194,7 +194,7 @@ def _squared_errors(curve: _Curve, groups: Sequence[_Points], means: _Points, sp
 
 
 def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
-    """Return the modulus [MPa] read from the press on the fruit of each row, (rows,).
+    """Return the modulus [MPa] read from the press on the fruit of each row, shape (rows,).
 
     The rows of one fruit are the samples of its press. Raises InputError for a design with relaxation, and if the
     modulus cannot be determined from a press.

@@ -34,7 +34,7 @@ _LARGEST_DIFFERENCE = 0.03
 # Largest relative change of a slope during a press [1]. The nonlinearity of Hall sensors is smaller; a tip that touches
 # late causes a larger change.
 _LARGEST_BEND = 0.1
-_LARGEST_TRAVEL_MM = 100.0  # a larger travel is in the wrong unit
+_LARGEST_TRAVEL_MM = 100.0  # a larger travel is probably in another unit
 
 
 def read_plate_table(

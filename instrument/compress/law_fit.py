@@ -32,7 +32,7 @@ _STEP = 0.01  # relative size of the first step of the fit
 _LOG_FORCE_SCALE = 50.0  # scale of ln F_s, relative to the scale of ln E
 _UPPER_PART = 0.3  # points above this fraction of the force at the end determine the initial guess
 _NO_SETTLING = 1e-6  # a smaller s is treated as zero [mm]
-_SIGNIFICANT = 2.0  # correlation of neighbouring residuals [standard errors] above which it is not due to chance
+_SIGNIFICANT = 2.0  # a larger correlation of neighbouring residuals [standard errors] is not due to chance
 _MOST_ALIKE = 0.95  # upper limit of the correlation of neighbouring residuals in the standard errors
 
 

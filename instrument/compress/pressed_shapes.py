@@ -180,8 +180,8 @@ class Ellipsoid(CompressedBody):
         """Return bounds for two different radii: bodies of revolution with one or the other radius, under the plates.
 
         `sides` are the presses on the body, the lower plate last. At small depths the force is proportional to the
-        square root of the radius (Hertz). The factors are chosen so that there the bounds agree with the ellipsoid. A
-        side under a plunger is not changed. There are no bounds if the radii are equal.
+        square root of the radius (Hertz). The factors are chosen so that the bounds agree with the ellipsoid at small
+        depths. A side under a plunger is not changed. There are no bounds if the radii are equal.
         """
         if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
             return {}

@@ -58,7 +58,8 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
         return None
     following = [fit for fit in candidates if fit.follows_law]  # the longest range first
     best = following[0] if following else min(candidates, key=lambda fit: float(fit.fit.residual.std()))
-    other_moduli = [fit.modulus for fit in following or candidates if fit is not best]
+    compared = following or candidates
+    other_moduli = [fit.modulus for fit in compared if fit is not best]
     return replace(best, modulus=add_choice_error(best.modulus, other_moduli))
 
 
@@ -135,9 +136,13 @@ def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
 def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: int) -> float:
     """Return the probability [1] that the zero line of the load cell drifts.
 
-    The odds against a drift are the prior odds times the Bayes factor by Schwarz's criterion (Ann. Statist. 6 (1978)
-    461, doi:10.1214/aos/1176344136), sqrt(count) exp(-z^2 / 2). Here z is the drift in standard errors. Because both
-    the fit and the points before first contact must show the drift, the smaller of the two z is used.
+    The odds against a drift are
+
+        _ODDS_AGAINST_DRIFT * sqrt(count) * exp(-z^2 / 2),
+
+    the prior odds times the Bayes factor by Schwarz's criterion (Ann. Statist. 6 (1978) 461,
+    doi:10.1214/aos/1176344136). Here z is the drift in standard errors. Both the fit and the points before first
+    contact must show the drift, so the smaller of their two values of z is used.
 
     `drifting` is the fit with a drift. `travel` [mm] and `force` [N], both (idle points,), are the points before first
     contact, and `count` is the number of all points.
@@ -165,7 +170,7 @@ def _weighted_mean(probability: float, first: Estimate, second: Estimate) -> Est
 def _is_noise(residual: Floats) -> bool:
     """Return whether the residuals (points,) [N] of a fit are only noise.
 
-    It is a chi-square test on the mean residuals of consecutive groups. If a curve does not follow the law, many
+    The test is a chi-square test on the mean residuals of consecutive groups. If a curve does not follow the law, many
     neighbouring residuals have the same sign, so their means are too large.
     """
     groups = np.array_split(residual, min(_GROUPS, max(3, len(residual) // 4)))

@@ -45,8 +45,8 @@ class SpecimenSizes:
     def sizes_of(self, specimen: Specimen) -> Mapping[str, float]:
         """Return the sizes of a specimen [mm], named like their flags.
 
-        Among the rows that give its file in the same way, a row for the specimen has priority over a row for all
-        specimens. Raises InputError if there is no row for it.
+        A row for the specimen has priority over a row for all specimens, if both give the file in the same way. Raises
+        InputError if there is no row for it.
         """
         # The table may give a file by its path or by its name, with or without the extension.
         path = Path(specimen.path)
@@ -64,7 +64,7 @@ def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     """Read a table with the sizes of specimens, so that each test is evaluated with its own body.
 
     `flags` are the names of the sizes that are given on the command line, which the table must not contain. Raises
-    InputError if it does, for a row without a file, and for a second row for the same specimen.
+    InputError if the table contains one of them, for a row without a file, and for a second row for the same specimen.
     """
     sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
     table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")

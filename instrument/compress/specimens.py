@@ -94,7 +94,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     # A table with a row of statistics contains results, unless all tables have such a row.
     curves = [table for table in tables if not any(map(is_statistic, table.left_out))] or tables
     specimens: list[Specimen] = []
-    header: tuple[str, ...] = ()  # of the previous table; only a repeated header begins a further segment
+    header: tuple[str, ...] = ()  # header of the previous table; only a repeated header begins a further segment
     for table in curves:
         for specimen in _specimens_of_table(table, len(specimens)):
             if specimens and table.header.cells == header and _is_continuation(specimens[-1], specimen):
@@ -121,7 +121,7 @@ def _is_continuation(first: Specimen, second: Specimen) -> bool:
     travel = first.travel
     if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004 - a step needs two rows
         return False
-    compression = travel[-1] - travel[0]  # of either sign
+    compression = travel[-1] - travel[0]  # negative if the travel decreases in compression
     is_at_end = abs(compression) >= (1.0 - _AT_END) * np.ptp(travel) > 0.0
     is_near = all(
         abs(after[0] - before[-1]) <= _STEPS * max(_largest_step(before), _largest_step(after))

@@ -84,7 +84,7 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     itself.
     """
     steepness = sensor.steepness(E)
-    fruit_errors = sensor.fruit_deviations(E)  # by cause
+    fruit_errors = sensor.fruit_deviations(E)  # keyed by cause
     temperature_errors = heat_uncertainty(sensor.report.read_out.signal).values()
 
     def combine(reading_errors: Sequence[float], *modulus_errors: float) -> float:

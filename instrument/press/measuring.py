@@ -64,7 +64,8 @@ class MeasuringUnit:
             printed_unit = unit
             refuse_other_design(printed_unit, report)
         text, flag = (classes, "--classes") if classes else (printed_unit.classes, "unit.classes")
-        return cls(report=report, unit=printed_unit, classes=ripeness_classes(text, flag) if text else None)
+        parsed_classes = ripeness_classes(text, flag) if text else None
+        return cls(report=report, unit=printed_unit, classes=parsed_classes)
 
     @cached_property
     def C(self) -> Matrix:

@@ -54,11 +54,10 @@ def _largest_shift(
 ) -> float:
     """Return the larger relative change of uncorrected E [1] if a press is repeated at two constant speeds.
 
-    The repeated presses have the same displacement of each tip.
-
-    This change bounds the error due to the uneven pace, because the intended speed is unknown. `forces` (samples, tips)
-    [N] were measured at the times `t` (samples,) [s]. `touch_interval` [s] is the time from the touch to the first
-    sample. Raises RiseError if a press does not determine a modulus, and SolveError if it has no solution.
+    In the repeated presses, each tip has the same displacement as in the real press. The change bounds the error due to
+    the uneven pace, because the intended speed is unknown. `forces` (samples, tips) [N] were measured at the times `t`
+    (samples,) [s]. `touch_interval` [s] is the time from the touch to the first sample. Raises RiseError if a press
+    does not determine a modulus, and SolveError if it has no solution.
     """
     law = sensor.rise_law
     elastic_forces = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - touch_interval))
@@ -113,7 +112,8 @@ def _elastic_forces(flesh: Relaxation, forces: Floats, steps: Floats) -> Floats:
     memory = Memory(flesh)
     elastic_forces = np.empty_like(forces)
     for sample, (measured, step) in enumerate(zip(forces, steps, strict=True)):
-        # The measured force is fresh * elastic - lost, where the memory of the flesh determines `fresh` and `lost`.
+        # The measured force is fresh * elastic - lost. Here `fresh` depends on the time step, and `lost` also on the
+        # elastic forces of earlier samples.
         fresh, lost = memory.step(np.array([step]))
         elastic_forces[sample] = (measured + lost) / fresh
         memory.keep(elastic_forces[sample])

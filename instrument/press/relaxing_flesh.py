@@ -34,7 +34,8 @@ class RelaxingFlesh:
             return np.concatenate([forces, contact_forces])
         elastic_forces = contact_forces  # in the first sample in contact, nothing has relaxed yet
         if self._last_t is not None:
-            # The measured force is fresh * elastic - lost, where the memory of the flesh determines `fresh` and `lost`.
+            # The measured force is fresh * elastic - lost. Here `fresh` depends on the time step, and `lost` also on
+            # the elastic forces of earlier samples.
             fresh, lost = self._memory.step(np.array([t - self._last_t]))
             elastic_forces = ((contact_forces + lost) / fresh)[0]
         self._memory.keep(elastic_forces)

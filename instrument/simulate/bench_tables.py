@@ -22,10 +22,10 @@ _MAX_ITERATIONS = 20  # number of iterations for the flattening of a dome, which
 
 
 def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return the lines of a table of weights with the readings of a dial gauge and the counts.
+    """Return the lines of a table of weights with the readings of a dial indicator and the counts.
 
     On each tip of the `unit` in turn, weights are hung up to nearly its full scale and then removed again. `bench`
-    states the resolutions of balance and dial gauge. Creep between hanging and reading a weight is not simulated,
+    states the resolutions of balance and dial indicator. Creep between hanging and reading a weight is not simulated,
     because the stiffnesses of the unit hold for the time of the reading.
     """
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
@@ -111,8 +111,11 @@ def _deflections_on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
     """Return the deflections (tips,) [mm] of springs of stiffness K (tips,) [N/mm] whose tips are pressed on glass.
 
     `travels` (tips,) [mm] are the travels from the touch of each tip. The deflection d of a spring is its travel x
-    minus the flattening of its dome by Hertz's law: d = x - (9 (K d)^2 / (16 E*^2 R))^(1/3), with the reduced modulus
-    E* of dome and glass, and the dome radius R. Tips without a dome do not flatten.
+    minus the flattening of its dome by Hertz's law,
+
+        d = x - (9 (K d)^2 / (16 E*^2 R))^(1/3),
+
+    with the reduced modulus E* [MPa] of dome and glass, and the dome radius R [mm]. Tips without a dome do not flatten.
     """
     reduced, radius = modulus_on_glass(report.design.process), report.design.tips.dome_radius_mm or math.inf
     deflections = travels

@@ -34,10 +34,10 @@ class SimulatedUnit:
     """The springs, domes and channels of a unit, in the order of its tips.
 
     `domes` are the domes on their springs, with the stiffnesses under weights that have hung for `weighed_s` [s]. The
-    compliance of the springs is proportional to time to the power `creep` [1]. The domes protrude by `heights` (tips,)
-    [mm]. The signals of the channels are `zeros` plus `per_mm` (channels, tips) times the deflections [mm]. `noise` is
-    the standard deviation of each channel. The signals are counts up to `saturation`, or newtons if `saturation` is
-    None. After the tare, the zeros drift by `zero_drift`.
+    compliance of the springs is proportional to (time under load)^`creep`, with `creep` in [1]. The domes protrude by
+    `heights` (tips,) [mm]. The signals of the channels are `zeros` plus `per_mm` (channels, tips) times the deflections
+    [mm]. `noise` is the standard deviation of each channel. The signals are counts up to `saturation`, or newtons if
+    `saturation` is None. After the tare, the zeros drift by `zero_drift`.
     """
 
     domes: SprungDomes
