@@ -69,7 +69,9 @@ class ProvedReading:
     @property
     def bars(self) -> float:
         """Return the absolute error of the reading divided by its half width [1]; infinite without a modulus."""
-        return math.inf if self.told is None or not self.u else abs(self.E / self.told - 1.0) / self.u
+        if self.told is None or not self.u:
+            return math.inf
+        return abs(self.E / self.told - 1.0) / self.u
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -238,7 +238,8 @@ def read_print_table(
     count_columns = [name for name in count_names if name in table.numbers]
     # A column whose label begins with "counts" is probably a channel with a misspelt or unknown name.
     unknown_columns = [label for label in table.passed_over if label.lower().startswith("counts")]
-    if unknown_columns or 0 < len(count_columns) < len(count_names):
+    lacks_some_counts = 0 < len(count_columns) < len(count_names)
+    if unknown_columns or lacks_some_counts:
         bound = f"the counts of all channels, {', '.join(count_names)}, or of none"
         found_columns = ", ".join([*count_columns, *unknown_columns])
         raise validation_error(place, found_columns, "", bound, f"for instance {','.join([_EXAMPLE, *count_names])}")

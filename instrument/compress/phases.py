@@ -160,7 +160,8 @@ def _find_hold(test: Specimen) -> slice | None:
         return None
     is_level = travel >= travel.max() - _AT_REST * np.ptp(travel)
     first = int(is_level.argmax())
-    end = first + int(np.append(~is_level[first:], True).argmax())  # first row that is no longer level
+    # `end` is the first row that is no longer level. The appended value ends a hold that lasts until the last row.
+    end = first + int(np.append(~is_level[first:], True).argmax())
     # The end of the loading may already count as level. So the hold begins where the travel reaches its median.
     start = first + int((travel[first:end] >= np.median(travel[first:end])).argmax())
     duration = time[end - 1] - time[start]

@@ -201,7 +201,8 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     # Flags that depend on the modulus are evaluated for the fruit, so the same flags of its presses are left out.
     press_flags = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
     advice = next((text for flag, text in PRESS_AGAIN.items() if flag in fruit_flags), None)
-    hint = None if advice is None else advice.format(turn=TURN[turn is not None].format(turn=turn))
+    second_press = TURN[turn is not None].format(turn=turn)  # how to place the second press
+    hint = None if advice is None else advice.format(turn=second_press)
     return replace(answer, flags=(*fruit_flags, *press_flags), hint=hint)
 
 

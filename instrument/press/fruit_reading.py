@@ -45,8 +45,10 @@ def firmness_text(firmness: Estimate) -> str:
 
 def _flags_text(reading: "FruitReading") -> str:
     """Return the flags as text, with an explanation of the flag `uncertain`."""
-    consequence = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
-    return f"flags: {', '.join(reading.flags)}{consequence}"
+    text = f"flags: {', '.join(reading.flags)}"
+    if "uncertain" in reading.flags:
+        return f"{text}; E is hardly known: no symmetric interval holds it"
+    return text
 
 
 def _noise_data(reading: "FruitReading") -> Plain:

@@ -76,7 +76,7 @@ class HalfWidth:
 
 
 def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: float = 0.0) -> HalfWidth:
-    """Return the half width at 95 % of a reading E [MPa], as a fraction of E [1].
+    """Return the parts of the half width at 95 % of a reading E [MPa], as fractions of E [1].
 
     `deviations` are errors of the uncorrected reading due to noise, the unit and the press. `bend` [1] is the error due
     to nonlinear channels and springs; it is not random, so it is added linearly. Both are multiplied by the steepness,
@@ -87,18 +87,17 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     fruit_errors = sensor.fruit_deviations(E)  # keyed by cause
     temperature_errors = heat_uncertainty(sensor.report.read_out.signal).values()
 
-    def combine(reading_errors: Sequence[float], *modulus_errors: float) -> float:
+    def half_width_due_to(reading_errors: Sequence[float], *modulus_errors: float) -> float:
         return COVERAGE * math.hypot(steepness * math.hypot(*reading_errors), *modulus_errors)
 
     # The tilt varies from press to press and the shape from fruit to fruit, so the error due to the pose may be shared.
     # It is removed from `fruit_errors`, whose other entries are all shared.
     pose = fruit_errors.pop("pose", 0.0)
     model_error = BOUNDED * sensor.model_error  # uniform within its bound (JCGM 100:2008, 4.3.7)
+    shared_errors_of_E = [*temperature_errors, *fruit_errors.values(), *sensor.form_deviations(E)]
     return HalfWidth(
-        independent=combine(deviations.independent, *sensor.unevenness_deviations(E)),
-        undetermined=combine(deviations.undetermined, pose),
-        shared=combine(
-            [*deviations.shared, model_error], *temperature_errors, *fruit_errors.values(), *sensor.form_deviations(E)
-        ),
+        independent=half_width_due_to(deviations.independent, *sensor.unevenness_deviations(E)),
+        undetermined=half_width_due_to(deviations.undetermined, pose),
+        shared=half_width_due_to([*deviations.shared, model_error], *shared_errors_of_E),
         bend=steepness * bend,
     )

@@ -49,16 +49,16 @@ def simultaneous_samples(
     """
     iterator = iter(samples)
     first_samples = list(itertools.islice(iterator, FIRST_SAMPLES))
-    samples = itertools.chain(first_samples, iterator)
+    all_samples = itertools.chain(first_samples, iterator)
     if first_samples and first_samples[0].times:
         # An interpolated sample contains two conversions of a channel, so neighbouring samples share noise: lag 2.
-        return Timing(lag=2), _interpolate_channels(samples, source)
+        return Timing(lag=2), _interpolate_channels(all_samples, source)
     signal = sensor.report.read_out.signal
     if signal is None:
-        return Timing(), samples
+        return Timing(), all_samples
     deviation = signal.time_deviation / signal.rate_Hz  # [s]
     if not any(signal.delay_ms):  # all channels are converted at the same time
-        return Timing(deviation), samples
+        return Timing(deviation), all_samples
     intervals = [after.t - before.t for before, after in itertools.pairwise(first_samples)]
     interval = statistics.median(intervals) if intervals else math.inf
     if not interval > 0.0:
@@ -67,9 +67,12 @@ def simultaneous_samples(
         raise validation_error(name, interval, "s", bound, "write the time of each line")
     if interval < SHORTEST_INTERVAL * (1.0 / signal.rate_Hz):
         # The time of a conversion is distributed uniformly between two lines (JCGM 100:2008, 4.3.7).
-        return Timing(max(deviation, interval / math.sqrt(12.0))), samples
-    timed = (sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms)) for sample in samples)
-    return Timing(deviation, lag=2), _interpolate_channels(timed, source)
+        return Timing(max(deviation, interval / math.sqrt(12.0))), all_samples
+
+    def with_times(sample: Sample) -> Sample:
+        return sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms))
+
+    return Timing(deviation, lag=2), _interpolate_channels(map(with_times, all_samples), source)
 
 
 def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:

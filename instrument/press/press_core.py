@@ -71,7 +71,7 @@ class Unit:
     # The contrast at a fixed modulus, by which outliers are found.
     linear: list[float]  # weights of the forces F in this contrast [mm/N]
     line_domes: list[float]  # weights of F^(2/3) in this contrast [mm/N^(2/3)]
-    errors: list[float]  # standard deviation of each force [N]
+    errors: list[float]  # standard deviation of each force of a sensor that touches nothing [N]
     least_slope: float  # smallest slope of this contrast against the total force [mm/N]
     most_slope: float  # largest slope of this contrast against the total force [mm/N]
     of_whole: float  # variance of the total force [N^2]
@@ -335,15 +335,13 @@ class Rising:
         rising = []
         for force, old_mean, moment in zip(forces, self.means, self.rising):
             power = force ** (2.0 / 3.0)
-            # means of F, F^(2/3) and F^(-1/3)
-            mean = (
-                old_mean[0] + (force - old_mean[0]) / self.count,
-                old_mean[1] + (power - old_mean[1]) / self.count,
-                old_mean[2] + (force ** (-1.0 / 3.0) - old_mean[2]) / self.count,
-            )
-            means.append(mean)
+            inverse_root = force ** (-1.0 / 3.0)
+            mean_force = old_mean[0] + (force - old_mean[0]) / self.count
+            mean_power = old_mean[1] + (power - old_mean[1]) / self.count
+            mean_inverse_root = old_mean[2] + (inverse_root - old_mean[2]) / self.count
+            means.append((mean_force, mean_power, mean_inverse_root))
             # co-moments of the instrument with F and F^(2/3)
-            rising.append((moment[0] + deviation * (force - mean[0]), moment[1] + deviation * (power - mean[1])))
+            rising.append((moment[0] + deviation * (force - mean_force), moment[1] + deviation * (power - mean_power)))
         self.means = means
         self.rising = rising
         self.steps = [mean + (step - mean) / self.count for mean, step in zip(self.steps, steps)]
@@ -362,10 +360,14 @@ class Rising:
             gap + springs F + domes F^(2/3) z^2 + fruit F z^3 = -offset.
 
         Products of weights and forces are summed over the tips. The offset is the contrast of the unknown gaps under
-        the tips. It is constant during a press, and so drops out of the co-moments with the instrument. The co-moments
-        give a cubic equation for z: rigid + dome z^2 + body z^3 = 0.
+        the tips. It is constant during a press, and so drops out of the co-moments m with the instrument. They give a
+        cubic equation for z:
 
-        With `whole`, the flag NO_RISE is set if the last tip touches late or if the force hardly rises after that.
+            rigid + dome z^2 + body z^3 = 0,
+
+        with rigid = springs m(F), dome = domes m(F^(2/3)) and body = fruit m(F).
+
+        With `whole`, the flag NO_RISE is set if the last tip touches late, or if the force hardly rises afterwards.
         """
         unit = self.unit
         count, touch, spread, means, rising, rising_steps = self.to_deepest
@@ -535,7 +537,7 @@ class Touch:
         """Add a sample with a tip out of contact; return whether the sensor was lifted.
 
         One bad conversion affects at most `unit.several` samples. So the sensor was lifted if more samples are out of
-        contact, or if none of the `forces` [N] is firm in a second one.
+        contact. It was also lifted if none of the `forces` [N] is firm in a second sample out of contact.
         """
         self.number += 1
         if self.window:
@@ -544,9 +546,10 @@ class Touch:
         return not self.window or count > self.unit.several or (count > 1 and not any(self.unit.are_firm(forces)))
 
     def is_bad_conversion(self, forces: "Sequence[float]") -> bool:
-        """Return whether the samples out of contact are a bad conversion, because firm contact precedes and follows.
+        """Return whether a bad conversion caused the samples out of contact, instead of a lift.
 
-        `forces` [N] are the forces of the first sample in contact after them.
+        It did if the contact before and after them is firm. `forces` [N] are the forces of the first sample in contact
+        after them.
         """
         unit = self.unit
         # Interpolation spreads a bad conversion over two samples, so the next sample may be affected too.
@@ -668,7 +671,7 @@ class UnitPress:
     def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
         """Begin a press. `last` holds the channels of the sample just before it, if that sample is to be used.
 
-        They are needed to interpolate the first sample of the press.
+        These channels are needed to interpolate the first sample of the press.
         """
         self.unit = unit
         self.last = last
@@ -835,7 +838,7 @@ def standard_deviation(logs: list[float]) -> float:
 def counted_presses(deviations: list[float]) -> list[int]:
     """Return the indices of the presses to use, given the standard deviation of ln E of each press [1].
 
-    A press that is much less certain than the best press is left out.
+    A press is left out if its standard deviation exceeds `MUCH_LESS_CERTAIN` times the smallest standard deviation.
     """
     limit = MUCH_LESS_CERTAIN * min(deviations)
     return [press for press, deviation in enumerate(deviations) if deviation <= limit]

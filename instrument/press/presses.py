@@ -80,9 +80,9 @@ def readings_of(
     square has no level readings of whole presses.
     """
     sensor.refuse_without_rise_level()
-    tare, samples = tare_of(sensor, signal, counts_as) if signal.counted else (None, iter(signal))
-    timing, samples = simultaneous_samples(sensor, samples, signal.source)
-    in_newtons = _convert_to_newtons(sensor, signal, samples, tare)
+    tare, recorded_samples = tare_of(sensor, signal, counts_as) if signal.counted else (None, iter(signal))
+    timing, simultaneous = simultaneous_samples(sensor, recorded_samples, signal.source)
+    in_newtons = _convert_to_newtons(sensor, signal, simultaneous, tare)
     light_touch = FruitReading(flags=("lift_off",))
     has_press = False
     for press in split_presses(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
@@ -121,11 +121,12 @@ def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[f
     It is returned as a force [N] and as a fraction of the smallest contact force [1], for the tip with the largest
     fraction. Both are None if the springs do not creep or the duration of the press is unknown.
     """
-    creep, duration = sensor.creep, press.duration_s
-    if creep.exponent == 0.0 or duration is None:
+    creep = sensor.creep
+    press_s = press.duration_s  # time from the first touch to the deepest sample
+    if creep.exponent == 0.0 or press_s is None:
         return None, None
-    press_s = float(press.t[-1]) - press.touched_s
-    remaining = creep.residual_deflection(ZERO_AFTER_S, duration, press_s)  # fraction of the force
+    lasted_s = float(press.t[-1]) - press.touched_s  # time from the first touch to the lift
+    remaining = creep.residual_deflection(ZERO_AFTER_S, press_s, lasted_s)  # fraction of the force
     deepest = press.forces[press.deepest]
     relative_errors = remaining * deepest / sensor.least_forces
     tip = int(relative_errors.argmax())

@@ -95,6 +95,7 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
         seating_index = seating.load_index(found.E, found.offset)
         if seating_index == index:
             break
+        # The lowest load certainly has a reading, because the whole press was read before.
         for candidate in range(seating_index, -1, -1):
             with suppress(RiseError):
                 least_forces = seating.least_forces[candidate]

@@ -136,7 +136,7 @@ class _Contact:
             return sample.forces
         return self._flesh.channels(np.array(sample.forces), sample.t)
 
-    def begin_press(self, sample: Sample) -> None:
+    def update_first_touch(self, sample: Sample) -> None:
         """Take the time of a sample as the first touch, if its total force is the smallest of this contact.
 
         The press begins at the smallest total force since the last sample without contact. It does not begin at the
@@ -154,7 +154,7 @@ class _Contact:
 
     def add(self, sample: Sample) -> None:
         """Update the contact with a sample outside of a press."""
-        self.begin_press(sample)
+        self.update_first_touch(sample)
         self.channels(sample)
 
 
@@ -229,7 +229,7 @@ class _Touch:
         accepted, self._accepted = self._accepted, []
         for sample in accepted:
             if not self._t:  # the first sample of the press
-                self._contact.begin_press(sample)
+                self._contact.update_first_touch(sample)
             self._t.append(sample.t)
             self._channels.extend(self._contact.channels(sample))
             if len(self._t) > MAX_SAMPLES:

@@ -87,9 +87,10 @@ def usual_fruit(report: Report) -> PressedFruit:
     """
     fruit, reading = report.design.fruit, report.design.reading or ReadingRequirements()
     softest, firmest = range_of_moduli(report)
-    radii = designed_radii(report)
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radii = (0.5 * sum(reading.radius_mm), 0.5 * sum(reading.radius_across_mm))
+    else:
+        radii = designed_radii(report)
     return PressedFruit(
         E=math.sqrt(softest * firmest),
         radii=radii,
@@ -185,10 +186,12 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
 def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     """Yield a note for each property of the fruit or the pose that lies outside the range of a design."""
     reading, design_fruit = report.design.reading or ReadingRequirements(), report.design.fruit
-    smallest_factor, largest_factor = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
-    radius_ranges = [(smallest_factor * radius, largest_factor * radius) for radius in designed_radii(report)]
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radius_ranges = [reading.radius_mm, reading.radius_across_mm]
+    else:
+        smallest_factor, largest_factor = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
+        radius_ranges = [(smallest_factor * radius, largest_factor * radius) for radius in designed_radii(report)]
+    # Without a stated range, only the thickness of the design's fruit is in range.
     thickness_range = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
     # Each row holds the name, the value, the two ends of the range, and the unit.
     rows: list[tuple[str, float, float, float, str]] = [("E", fruit.E, *range_of_moduli(report), "MPa")]

@@ -41,7 +41,6 @@ def log_of(
     If `rng` is given, the channels have noise, and the delays of their conversions have random errors. After the tare,
     each zero is shifted by the drift of the unit.
     """
-    signal = report.read_out.signal
     tips = len(unit.heights)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
     start_times = []  # times at which the presses start [s]
@@ -50,13 +49,7 @@ def log_of(
         start_times.append(end)
         end += press.lasts_s + PAUSE_S
     t = np.arange(int(np.ceil(end * rate)) + 1) / rate
-    conversion_times = t[:, None] + _conversion_delays(report, rate)  # (samples, tips) [s]
-    if rng is not None:
-        # All samples of a channel have the same error.
-        delay_errors = rng.uniform(-1.0, 1.0, tips)
-        if signal is not None:
-            # The factor sqrt(3) turns the standard deviation of a uniform distribution into its half width.
-            conversion_times = conversion_times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * delay_errors
+    conversion_times = _conversion_times(report, t, rate, rng)
     deflections = np.zeros((len(t), tips))
     for start, press in zip(start_times, presses, strict=True):
         deflections += press.at(conversion_times - start)
@@ -65,6 +58,24 @@ def log_of(
         signals = signals + unit.noise * rng.normal(size=signals.shape)
     signals[t >= tare_s] += unit.zero_drift
     return _format_lines(unit, t, signals)
+
+
+def _conversion_times(report: Report, t: Floats, rate: float, rng: np.random.Generator | None) -> Floats:
+    """Return the time at which each channel of each sample is converted [s], shape (samples, tips).
+
+    `t` (samples,) [s] are the times of the samples in a log of `rate` [Hz]. If `rng` is given, the delays have random
+    errors. All samples of a channel have the same error.
+    """
+    times = t[:, None] + _conversion_delays(report, rate)
+    if rng is None:
+        return times
+    # These numbers are drawn even without a read-out, so that the noise drawn after them is the same in both cases.
+    delay_errors = rng.uniform(-1.0, 1.0, len(report.tips))
+    signal = report.read_out.signal
+    if signal is None:
+        return times
+    # The factor sqrt(3) turns the standard deviation of a uniform distribution into its half width.
+    return np.asarray(times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * delay_errors)
 
 
 def _conversion_delays(report: Report, rate: float) -> Floats:
