@@ -172,7 +172,7 @@ def _parse_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAns
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise _failure(peer, f"not an answer, {line[:60]!r}") from error
     if len(results) != len(task.steps):
-        raise _failure(peer, f"{len(results)} answers to {len(task.steps)} steps")
+        raise _failure(peer, f"{len(results)} results, but the task has {len(task.steps)} steps")
     if not 0.0 < cpu <= used:
         raise _failure(peer, f"{cpu:g} CPU s counted, {used:g} used")
     for number, (step, result) in enumerate(zip(task.steps, results, strict=True)):

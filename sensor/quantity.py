@@ -336,7 +336,7 @@ def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> Non
     numbers = (value,) if entries is None or "tuple" not in annotation else entries
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
-            # Bounds without limits are shown as "finite".
+            # A number without an upper and a lower bound must only be finite.
             bound = f"a number {bounds}" if str(bounds) != str(Bounds()) else "a finite number"
             raise validation_error(name, number, unit, bound, hint)
         if item.type in (int, int | None) and not isinstance(number, int):

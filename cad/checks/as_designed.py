@@ -36,7 +36,8 @@ _COVER_MM = math.sqrt(1.25) * _SPACING_MM  # largest distance from a point of a 
 # Number of nearest sample points whose triangles are searched: one at first, and eight if the distance found is large.
 _NEAREST = (1, 8)
 _BATCH = 20_000  # number of points measured at a time, so that the arrays fit in the memory of a small machine
-_TESTED_CORNERS = 300  # approximate number of corners of a moved file that are measured before its whole surface
+# Approximate number of vertices that are compared first, before the whole surface of a moved part.
+_TESTED_CORNERS = 300
 UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}  # length of each unit in mm
 _SCALE_TOLERANCE = 0.01  # relative tolerance of a scale factor
 _MIN_ROTATION_DEG = 0.05  # smallest rotation that is reported; angles are written with one decimal

@@ -17,8 +17,8 @@ _MARGIN = 1.0  # extension of a cut beyond the cover [mm]
 def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
 
-    If `seats` of a Hall read-out are given, the cover has windows for the sensors. Their positions are right when the
-    cover is mounted on the front.
+    If `seats` of a Hall read-out are given, the cover has windows for the sensors. Their positions are those of a cover
+    on the front.
     """
     frame_face = 0.5 * housing.depth  # y of the back of the frame, on which the rim lies
     width = housing.right - housing.left

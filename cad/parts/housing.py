@@ -33,9 +33,9 @@ class Arm:
     """One spring of the housing with its shuttle and its wall.
 
     `sign` is -1 for the left arm and 1 for the right arm. The following fields are x coordinates [mm]. `centre` is the
-    centre of the tip. `wall` and `shuttle` are the roots of the leaves. The post, which the screws hold, extends from
-    `post` to `outer`, the outer side of the wall. The post is the whole wall, except in back-to-back plates, where the
-    wall of the shorter arm is wider.
+    position of the tip's axis. `wall` and `shuttle` are the roots of the leaves. The post, which the screws hold,
+    extends from `post` to `outer`, the outer side of the wall. The post is the whole wall, except in back-to-back
+    plates, where the wall of the shorter arm is wider.
 
     `levels` are z [mm] of the mid-planes of the lower and the upper leaf, and `top_level` is z of the top of the
     shuttle. `holes` are the centres (x, z) of the lower and the upper screw hole [mm].

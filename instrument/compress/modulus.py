@@ -313,7 +313,7 @@ def _notes(E: float, range_fit: RangeFit, requested_strain: float, first_strain:
     """Return notes on unusual properties of a test: its strain, its modulus E [MPa], its fit and its zero line.
 
     `range_fit` is the fit of the force law. `requested_strain` [%] is the first strain in the geometry. `first_strain`
-    [%] is the strain of the first secant, which is smaller if the curve ends too early.
+    [%] is the strain of the first secant. It is less than `requested_strain` if the curve ends too early.
     """
     notes = []
     if first_strain != requested_strain:

@@ -171,7 +171,7 @@ def _refuse_touched_tare(
     touched if one of the `tare_samples` differs from the tare by more than the smallest force of a tip in contact.
     """
     unit = sensor.unit
-    # The force of the tare above the zero of the calibration, as a fraction of full scale.
+    # Difference between the tare forces and the calibrated zero, as a fraction of full scale.
     zero_errors = np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
     if zero_errors.max() > 1.0:
         bound = "within one full scale of the zero in the calibration"

@@ -193,20 +193,20 @@ def _change_of_contact(cause: Cause, sign: float) -> Floats:
 
 
 def relative_change(results: Callable[..., Floats], scale: float | None = None) -> Change:
-    """Return a function for the relative change of results due to a multiple of a cause [1].
+    """Return a function of a cause and a factor, which computes the relative change of results [1] due to the cause.
 
-    `results` computes the results, of any shape, without a cause, or with a cause and a multiple of its size. The
-    change is divided by the magnitude of `scale`, or else by the results without a cause. It is `LIFTED` in magnitude
-    if the cause lifts a tip.
+    `results` computes the results, of any shape, without a cause, or with a cause multiplied by a factor, such as 1 or
+    -1. The change is divided by the magnitude of `scale`, or else by the results without a cause. If the cause lifts a
+    tip, the results are not finite, and the change is `LIFTED` in magnitude.
     """
     nominal = results()
     denominator: Floats | float = nominal
     if scale is not None:
         denominator = abs(scale) or 1.0  # 1 replaces a scale of 0, which would divide by zero
 
-    def change(cause: Cause, sign: float) -> Floats:
-        changes = (results(cause, sign) - nominal) / denominator
-        return np.where(np.isfinite(changes), changes, sign * LIFTED)
+    def change(cause: Cause, factor: float) -> Floats:
+        changes = (results(cause, factor) - nominal) / denominator
+        return np.where(np.isfinite(changes), changes, factor * LIFTED)
 
     return change
 

@@ -122,7 +122,7 @@ def known_springs() -> tuple[Cause, ...]:
 
 
 def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
-    """Yield the effects on the stiffness of printed springs that the model leaves out.
+    """Yield the effects that change the stiffness of printed springs and that the model leaves out.
 
     `deflections` (2, ...) [mm] are the deflections of the low and the high spring. Without a housing, there are no
     effects.

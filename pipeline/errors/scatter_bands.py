@@ -27,9 +27,9 @@ LEVEL = 0.95  # fraction of the prints that a band contains
 def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None:
     """Return the bands that contain 95 % of the prints of a pair before calibration, or None without a housing.
 
-    The stiffnesses vary over a sample of prints. P_max, NL and the modulus that is read are computed from the `level`
-    presses of the pair. The modulus is read from P at the largest modulus as if the springs had their nominal
-    stiffnesses.
+    The spring stiffnesses vary over a sample of prints. For each print, the `level` presses of the pair give the force
+    ratio P_max on the firmest fruit and the nonlinearity NL. They also give the error of a reading of the firmest fruit
+    that assumes the nominal stiffnesses.
     """
     if pair.springs.housing is None:
         return None
@@ -42,7 +42,7 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples)
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))  # [N/m]
-    # The scale is None if P does not increase with the modulus. No modulus can then be read.
+    # `modulus_scale` returns None if P does not increase with the modulus. No modulus can then be read.
     modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
     calibrated_error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
     for cause in known_springs():

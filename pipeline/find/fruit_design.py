@@ -268,7 +268,7 @@ class _Centring:
 
 
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
-    """Return the next change of a solved design: the change from `_step_for_failed`, and possibly a shorter travel.
+    """Return the next change of a solved design, for its failed verdicts, and possibly a shorter travel.
 
     `result` holds the verdicts on `design`; it is None if the design cannot be solved. If the largest bias changed its
     sign since the last step, the travel becomes shorter, because that reduces biases of both signs. The bias is
@@ -276,7 +276,7 @@ def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _
     """
     failed = _failed_verdicts(result)
     sign_changed = centring.record_bias(_failing_bias(result, failed))
-    step = _step_for_failed(design, result, failed, centring.factor)
+    step = _change_for_failed_verdicts(design, result, failed, centring.factor)
     if not sign_changed:
         return step
     shorter = round(design.press.travel_mm - _TRAVEL_REDUCTION_MM, 2)
@@ -326,7 +326,7 @@ def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> flo
     return readings.worst_bias.bias.value
 
 
-def _step_for_failed(
+def _change_for_failed_verdicts(
     design: Design, result: Sensor | SensorResult | None, failed: set[str], radius_factor: float
 ) -> Changes:
     """Return the change that brings a design nearer to passing, from the first rule that applies; empty if none does.

@@ -1,7 +1,7 @@
 """Fit the leaf lengths so that the springs have their target stiffnesses, by finite elements.
 
 The secant method varies the lengths until the stiffnesses computed on a mesh meet the targets. It runs on a coarse mesh
-first and then on a fine one. For a rough answer it runs on a single rough mesh.
+first and then on a fine one. For a rough answer, it uses a single coarse mesh.
 """
 
 import dataclasses

@@ -92,7 +92,8 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
     keys = {item.name: key_of(item) for item in items}
     flat_fields = [item for item in items if "flat" in item.metadata]
 
-    def structure_complete(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
+    def structure_complete(data: Any, record_type: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
+        """Check that all required keys are present, nest the keys of flat records, and make the record."""
         if isinstance(data, Mapping):
             for name in required_keys:
                 if name not in data:
@@ -101,10 +102,11 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
             for item in flat_fields:
                 data = _nest_record(data, item, converter)
         try:
-            return structure(data, of_kind)
+            return structure(data, record_type)
         except cattrs.ClassValidationError as error:
+            # Each error has a note with the name of its field. The message shall name the key in the data instead.
             for _, note in error.group_exceptions()[0]:
-                note.name = keys[note.name]  # so that the message names the key in the data instead of the field
+                note.name = keys[note.name]
             raise
 
     return structure_complete

@@ -262,7 +262,8 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     """Yield the units at the end of a label, from right to left; a unit of another quantity is the last one.
 
-    `name` is the name of the quantity. The end of a name such as F_l is its channel, not a unit.
+    `name` is the quantity that is looked for, such as "force". The end of a name such as F_l is its channel, not a
+    unit.
     """
     channel = name.rpartition("_")[2] if "_" in name else ""
     parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]

@@ -316,7 +316,7 @@ class TableReader:
         Raises InputError if the units of a column are invalid or contradict each other.
         """
         if header_index is None:
-            header_index = self._find_unnamed_header(above, first)
+            header_index = self._find_or_insert_header(above, first)
         header = above[header_index]
         self.stated_units.record_statements(rows.source, above if self._by_number else above[:header_index])
         texts = [row for row in above[header_index + 1 :] if not row.empty]
@@ -354,8 +354,8 @@ class TableReader:
             used_columns.append(clock)
         return used_columns
 
-    def _find_unnamed_header(self, above: list[Row], first: Row) -> int:
-        """Return the index in `above` of a header whose words may be unknown, because flags select the columns.
+    def _find_or_insert_header(self, above: list[Row], first: Row) -> int:
+        """Return the index in `above` of the header row if flags select the columns; its words may then be unknown.
 
         It is the last row above the rows of units. If that row has numbers, or fewer cells than the `first` row of
         numbers, an empty header is inserted into `above`.

@@ -486,11 +486,12 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
 
 
 def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
-    """Return the sensitivity of the modulus of a press to uneven skin and flesh. The press has one channel per tip.
+    """Return how much uneven skin and flesh change the modulus of a press, which has one channel per tip.
 
-    `wave_numbers` (waves,) [1/mm] describe the waves of the skin. The contact of a dome of relative radius
-    R* = `relative_radius` [mm] has the radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face
-    touches, so a height is an offset. Raises RiseError if there are too few samples, or if no modulus fits.
+    `wave_numbers` (waves,) [1/mm] describe the waves of the skin. The contact of a dome of relative radius R* =
+    `relative_radius` [mm] has the radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face
+    touches, so a height only shifts the first contact. Raises RiseError if there are too few samples, or if no modulus
+    fits.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve_press(law, rise.moments)
@@ -682,17 +683,17 @@ class _LinearisedLaw:
         return np.asarray(comoment_change / self.per_log_E[0])
 
     def slope_with_saddle(self, comoment_change: Floats, mean_change: Floats) -> Floats:
-        """Return the change of ln E due to causes that also change the saddle of the skin that the law assumes.
+        """Return the change of ln E due to causes that the law partly attributes to a saddle-shaped skin.
 
-        The causes add `comoment_change` dG [N mm] and `mean_change` dM [mm] to the law. A zero error shifts the offset
-        by up to 4 mm per newton; errors of gains and spring stiffnesses shift it less. The law attributes the offset to
-        a saddle of the skin, which changes S, and S changes the modulus. Let f be the change of the co-moment per
-        change of the mean that is attributed to a saddle. Let g and m be the derivatives of the co-moment and of the
-        mean with respect to -ln E. The change of ln E is
+        The causes add `comoment_change` dG [N mm] and `mean_change` dM [mm] to the law. The change of ln E is
 
-            (dG - f dM) / (g - f m).
+            (dG - f dM) / (g - f m),
+
+        with the derivatives g of the co-moment and m of the mean with respect to -ln E (`per_log_E`). The law explains
+        a change of the mean by an offset, and the offset by a saddle of the skin. The saddle changes the compliance S
+        of the fruit, and S changes the co-moment: f is this change per change of the mean (from `per_offset`).
         """
-        # The offset adds itself to the mean, and it changes both moments through S.
+        # An offset changes the mean by itself, and both moments through S.
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
         return np.asarray((comoment_change - f * mean_change) / (self.per_log_E[0] - f * self.per_log_E[1]))
 

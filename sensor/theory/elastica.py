@@ -84,9 +84,9 @@ def _integrals(square: Floats) -> tuple[Floats, Floats]:
 def large_deflection_stiffening(length: float, deflection: Floats | float) -> Floats:
     """Return the relative increase [1] of the secant stiffness of a guided leaf, or of a pair, due to its deflection.
 
-    `length` L [mm] is the length of a leaf, and `deflection` d [mm] an array of any shape, which the result has too.
-    The increase is from the stiffness at small deflections; for small d it is 36/35 (d / L)^2. The shuttle does not
-    rotate, but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and
+    `length` L [mm] is the length of a leaf, and `deflection` d [mm] an array of any shape; the result has the same
+    shape. The increase is from the stiffness at small deflections; for small d it is 36/35 (d / L)^2. The shuttle does
+    not rotate, but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and
     deflection d / 2. Raises InputError unless 0 <= d <= L / 2.
     """
     relative = np.asarray(deflection, dtype=np.float64) / length

@@ -262,7 +262,7 @@ def _grid_differences(F: Floats, fine_F: Floats, compared_poses: Ints, moduli: F
 def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
     """Return the decrease of the forces F (poses, tips) [N] that a common relative error of 1 causes.
 
-    A common error of all forces acts like flesh that is softer than assumed. Let s be the compliance S / E of the
+    A relative error common to all forces has the same effect as softer flesh. Let s be the compliance S / E of the
     flesh. The forces obey (C + s) F = x. A relative increase e of s changes them by -e (C + s)^-1 s F. An error of 1
     corresponds to the increase e at which, to first order, the total force of a level press vanishes. The caller
     multiplies the result by the actual error. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.

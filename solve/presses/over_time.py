@@ -40,10 +40,11 @@ class _Memory:
         self.last_forces = np.zeros(tips)
 
     def begin_step(self, step: float) -> tuple[float, Floats]:
-        """Return a factor c [1] and a known part k (tips,) [N], so that sum g_i m_i = c F + k at the end of a step [s].
+        """Return c [1] and k (tips,) [N], for which sum g_i m_i = c F + k at the end of a time `step` [s].
 
-        F are the forces at the end of the step, which are not yet known. An arm with x = step / tau decays by exp(-x),
-        and its mean decay over the step is (1 - exp(-x)) / x. The terms of each arm are kept for `end_step`.
+        The sum is over the arms of the law, with their coefficients g_i and their history variables m_i. F are the
+        forces at the end of the step, which are not yet known. An arm with x = step / tau decays by exp(-x), and its
+        mean decay over the step is (1 - exp(-x)) / x. The terms of each arm are kept for `end_step`.
         """
         decay = np.exp(-step / self.times)
         # The lower bound of 1e-12 avoids 0 / 0 for a step of 0, whose mean decay is 1.

@@ -30,8 +30,8 @@ class Dimension(NamedTuple):
 def brief(verdict: Verdict) -> str:
     """Return the value of a verdict with its unit, with as few digits as the outcome allows; empty without a value.
 
-    The bias and the uncertainty of readings have two digits, or more if the rounded value would be on the other side of
-    the limit. All other values, and the values of undecided verdicts, have an error bar.
+    The bias and the uncertainty of readings are given to two digits, or more if the rounded value would be on the other
+    side of the limit. All other values, and the values of undecided verdicts, have an error bar.
     """
     value, limit = verdict.value, verdict.limit
     is_error = verdict.name in _ERRORS and verdict.passed is not None
