@@ -201,3 +201,13 @@ def test_hint_is_given_once(capsys):
     wrong = dataclasses.replace(failed("P_max"), remedy="passes with [x]")
     print_parts(verdict_parts("", [wrong, dataclasses.replace(wrong, name="NL")]))
     assert capsys.readouterr().out.count("passes with [x]") == 1
+
+
+def test_whole_answer_has_the_reason_of_each_verdict_that_did_not_pass(capsys):
+    verdicts = tuple(
+        dataclasses.replace(GOOD, name=f"planted.{name}", passed=passed, reference=f"because of {name}")
+        for name, passed in (("one", True), ("two", False), ("three", None))
+    )
+    print_everything(dataclasses.replace(RESULT, verdicts=verdicts))
+    out = capsys.readouterr().out
+    assert [f"because of {name}" in out for name in ("one", "two", "three")] == [False, True, True]

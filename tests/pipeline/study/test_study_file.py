@@ -16,6 +16,20 @@ def test_study_file_is_read(written):
     assert study.vary == {"targets.P_max": Range(low=3.0, high=8.0)}
 
 
+@pytest.mark.parametrize(
+    ("keys", "level"),
+    [
+        ([], "contact"),
+        (["springs.K_l_N_per_m"], "contact"),
+        (["verdicts.P_max.value"], "contact"),
+        (["passed"], "files"),
+        (["springs.K_l_N_per_m", "passed"], "files"),
+    ],
+)
+def test_keys_ask_for_the_lowest_level_that_has_them_all(keys, level):
+    assert level_of("wanted", keys) == level
+
+
 def test_points_of_a_file_are_read_with_its_byte_order_mark(written, tmp_path):
     text = "targets.P_max,print.process\n4,fdm-petg\n\n6.5, sla-resin\n"
     (tmp_path / "some.csv").write_text(text, encoding="utf-8-sig")
