@@ -27,10 +27,10 @@ def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.sensor_windows, the verdict on the thinnest wall [mm] of the cover around its sensor windows.
+    """Return geometry.sensor_windows, a verdict on the thinnest wall [mm] of the cover around its sensor windows.
 
-    The walls under a sensor and between the windows are measured. The verdict fails if the Hall sensors do not fit side
-    by side. Without a Hall read-out, an empty tuple is returned.
+    The tuple has this verdict, or is empty without a Hall read-out. The walls under a sensor and between the windows
+    are measured. The verdict fails if the Hall sensors do not fit side by side.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:

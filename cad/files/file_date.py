@@ -19,9 +19,10 @@ def given_date() -> datetime | None:
 
 
 def file_date() -> datetime:
-    """Return the date of files: SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if this variable is not set.
+    """Return the date to write into exported files.
 
-    Raises InputError for an invalid value.
+    It is SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if this variable is not set, so that the files of identical
+    runs are identical. Raises InputError for an invalid value.
     """
     text = os.environ.get(NAME, str(DEFAULT_DATE))
     digits = text.strip()

@@ -126,8 +126,8 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     """Return the files for a design's board, as a dict from path to text: a MicroPython program and an Arduino sketch.
 
     The programs print the counts of all channels or, if `calibrated`, the modulus of each press. Raises InputError for
-    a design without a board, for a circuit that the programs do not support, and for a unit whose counts are not
-    calibrated. If `calibrated`, it is also raised for flesh that relaxes, because the firmware does not read the hold.
+    a design without a board, and for a circuit that the programs do not support. If `calibrated`, it is also raised for
+    a unit whose counts are not calibrated, and for flesh that relaxes, because the firmware does not read the hold.
     """
     _check_board_is_supported(sensor)
     if not calibrated:

@@ -140,7 +140,7 @@ class ContrastTerms(NamedTuple):
 
 
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
-    """Return the terms of the contrast for the forces F [N] of all tips.
+    """Return the terms of the contrast for the tip forces F [N]: of the springs, of Hertz's law and of the flesh.
 
     They are w.(C F + gaps), h w.F^(2/3) and w.(S F). The law has the weights w, the compliances C and S, and the
     Hertzian constant h. Raises ReadingError unless there is one force per tip, and all forces are above 0 and finite.
@@ -150,7 +150,7 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
         raise ReadingError(msg)
     for tip, force in enumerate(forces, start=1):
         if not 0.0 < force < math.inf:
-            msg = f"The force of tip {tip}, {force:g} N, must be above 0. Press more level, so that it touches."
+            msg = f"The force of tip {tip}, {force:g} N, must be finite and above 0. Press more level."
             raise ReadingError(msg)
     weights, C, S = law.arrays
     F = np.array(forces)

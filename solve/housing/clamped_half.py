@@ -167,9 +167,10 @@ def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> 
     of the load; the balance is then not checked.
     """
     asymmetry = float(np.abs(work - work.T).max())
+    # Both comparisons are negated, so that they also reject nan.
     if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):
         msg = (
-            f"flexure: the works of two loads on each other's displacements differ by {asymmetry:.1e} mm N but must be "
+            f"flexure: the works of two loads on each other's displacements differ by {asymmetry:.1e} N mm but must be "
             "equal. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
