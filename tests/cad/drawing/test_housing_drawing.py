@@ -157,7 +157,7 @@ def test_no_text_lies_on_another_or_on_a_line_and_all_lie_on_the_sheet(kind, she
     size = (scale * (window.right - window.left), scale * (window.top - window.bottom))
     assert size == pytest.approx(SIZES[sheet.size])
     # the views are 4 mm off the frame, which is 20 mm off the left edge and 10 mm off the others (ISO 5457)
-    views = shapely.union_all(drawn_lines(sheet.canvas, sheet=False)).bounds
+    views = shapely.total_bounds(drawn_lines(sheet.canvas, sheet=False))
     distances = [scale * abs(edge - end) for edge, end in zip(window, views, strict=True)]
     assert all(distance >= least for distance, least in zip(distances, (24.0, 14.0, 14.0, 14.0), strict=True))
 
