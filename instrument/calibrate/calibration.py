@@ -297,7 +297,8 @@ def calibrate_unit(
         plate_springs, plate_notes = _springs_on_plate(plate, table, channels, deflections, report)
         notes += plate_notes
     notes += _notes_on_bends(table, report, deflections, channels)
-    unit = _printed_unit(report, weighing, deflections, channels, plate_springs)
+    springs = _calibrated_springs(report, deflections, channels, plate_springs)
+    unit = _printed_unit(report, weighing, springs, channels)
     sensor = MeasuringUnit(report=report, unit=unit)
     # The presses on the ball are read with the calibrated springs. From here on, their correction is part of the unit.
     ball_presses = None
@@ -365,11 +366,13 @@ def _fit_weights(
 class _CalibratedSprings(NamedTuple):
     """The springs of a unit, and the method by which they were measured.
 
-    `stiffnesses` [N/mm] and `gain_percent` [%] hold one number for each tip. `gain_percent` is the standard deviation
-    of a force, or of a deflection after a calibration on a plate. `lacks_of_fit` are the errors of the compliances.
+    `calibrated_by` is "plate" or "weights". `stiffnesses` [N/mm] and `gain_percent` [%] hold one number for each tip.
+    `gain_percent` is the standard deviation of a force, or of a deflection after a calibration on a plate.
+    `lacks_of_fit` are the errors of the compliances.
     """
 
     method: str
+    calibrated_by: str
     stiffnesses: Sequence[Estimate]
     gain_percent: Sequence[float]
     lacks_of_fit: Sequence[LackOfFit]
@@ -389,6 +392,7 @@ def _calibrated_springs(
     if plate_springs is not None:
         return _CalibratedSprings(
             method="counts of weights, and a hard plate",
+            calibrated_by="plate",
             stiffnesses=[spring.K for spring in plate_springs],
             gain_percent=[spring.deflection_percent for spring in plate_springs],
             lacks_of_fit=[spring.lack_of_fit for spring in plate_springs],
@@ -403,6 +407,7 @@ def _calibrated_springs(
         gain_percent = len(deflections) * [requirements.uncalibrated_gain_percent]
     return _CalibratedSprings(
         method=method,
+        calibrated_by="weights",
         stiffnesses=[stiffness_of_line(line) for line in deflections],
         gain_percent=gain_percent,
         lacks_of_fit=[line.bend.lack_of_fit for line in deflections],
@@ -410,19 +415,13 @@ def _calibrated_springs(
 
 
 def _printed_unit(
-    report: Report,
-    weighing: Weighing,
-    deflections: Sequence[Line],
-    channels: ChannelCalibration | None,
-    plate_springs: Sequence[PressedSpring] | None,
+    report: Report, weighing: Weighing, springs: _CalibratedSprings, channels: ChannelCalibration | None
 ) -> PrintedUnit:
-    """Build the unit from its deflections under weights, its channels, and the springs measured on a plate.
+    """Build the unit from its calibrated springs and channels; `channels` is None without counts.
 
-    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None
-    without counts, and `plate_springs` is None without a plate. The springs from the plate replace the springs from the
-    weights. With them, the field `gain_percent` of the unit is the error of the deflection that each channel measures.
+    After a calibration on a plate, the field `gain_percent` of the unit is the error of the deflection that each
+    channel measures.
     """
-    springs = _calibrated_springs(report, deflections, channels, plate_springs)
     # The gain drift is equally likely anywhere within its bound, so BOUNDED turns it into a standard deviation.
     drifts = BOUNDED * np.array(report.read_out.channels.gain_drift_percent)
     force_bend, force_bend_per_N = _split_bends(channels.lacks_of_fit if channels else ())
@@ -439,7 +438,7 @@ def _printed_unit(
         newtons_per_count=channels.newtons_per_count if channels else (),
         zero_counts=tuple(channels.zero_counts.tolist()) if channels else (),
         saturation_counts=channels.saturation if channels else 0,
-        calibrated_by="weights" if plate_springs is None else "plate",
+        calibrated_by=springs.calibrated_by,
         weighed_after_s=weighing.after_s,
         creep_per_decade=weighing.creep.per_decade if weighing.is_measured else None,
         creep_error=weighing.creep.error if weighing.is_measured else None,

@@ -160,9 +160,12 @@ def _middle_modulus(fruit: FruitRange) -> float:
 def _largest_piece(radius: float, radius_across: float, fall: float) -> float:
     """Return the side [mm] of the largest square piece of an ellipsoid with corners at most `fall` [mm] below the apex.
 
-    The principal radii R = `radius` and R_across = `radius_across` [mm] are along the sides. For a corner at (h, h), (1
-    - fall / R)^2 = 1 - h^2 / R^2 - h^2 / (R R_across), as in `Fruit.fall_mm`. The equation is solved for the side 2 h.
-    The fall is limited to 0.6 R, because lower corners are not on the cap of the fruit.
+    The principal radii R = `radius` and R_across = `radius_across` [mm] are along the sides. A corner at (h, h) obeys
+
+        (1 - fall / R)^2 = 1 - h^2 / R^2 - h^2 / (R R_across),
+
+    as in `Fruit.fall_mm`. The equation is solved for the side 2 h. The fall is limited to 0.6 R, because lower corners
+    are not on the cap of the fruit.
     """
     level = (1.0 - min(fall / radius, _CORNER_FALL)) ** 2
     return 2.0 * radius * math.sqrt((1.0 - level) / (1.0 + radius / radius_across))
