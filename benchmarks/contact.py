@@ -64,7 +64,7 @@ def pair_and_own(S: Floats) -> tuple[float, float]:
 
 def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
     """Return the relative error bars of the two values of `pair_and_own` [1]."""
-    return compliance.error_pair, compliance.error_own
+    return compliance.difference_error, compliance.s11_error
 
 
 def split_rows() -> Iterator[Measurement]:

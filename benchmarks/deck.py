@@ -30,7 +30,7 @@ def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: flo
     sets["tips"] = np.flatnonzero(np.any(list(means.values()), axis=0))
     fraction = 0.5 if "symmetry" in held else 1.0  # half the force on half the part
     steps = [LinearStep(held=held, loads=fraction * mean) for mean in means.values()]
-    return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, means=means, asked="tips")
+    return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, means=means, printed_set="tips")
 
 
 def contact_deck(mesh: SkfemMesh, E: float, poisson: float, shift: float) -> Deck:
@@ -52,4 +52,4 @@ def contact_deck(mesh: SkfemMesh, E: float, poisson: float, shift: float) -> Dec
         steps = [LinearStep(held={**held, MIDDLE: fixed}, pressed=pressed) for fixed in ((1,), (2, 3))]
     else:
         steps = [LinearStep(held=held, pressed={tip: shift if tip == one else 0.0 for tip in tips}) for one in tips]
-    return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, asked=tips[-1])
+    return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, printed_set=tips[-1])

@@ -28,7 +28,7 @@ from instrument.press.touches import PressSamples
 from instrument.simulate.unit import domes_of
 from sensor.design.bench import RUBBER_POISSON
 from sensor.design.fruits import FRUITS
-from solve.presses.over_time import press_over_time
+from solve.presses.press_over_time import press_over_time
 from solve.presses.pressed_bodies import EllipsoidFruit as Fruit
 from solve.presses.pressed_bodies import FleshOnStone
 from solve.presses.pressed_bodies import OuterLayer as Layer
@@ -95,7 +95,7 @@ class Bench:
         middle_E = math.sqrt(math.prod(before.range_MPa))
         rubber_E = middle_E * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
         ball = ReferenceBall(E_MPa=rubber_E, radius_mm=BALL_RADIUS, percent=percent)
-        self.unit = before.on_ball(BALL_RADIUS)  # `read` uses this unit
+        self.unit = before.for_ball(BALL_RADIUS)  # `read` uses this unit
         level = Fruit(E=rubber_E, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
         readings = [self.read(replace(level, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in BALL_TILTS]
         self.unit = before

@@ -20,7 +20,7 @@ from pipeline.options import ROUGH_TOLERANCE
 from pipeline.sensor import Sensor
 from pipeline.springs.mounts import coarse_half, discs_at, mount_layers
 from sensor.design.processes import PROCESSES
-from solve.housing.clamped_half import HOLES, PRESS, ClampedHalf, with_symmetry
+from solve.housing.clamped_half import HOLES, PRESS_AXIS, ClampedHalf, with_symmetry
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
 from solve.housing.stiffness import displacements, tip_means, tip_stiffnesses
 
@@ -97,7 +97,7 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
 
 def _tip_stiffness(half: ClampedHalf) -> tuple[float, ...]:
     """Return the stiffness of each tip of a clamped half along the press [N/mm]; raises SolveError."""
-    return tip_stiffnesses(tip_means(half.basis, PRESS).T @ displacements(half))
+    return tip_stiffnesses(tip_means(half.basis, PRESS_AXIS).T @ displacements(half))
 
 
 def _remount(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
@@ -105,7 +105,7 @@ def _remount(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisso
     without_mount = half.matrix if half.ground is None else half.matrix - half.ground
     ground = layer_matrix(half.basis, layers, E, poisson)
     free = replace(half, matrix=csc_matrix(without_mount + ground), ground=ground, clamped=np.zeros(0, dtype=np.int64))
-    return with_symmetry(free, PRESS)
+    return with_symmetry(free, PRESS_AXIS)
 
 
 def _other_mounts(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:

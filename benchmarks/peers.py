@@ -94,12 +94,12 @@ class PeerAnswer:
 def deck_task(deck: Deck) -> PeerTask:
     """Return the task to solve a deck on its own mesh.
 
-    The answer has the displacements of the node set that the deck names in `asked`.
+    The answer has the displacements of the node set that the deck names in `printed_set`.
     """
     supports = {f"support{number}": support_nodes(step, deck.sets) for number, step in enumerate(deck.steps)}
     sets = {f"set {name}": numbers for name, numbers in {**deck.sets, **supports}.items()}
     arrays = {"nodes": deck.elements.nodes.T, "cells": deck.elements.cells, **sets}
-    scene = {"kind": deck.elements.kind, "E": deck.E, "poisson": deck.poisson, "asked": deck.asked}
+    scene = {"kind": deck.elements.kind, "E": deck.E, "poisson": deck.poisson, "printed_set": deck.printed_set}
     return PeerTask(kind="deck", scene=scene, steps=deck.steps, arrays=arrays)
 
 
@@ -118,15 +118,17 @@ def absent_peers() -> list[str]:
 
 
 def _solve_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
-    """Return a peer's results on a deck, and its CPU time [s]; displacements outside the set `asked` are 0."""
+    """Return a peer's results on a deck, and its CPU time [s]; displacements outside the set `printed_set` are 0."""
     answer = peer_answer(peer, deck_task(deck))
     on_nodes = []
     for result in answer.results:
         displacements = np.zeros(deck.node_count)
-        if len(result.displacements) not in (0, len(deck.sets[deck.asked])):
-            raise _failure(peer, f"{len(result.displacements)} displacements of {len(deck.sets[deck.asked])} nodes")
+        if len(result.displacements) not in (0, len(deck.sets[deck.printed_set])):
+            raise _failure(
+                peer, f"{len(result.displacements)} displacements of {len(deck.sets[deck.printed_set])} nodes"
+            )
         if len(result.displacements):
-            displacements[deck.sets[deck.asked]] = result.displacements
+            displacements[deck.sets[deck.printed_set]] = result.displacements
         on_nodes.append(StepResult(forces=result.forces, displacements=displacements))
     return on_nodes, answer.cpu
 

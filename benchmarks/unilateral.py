@@ -75,7 +75,7 @@ def half_deck(mesh: SkfemMesh) -> Deck:
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
     sets = boundary_sets(elements, basis, ("base", SIDE, *FACES))
-    return Deck(elements=elements, sets=sets, E=E_MPA, poisson=FRUIT.poisson, steps=[STEP], asked="base")
+    return Deck(elements=elements, sets=sets, E=E_MPA, poisson=FRUIT.poisson, steps=[STEP], printed_set="base")
 
 
 def contact_task(deck: Deck) -> PeerTask:

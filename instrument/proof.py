@@ -20,7 +20,7 @@ from instrument.press.printed_unit import PrintedUnit, unit_of
 from instrument.press.signals import Signal
 from instrument.simulate.bench_tables import BALL_PRESSES, usual_ball
 from instrument.simulate.drawn_fruit import PressedFruit, draw_fruit
-from instrument.simulate.log import log_of, usual_rate
+from instrument.simulate.log import log_lines, usual_rate
 from instrument.simulate.simulated_press import press_curve
 from instrument.simulate.simulation import hand_of
 from instrument.simulate.unit import SimulatedUnit, draw_unit
@@ -28,7 +28,7 @@ from pipeline.report.report import Report
 from pipeline.tables.rows import Rows
 from sensor.arrays import Floats
 from sensor.design.reading import ReadingRequirements
-from sensor.quantity import BOUNDED, InputError, report_field
+from sensor.quantity import UNIFORM_DEVIATION, InputError, report_field
 
 EXPECTED_OUTSIDE = 0.05
 """Expected fraction of readings outside their error bars, which contain the true value in 95 % of cases."""
@@ -188,7 +188,7 @@ def read_by(
     """
     report = unit.report
     press = press_curve(real_unit, fruit, hand_of(report))
-    lines = log_of(report, real_unit, [press], usual_rate(report), rng)
+    lines = log_lines(report, real_unit, [press], usual_rate(report), rng)
     readings = list(readings_of(unit, Signal(Rows(lines, "the simulated log"), len(report.tips))))
     return max(readings, key=lambda reading: reading.samples or 0)  # noise may look like additional short presses
 
@@ -206,7 +206,7 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     K = true_K * (1.0 + 0.01 * spring_errors * rng.normal(size=len(true_K)))
     base_K = K if requirements.on_plate else true_K  # the stiffness by which forces follow from deflections
     newtons_per_mm = (1.0 + 0.01 * gain_errors * rng.normal(size=len(true_K))) * base_K
-    drifts = BOUNDED * np.array(report.read_out.channels.gain_drift_percent)
+    drifts = UNIFORM_DEVIATION * np.array(report.read_out.channels.gain_drift_percent)
     unit = unit_of(report, stiffnesses=K.tolist(), percent=spring_errors.tolist(), method="drawn")
     unit = replace(
         unit,
@@ -233,7 +233,7 @@ def _correct_by_ball(
     sensor = MeasuringUnit(report=report, unit=unit)
     reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)
     # Presses without noise are identical, so one press represents all of them.
-    reading = read_by(sensor.on_ball(ball.radius), real_unit, ball.fruit())
+    reading = read_by(sensor.for_ball(ball.radius), real_unit, ball.fruit())
     correction = fit_ball_correction(BALL_PRESSES * [reading], reference, sensor, "the ball")
     # stated modulus of the ball divided by its true modulus
     modulus_factor = math.exp(0.01 * requirements.ball_percent * rng.normal())

@@ -64,8 +64,8 @@ class SweptPart:
     the centres of the columns. `corner` (quadrilaterals,) is the index of the sharp inner corner that a quadrilateral
     touches, or -1. `corner_count` is the number of such corners.
 
-    The mesh leaves out pockets and ribs of the part, so a column may be too long or too short. `excess` is this error
-    in length, and `effect` is the error in length that has the same effect on the stiffness.
+    The mesh leaves out pockets and ribs of the part, so a column may be too long or too short. `length_error` is this
+    error in length, and `effective_length_error` is the error in length that has the same effect on the stiffness.
     """
 
     mesh: MeshHex2
@@ -81,22 +81,22 @@ class SweptPart:
 
     @functools.cached_property
     def _length_errors(self) -> tuple[Floats, Floats]:
-        """Return `excess` and `effect`, which take a second to compute and are needed only for the final mesh."""
+        """Return both errors in length, which take a second to compute and are needed only for the final mesh."""
         sampled = _sampled_length_errors(self.extrusion, self.profile, self.depth, self.area)
         from_features, effect = _feature_length_errors(self.extrusion, self.profile, self.depth, self.area)
         return np.maximum(sampled, from_features), np.maximum(sampled, effect)
 
     @property
-    def excess(self) -> Floats:
+    def length_error(self) -> Floats:
         """Return the absolute error in the length of each column of cells [mm], shape (quadrilaterals,)."""
         return self._length_errors[0]
 
     @property
-    def effect(self) -> Floats:
+    def effective_length_error(self) -> Floats:
         """Return the error in column length [mm] that would change the stiffness as much as the neglected features do.
 
-        It exceeds `excess` if a neglected pocket is narrower than it is deep, or if it leaves little of the depth.
-        For example, a saw cut weakens a part as much as a round hole whose diameter is the length of the cut.
+        It exceeds `length_error` if a neglected pocket is narrower than it is deep, or if it leaves little of the
+        depth. For example, a saw cut weakens a part as much as a round hole whose diameter is the length of the cut.
         """
         return self._length_errors[1]
 
@@ -188,7 +188,7 @@ def _can_mesh_half(
     """
     middle = 0.5 * (extrusion.low + extrusion.high)
     is_loaded_in_plane = all(abs(direction[1]) < _NEAR for direction in load_directions)
-    has_symmetric_faces = all(extrusion.is_even(name) for name in extrusion.part.faces)
+    has_symmetric_faces = all(extrusion.has_centred_faces(name) for name in extrusion.part.faces)
     has_symmetric_ends = bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)  # each end may deviate by _NEAR
     return is_loaded_in_plane and has_symmetric_faces and has_symmetric_ends
 
@@ -237,7 +237,7 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
         shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
         corners = profile.quads[:, quads]
         x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
-        _, _, part_length = extrusion.spans(x, z)
+        _, _, part_length = extrusion.material_spans(x, z)
         mesh_length = (depth[corners].T @ shapes).ravel()
         # A line can miss the part only just outside a curved outline. The final, curved elements follow that outline,
         # so such a line has no error.
@@ -275,7 +275,7 @@ def _feature_length_errors(
     piece_areas = np.array([piece_area for _, piece_area, _ in pieces])
     widths = np.array([width for _, _, width in pieces])
     corners = profile.points[:, profile.quads]
-    _, _, part_length = extrusion.spans(*positions)
+    _, _, part_length = extrusion.material_spans(*positions)
     for i in np.flatnonzero(part_length > 0.0):
         quad = _quadrilateral_at(positions[:, i], corners)
         if quad is None:
@@ -683,7 +683,7 @@ def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floa
     profile = section.profile
     points, quads = profile.points, profile.quads
     centres = points[:, quads].mean(axis=1)
-    _, _, part_depth = extrusion.spans(*centres)
+    _, _, part_depth = extrusion.material_spans(*centres)
     low = np.full(points.shape[1], extrusion.low)
     high = np.full(points.shape[1], extrusion.high)
     full_depth = extrusion.high - extrusion.low
@@ -698,7 +698,7 @@ def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floa
         # The remainder converts the index of a node in the flattened array to the column of its quadrilateral.
         adjacent_centres = centres[:, in_region][:, flat_index % region_quads.shape[1]]
         probes = points[:, nodes] + _INWARD_FRACTION * (adjacent_centres - points[:, nodes])
-        lower, upper, length = extrusion.spans(*probes)
+        lower, upper, length = extrusion.material_spans(*probes)
         if (length <= 0.0).any():
             raise MeshError("depth", "the sweep leaves the part", _HINT)
         low[nodes] = np.maximum(low[nodes], lower)

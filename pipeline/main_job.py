@@ -14,7 +14,7 @@ from pipeline.report.report import report_data
 from pipeline.result import SensorResult, with_solids
 from pipeline.sensor import Sensor
 from pipeline.storage.folder import output_folder
-from pipeline.storage.stopwatch import Progress, Stopwatch, silent
+from pipeline.storage.stopwatch import Progress, Stopwatch, ignore_progress
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
 from sensor.design.parameters import Design
@@ -63,7 +63,7 @@ def run(
     True
     """
     options = options or RunOptions()
-    stopwatch = Stopwatch(progress or silent)
+    stopwatch = Stopwatch(progress or ignore_progress)
     check_can_be_made(design, options)
     sensor = Sensor(design=design, options=options, timed=stopwatch)
     if options.look:
@@ -155,7 +155,7 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
     >>> round(K_l.value / K_l.limit, 2)
     1.0
     """
-    sensor = Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or silent))
+    sensor = Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or ignore_progress))
     result = evaluate_sensor(sensor)
     return replace(result, report=report_data(report_of_result(result)))
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from cad.files.file_date import NAME as FILE_DATE
+from cad.files.file_date import DATE_VARIABLE
 from pipeline.storage.versions import code_digest, pages_digest, run_packages
 from sensor.design.design_file import design_as_mapping
 from sensor.design.design_tables import DesignTables, settings_of_texts
@@ -176,7 +176,7 @@ def design_tables(
     path = design_path(design, name)
     texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
     tables = DesignTables.from_file({"name": path.stem, **read_toml(path, name)}, path.parent)
-    return tables.changed(settings_of_texts(texts))
+    return tables.with_settings(settings_of_texts(texts))
 
 
 def setting_text(key: str, value: object) -> str:
@@ -203,7 +203,7 @@ def run_key(design: Design, options: RunOptions) -> str:
     inputs = {
         "design": design_as_mapping(design),
         "options": asdict(replace(options, out=None, force=False)),  # these two do not change the content of files
-        "date": os.environ.get(FILE_DATE),  # the date that is written into files
+        "date": os.environ.get(DATE_VARIABLE),  # the date that is written into files
         "packages": run_packages(),
         "code": code_digest(),
         "pages": pages_digest(),

@@ -9,9 +9,9 @@ from pipeline.errors.targets import SceneTargets
 from pipeline.notebook import answer_html
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ReadingAccuracy
-from pipeline.reading.over_time import ReadingOverTime
 from pipeline.reading.pressed_sensor import PressedSensor, SampledPresses
 from pipeline.reading.read_out import ReadingConstants
+from pipeline.reading.reading_over_time import ReadingOverTime
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSprings

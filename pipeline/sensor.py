@@ -7,14 +7,14 @@ from typing import Literal, TypeVar
 
 from pipeline.errors.error_records import LevelTargets
 from pipeline.errors.sensor_errors import SensorErrors, sensor_errors
-from pipeline.errors.targets import SceneTargets, reached_targets
+from pipeline.errors.targets import SceneTargets, evaluate_targets
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ReadingAccuracy, analyse_readings, reading_constants, tilted_presses
 from pipeline.reading.bench_uncertainty import refuse_bench_that_cannot_weigh
-from pipeline.reading.over_time import ReadingOverTime, reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.reading.pressed_sensor import PressedSensor, SampledPresses
 from pipeline.reading.read_out import ReadingConstants
+from pipeline.reading.reading_over_time import ReadingOverTime, reading_over_time, refuse_unsolvable_time
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scaled_scene import scene_compliance, unit_scene
 from pipeline.response.scene_press import ScenePress, press_scene
@@ -168,14 +168,14 @@ class Sensor:
     @stage("verdicts")
     def level(self) -> LevelTargets:
         """Return P_max and NL of a level sensor on flat fruit, by the two-spring law."""
-        return reached_targets(self.upright, self.design.nominal_targets, None).level
+        return evaluate_targets(self.upright, self.design.nominal_targets, None).level
 
     @stage("verdicts")
     def reached(self) -> SceneTargets:
         """Return P_max and NL in the scene of the design; if all tips touch at once, no press needs to be solved."""
         if self.is_level:
-            return reached_targets(self.upright, self.design.nominal_targets, None)
-        return reached_targets(self.pressed, self.design.nominal_targets, self.press)
+            return evaluate_targets(self.upright, self.design.nominal_targets, None)
+        return evaluate_targets(self.pressed, self.design.nominal_targets, self.press)
 
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:

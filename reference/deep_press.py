@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
-from sensor.theory.bisection import last_holding
+from sensor.theory.bisection import end_of_true_range
 from sensor.theory.soft_tissue import FLESH_LAWS, FleshLawName, large_strain_factor
 from sensor.theory.two_spring_law import PAPER_SPRINGS, Springs, force_ratio, fruit_stiffness
 from solve.fruit.split import split_compliance
@@ -58,7 +58,7 @@ class DeepPress:
             fruit_force = K_m * float(large_strain_factor(depth / self.side, self.poisson, self.law)) * depth
             return fruit_force < K * (travel - depth)
 
-        return last_holding(is_spring_force_larger, 0.0, travel)
+        return end_of_true_range(is_spring_force_larger, 0.0, travel)
 
 
 POISSONS = (0.3, 0.4, 0.45, 0.49)

@@ -68,8 +68,8 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     seconds = time.perf_counter() - start
     return FruitCompliance(
         S=S,
-        error_pair=error,
-        error_own=limits[0].error / limits[0].value + relative_locking_error,
+        difference_error=error,
+        s11_error=limits[0].error / limits[0].value + relative_locking_error,
         info=SolveInfo(method=METHOD, dofs=solutions[-1].dofs, seconds=seconds, status=worst.status),
     )
 

@@ -11,7 +11,7 @@ _PRINTED = "Print the leaves; for springs that do not creep, set print.process =
 _SURFACE = "Use verdicts.geometry.as_designed, which compares whole surfaces."
 _HALL = "Leave it out: [readout] has a Hall sensor at each shuttle."
 
-GONE = {
+REMOVED = {
     "print.leaves": _PRINTED,
     "print.leaf_measured_low_mm": "Give the printed thickness as print.leaf_thickness_low_mm, or leave it out.",
     "print.leaf_measured_high_mm": "Give the printed thickness as print.leaf_thickness_high_mm, or leave it out.",
@@ -46,7 +46,7 @@ A key with this value is accepted in a design file, but it is not written again.
 """
 REPORT_KEYS = (
     *("behaviour.modes", "stale"),
-    *(name for name in GONE if name.startswith("verdicts.")),
+    *(name for name in REMOVED if name.startswith("verdicts.")),
     *("housing.gauges", "behaviour.gauge_factor", "behaviour.gauge_grid_mm", "behaviour.gauges"),
     *(f"behaviour.{arm}.bridge_{key}" for arm in ("low", "high") for key in ("mV_per_V", "error_percent")),
     *(f"read_out.signal.{key}" for key in ("transducer", "mV_per_V", "self_heating_K", "self_heating_percent")),
@@ -57,8 +57,8 @@ REPORT_KEYS = (
 def refuse_removed(*names: str) -> None:
     """Raise InputError if one of these names was removed; the message says what to use instead."""
     for name in names:
-        if name in GONE:
-            msg = f"{name} was removed in 0.3. {GONE[name]}"
+        if name in REMOVED:
+            msg = f"{name} was removed in 0.3. {REMOVED[name]}"
             raise InputError(msg, field=name, bound="left out")
 
 

@@ -106,7 +106,7 @@ class Estimate:
 
 COVERAGE = 2.0
 """Coverage factor for 95 %: half width of the interval in standard deviations, rounded (JCGM 100:2008, 6.3.3)."""
-BOUNDED = 1.0 / math.sqrt(3.0)
+UNIFORM_DEVIATION = 1.0 / math.sqrt(3.0)
 """Standard deviation of a uniform distribution between -b and b, divided by b (JCGM 100:2008, 4.3.7)."""
 # The lower limits exclude atomic lengths and the moduli of gases, for which the models do not hold.
 LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
@@ -258,15 +258,15 @@ def parse_number(text: str) -> float | None:
     return float(text) if _NUMBER.fullmatch(text.strip()) else None
 
 
-def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
+def check_fields(record: Any, table: str, excluded: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
     """Raise InputError for the first field of a record whose value does not satisfy its declaration.
 
-    `table` is the name of the table that holds the keys of the record, or "". The fields in `but` are not checked.
+    `table` is the name of the table that holds the keys of the record, or "". The fields in `excluded` are not checked.
     """
     for item, key, flag in _declared_fields(record.__class__):
         value = getattr(record, item.name)
         is_omitted = value is None and item.default is None
-        if item.name not in but and not is_omitted:
+        if item.name not in excluded and not is_omitted:
             hint = item.metadata["hint"] or record.HINT
             _check_field(flag or (f"{table}.{key}" if table else key), value, item, hint)
 

@@ -9,7 +9,7 @@ ROUND_OFF = 1e-12
 _MAX_DECIMALS = 9  # maximum number of decimal places; beyond it, a number may be written in scientific notation
 
 
-def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -> str:
+def value_text(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -> str:
     """Return a value as text: a number with `digits` significant digits and its unit, or a Boolean as an outcome.
 
     A float smaller than the round-off is shown as 0. None, nan and infinity are shown as `absent`. Any other value is

@@ -200,14 +200,14 @@ def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tupl
     return density.mean(axis=1), (density * basis.dx).sum(axis=1)
 
 
-def left_out(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
+def neglected_feature_errors(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
     """Return an upper bound of the relative error of each C[i, i] [1] due to features that the swept mesh neglects.
 
     `part` is the swept part, and `solution` its compliance. In each column of cells, the mesh has too much or too
     little material. This material is assumed to have the strain energy density of the most strained cell of the column.
     """
     # Volume [mm^3] whose strain energy is the change in compliance; a void adds more compliance than its own energy.
-    effective_volume = VOID_FACTOR * part.effect * part.area
+    effective_volume = VOID_FACTOR * part.effective_length_error * part.area
     largest_densities = (density[part.cells].max(axis=0) for density in solution.density)  # one array per load
     return tuple(
         float((effective_volume * density).sum()) / solution.C[load, load]

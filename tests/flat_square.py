@@ -39,7 +39,7 @@ def square_contact() -> FruitCompliance:
     apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in places.T))
     S = 0.91 / np.where(apart > 0.0, np.pi * apart, 1.15)
     info = SolveInfo(method="closed form", dofs=0, seconds=0.0, status="half-space")
-    return FruitCompliance(tips=square_design().tips.names, S=S, error_pair=1e-4, error_own=1e-4, info=info)
+    return FruitCompliance(tips=square_design().tips.names, S=S, difference_error=1e-4, s11_error=1e-4, info=info)
 
 
 def square_springs() -> Floats:
@@ -55,7 +55,7 @@ def linear_pose_forces(scene: Scene, contact: FruitCompliance, C: Floats, poses:
     places = np.array(scene.tips.places_mm)
     rows, errors = [], []
     for pose in poses:
-        lowered = pose.travel + places @ np.tan(np.radians(np.add(pose.stand.tilt_deg, pose.stand.turned_deg)))
+        lowered = pose.travel + places @ np.tan(np.radians(np.add(pose.stand.tilt_deg, pose.stand.tilt_change_deg)))
         if pose.stand.from_touch:
             lowered = lowered - (places @ np.tan(np.radians(pose.stand.tilt_deg))).max()
         compliance = np.asarray(C) + contact.S / pose.E

@@ -157,9 +157,9 @@ def inside_cover(housing: Housing, seats: HallSeats | None, points: np.ndarray) 
         found &= ~in_hole(x, z, hole, housing.hole_diameter)
     for window in () if seats is None else seats.windows:
         mirrored = left + right - window
-        from_level = np.abs(z - (housing.top_level - seats.sensor))
+        from_level = np.abs(z - (housing.top_level - seats.sensor_level))
         half = 0.5 * seats.window_height
-        open_half = np.where(out >= seats.face_out, half, half - LEDGE)
+        open_half = np.where(out >= seats.face_distance, half, half - LEDGE)
         found &= ~((np.abs(x - mirrored) < 0.5 * seats.window_width) & (from_level < open_half))
     return found
 
@@ -187,7 +187,7 @@ def inside_bracket(sensor: SensorSolids, points: np.ndarray) -> np.ndarray:
         found &= ~(in_hole(x, y, screw, FLANGE_HOLE) & (z >= shelf - 1.0) & (z <= shelf + BRACKET + 1.0))
     if seats is not None and has_covers and housing.back_to_back:
         half = max(seats.windows) + 0.5 * seats.window_width + 1.0
-        start = housing.top_level - seats.sensor - 0.5 * seats.window_height - 1.0
+        start = housing.top_level - seats.sensor_level - 0.5 * seats.window_height - 1.0
         window = inside_box(x, z, (-half, half), (start, start + seats.window_height + 6.0))
         found &= ~(window & (y >= back - 1.0) & (y <= back + BRACKET + 1.0))
     return found

@@ -76,7 +76,7 @@ def pressed(measured, E, duration, K, samples=60, steps=8):
         c, h = springs.ahead(step)
         at = replace(law, C=np.diag(c / K).tolist(), gaps=tuple((np.array(law.gaps) + h).tolist()))
         x = measured.design.press.travel_mm * (1.0 - (1.0 - number / samples / steps) ** 2)
-        (F,) = elastic_forces(at, np.array([elastic.read_as(E)]), np.array([min(law.gaps) + x]))
+        (F,) = elastic_forces(at, np.array([elastic.uncorrected_modulus(E)]), np.array([min(law.gaps) + x]))
         springs.end(step, c * F / K + h)
         if number % steps == 0:
             times.append(number * step)

@@ -14,8 +14,8 @@ from cad.parts.layout import housing_for
 from instrument.compress.specimens import Specimen
 from pipeline.main_job import evaluate_sensor
 from pipeline.options import RunOptions
-from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.reading.reading_over_time import reading_over_time
 from pipeline.report.answer import every_section, summary
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
@@ -47,7 +47,7 @@ INFO = SolveInfo(method="reference", dofs=1, seconds=0.0, status="given")
 
 # The paper's block, by two independent methods to 2e-5: tests/solve/fruit/test_split.py.
 CONTACT = FruitCompliance(
-    S=np.array([[0.766603, 0.010526], [0.010526, 0.766603]]), error_pair=1e-4, error_own=1e-4, info=INFO
+    S=np.array([[0.766603, 0.010526], [0.010526, 0.766603]]), difference_error=1e-4, s11_error=1e-4, info=INFO
 )
 K_M_OVER_E = 1.0 / (0.766603 - 0.010526)  # [mm]
 GOOD = Verdict(name="geometry.valid", value=1.0, unit="1", limit=1.0, tolerance=0.0, passed=True, reference="a solid")

@@ -29,7 +29,7 @@ def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, Fr
     if fruit.radius_mm is not None:
         change = shape_change(fruit, [footprint], STEPS, along_normals=True).change
     S = footprint_compliance(fruit.equivalent_block, [footprint], LEVELS[0]).S + change
-    skinless = FruitCompliance(tips=("tip",), S=S, error_pair=0.0, error_own=0.0, info=INFO, shape_change=change)
+    skinless = FruitCompliance(tips=("tip",), S=S, difference_error=0.0, s11_error=0.0, info=INFO, shape_change=change)
     return skinless, skin_compliance(skinless, fruit, [footprint], along_normals=True)
 
 
@@ -66,4 +66,4 @@ def _check_skin(
     names: Sequence[str], values: Sequence[float], skinned: FruitCompliance, truth: Reference
 ) -> Sequence[ReferenceCheck]:
     """Return the checks of values with the error bar of the skinned compliance, at most `LARGEST_ERROR`."""
-    return make_checks(names, values, (min(skinned.error_own, LARGEST_ERROR),) * len(names), truth)
+    return make_checks(names, values, (min(skinned.s11_error, LARGEST_ERROR),) * len(names), truth)

@@ -44,7 +44,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Deck:
-    """A body of one material, with node sets and load steps; the answer has displacements on the set `asked`."""
+    """A body of one material, with node sets and load steps; the answer has displacements on the set `printed_set`."""
 
     nodes: np.ndarray
     cells: np.ndarray
@@ -53,7 +53,7 @@ class Deck:
     poisson: float
     sets: dict
     steps: list
-    asked: str
+    printed_set: str
     plane: tuple = (0.0, 0.0)  # height at x = 0 of the plane of rigid tips [mm], and its slope along x
 
     def prescribed(self, step):
@@ -80,7 +80,7 @@ class Deck:
     def answer_of(self, step, u, reaction):
         """Return the answer of a step from displacements [mm] and reactions [N], both (nodes, 3)."""
         forces = {name: float(reaction[self.sets[name], VERTICAL - 1].sum()) for name in (*step.pressed, step.support)}
-        return {"forces": forces, "displacements": u[self.sets[self.asked], VERTICAL - 1].tolist()}
+        return {"forces": forces, "displacements": u[self.sets[self.printed_set], VERTICAL - 1].tolist()}
 
 
 @dataclass

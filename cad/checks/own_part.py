@@ -315,7 +315,7 @@ class Extrusion:
     high: float
     plane: float
 
-    def spans(self, x: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
+    def material_spans(self, x: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the smallest and the largest y of the part on lines along y, and the material length, each (n,) [mm].
 
         The material length is the length of a line inside the material. `x` and `z` (n,) [mm] are the positions of the
@@ -364,7 +364,7 @@ class Extrusion:
             width = sum(area for _, area in pieces) / math.hypot(box.xlen, box.zlen)
             yield from ((middle, area, width) for middle, area in pieces)
 
-    def is_even(self, name: str) -> bool:
+    def has_centred_faces(self, name: str) -> bool:
         """Return whether the centroid of the faces with this name is at mid-depth, within 0.1 % of the depth."""
         all_faces = self.part.shape.Faces()
         faces = [all_faces[index] for index in self.part.faces[name]]

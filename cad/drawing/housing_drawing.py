@@ -299,7 +299,7 @@ def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) 
 def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> None:
     """Draw the outlines of the magnet pockets on the layer NOTES, because they lie in front of the cutting plane."""
     for arm in housing.arms:
-        for depth_below_top in seats.discs:
+        for depth_below_top in seats.disc_levels:
             canvas.circle((arm.centre, housing.top_level - depth_below_top), 0.5 * seats.pocket_diameter, "NOTES")
 
 
@@ -378,7 +378,7 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
     dimensions = []
     if housing.pin:
         half_pin = 0.5 * housing.pin.side
-        pin_end = -housing.pin.outside  # z of the end of a pin
+        pin_end = -housing.pin.protruding_length  # z of the end of a pin
         shape_symbol = "Ø" if housing.pin.is_round else "□"
         label = measured.label(f"2x {shape_symbol}{MEASURED}")
         dimensions.append(LinearDimension("bottom", (middle - half_pin, pin_end), (middle + half_pin, pin_end), label))
@@ -399,12 +399,13 @@ def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: 
     top_corner = (front, housing.top_level)
     half_width = 0.5 * seats.pocket_diameter
     dimensions = []
-    for depth_below_top in seats.discs:
+    for depth_below_top in seats.disc_levels:
         pocket_z = housing.top_level - depth_below_top
         canvas.rectangle(Box(front - seats.pocket_depth, pocket_z - half_width, front, pocket_z + half_width), "NOTES")
         dimensions.append(LinearDimension("right", (front, pocket_z), top_corner))
-    # `seats.face_out` is the distance of the sensor from the front, and `seats.sensor` its depth below the upper edge.
-    sensor_centre = (front + seats.face_out, housing.top_level - seats.sensor)
+    # `seats.face_distance` is the distance of the sensor from the front, and `seats.sensor_level` its depth below the
+    # upper edge.
+    sensor_centre = (front + seats.face_distance, housing.top_level - seats.sensor_level)
     canvas.circle(sensor_centre, _SENSOR_MARK_MM / canvas.scale, "NOTES")
     return [
         *dimensions,

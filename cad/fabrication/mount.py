@@ -99,9 +99,10 @@ def window(sensor: SensorSolids) -> cq.Solid | None:
     housing, seats = sensor.housing, sensor.seats
     if seats is None or housing.mount != "covers" or not housing.back_to_back:
         return None
-    # The windows of the cover are symmetric about x = 0, and `seats.sensor` is measured down from the top of the frame.
+    # The windows of the cover are symmetric about x = 0, and `seats.sensor_level` is measured down from the top of the
+    # frame.
     half_width = max(seats.windows) + 0.5 * seats.window_width + _BESIDE_SENSOR_MM
-    lower_level = housing.top_level - seats.sensor - 0.5 * seats.window_height - _BESIDE_SENSOR_MM
+    lower_level = housing.top_level - seats.sensor_level - 0.5 * seats.window_height - _BESIDE_SENSOR_MM
     corner = cq.Vector(-half_width, back_of(sensor) - _MARGIN_MM, lower_level)
     return cq.Solid.makeBox(2.0 * half_width, PLATE_MM + 2.0 * _MARGIN_MM, seats.window_height + _FOR_WIRES_MM, corner)
 

@@ -38,11 +38,11 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
     ]
     if seats is not None:
         # In this pose, the left edge of the cover is at x = housing.right.
-        centres = [(housing.right - centre, seats.sensor) for centre in seats.windows]
+        centres = [(housing.right - centre, seats.sensor_level) for centre in seats.windows]
         sizes += [
             SizeLine("windows, width x height", _times(seats.window_width, seats.window_height)),
             SizeLine("slot between their ledges, height", _number(seats.window_height - 2.0 * LEDGE_MM)),
-            SizeLine("depth of a window to its ledges", _number(COVER_MM - seats.face_out)),
+            SizeLine("depth of a window to its ledges", _number(COVER_MM - seats.face_distance)),
             SizeLine("centres of windows, from the left and the upper edge", _points_text(centres)),
         ]
     return tuple(sizes)

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 from sensor.quantity import validation_error
 
-NAME = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch/
+DATE_VARIABLE = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch/
 DEFAULT_DATE = 1577836800  # 2020-01-01, the date if the variable is not set
 _LAST_SECOND = 253402300799  # the last second of the year 9999
 
@@ -15,7 +15,7 @@ def given_date() -> datetime | None:
 
     Raises InputError for an invalid value.
     """
-    return file_date() if NAME in os.environ else None
+    return file_date() if DATE_VARIABLE in os.environ else None
 
 
 def file_date() -> datetime:
@@ -24,11 +24,11 @@ def file_date() -> datetime:
     It is SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if this variable is not set, so that the files of identical
     runs are identical. Raises InputError for an invalid value.
     """
-    text = os.environ.get(NAME, str(DEFAULT_DATE))
+    text = os.environ.get(DATE_VARIABLE, str(DEFAULT_DATE))
     digits = text.strip()
     # Only the first 20 digits are compared with the limit, because Python refuses to convert very long numbers.
     if not (digits.isascii() and digits.isdecimal() and int(digits[:20]) <= _LAST_SECOND):
         raise validation_error(
-            NAME, text, "s", f"a whole number from 0 to {_LAST_SECOND}", "unset it, or give seconds since 1970"
+            DATE_VARIABLE, text, "s", f"a whole number from 0 to {_LAST_SECOND}", "unset it, or give seconds since 1970"
         )
     return datetime.fromtimestamp(int(digits), tz=UTC)

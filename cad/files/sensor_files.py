@@ -18,7 +18,7 @@ from cad.files.glb import GlbBody, glb_of
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import PRINTED_COLOUR, STEEL_COLOUR, assembly_of, colour_of, outwards
+from cad.parts.assembly import PRINTED_COLOUR, STEEL_COLOUR, assembly_of, colour_of, exploded_shift
 from cad.parts.pin_socket import pin_solid
 from cad.parts.pose import location_matrix, print_pose
 from cad.parts.sensor import SensorSolids
@@ -119,7 +119,7 @@ def view_bodies(assembly: cq.Assembly) -> list[GlbBody]:
             vertices=vertices @ placement[:, :3].T + placement[:, 3],
             triangles=triangles,
             colour=np.array(colour_of(part)),
-            displacement=np.array([0.0, outwards(part), 0.0]),
+            displacement=np.array([0.0, exploded_shift(part), 0.0]),
         )
         bodies.append(body)
     return bodies

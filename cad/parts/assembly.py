@@ -169,7 +169,7 @@ def colour_of(part: cq.Assembly) -> tuple[float, ...]:
     return (part.color or STEEL_COLOUR).toTuple()[:3]
 
 
-def outwards(part: cq.Assembly) -> float:
+def exploded_shift(part: cq.Assembly) -> float:
     """Return the displacement of a part along y in exploded views [mm]."""
     box = placed_shape(part).BoundingBox()
     if part.name.startswith("screw"):  # a screw moves out of all clamped parts, in the direction of its head

@@ -56,14 +56,14 @@ def _window_boxes(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
     if seats is None:
         return []
     frame_face = 0.5 * housing.depth
-    lower_level = housing.top_level - seats.sensor - 0.5 * seats.window_height
+    lower_level = housing.top_level - seats.sensor_level - 0.5 * seats.window_height
     middle = 0.5 * (housing.left + housing.right)
     boxes = []
     for centre in seats.windows:
         # The cover is drawn at the back but is mounted at the front, so the windows are mirrored here.
         left = 2.0 * middle - centre - 0.5 * seats.window_width
         # The pocket begins at the marked face of the sensor. The slot, lower by two ledges, goes through the cover.
-        for start, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
+        for start, ledge in ((seats.face_distance, 0.0), (0.0, LEDGE_MM)):
             corner = cq.Vector(left, frame_face + start, lower_level + ledge)
             height = seats.window_height - 2.0 * ledge
             boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + _MARGIN - start, height, corner))

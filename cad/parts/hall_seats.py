@@ -20,25 +20,25 @@ class HallSeats:
     tip. If this face is down in print, each pocket ends in a cone of 45 degrees, which needs no support (`is_pointed`).
 
     The cover has a window for each sensor, or one window for both if the wall between two windows would be too thin.
-    `windows` are the x coordinates of their centres, and `sensor` is the level of the sensors. Ledges hold the marked
-    face of a sensor at the distance `face_out` in front of the frame. `least_wall` is the thinnest wall that the
-    process can print.
+    `windows` are the x coordinates of their centres, and `sensor_level` is the level of the sensors. Ledges hold the
+    marked face of a sensor at the distance `face_distance` in front of the frame. `least_wall` is the thinnest wall
+    that the process can print.
     """
 
     upper_disc: float
     lower_disc: float
-    sensor: float
+    sensor_level: float
     pocket_diameter: float
     pocket_depth: float
     is_pointed: bool
     windows: tuple[float, ...]
     window_width: float
     window_height: float
-    face_out: float
+    face_distance: float
     least_wall: float
 
     @property
-    def discs(self) -> tuple[float, float]:
+    def disc_levels(self) -> tuple[float, float]:
         """Return the levels of both magnets below the upper edge of the frame [mm]."""
         return self.upper_disc, self.lower_disc
 
@@ -68,14 +68,14 @@ def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSe
     return HallSeats(
         upper_disc=leaf_middle - 0.5 * PROBE.magnets_apart_mm,
         lower_disc=leaf_middle + 0.5 * PROBE.magnets_apart_mm,
-        sensor=leaf_middle - 0.5 * press.travel_mm,
+        sensor_level=leaf_middle - 0.5 * press.travel_mm,
         pocket_diameter=PROBE.magnet_mm + clearance,
         pocket_depth=PROBE.magnet_height_mm,
         is_pointed=housing.back_to_back is not None,
         windows=windows,
         window_width=width,
         window_height=PROBE.package_height_mm + clearance,
-        face_out=PROBE.face_out_mm,
+        face_distance=PROBE.face_out_mm,
         least_wall=process.min_wall_mm,
     )
 

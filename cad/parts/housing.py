@@ -81,7 +81,7 @@ class Pin(_HousingFeature):
         key="pin_side",
     )
     is_round: bool = report_field("", "true for a round pin", key="pin_round")
-    outside: float = quantity("mm", _POSITIVE, meaning="length of a pin outside its foot", key="pin_out")
+    protruding_length: float = quantity("mm", _POSITIVE, meaning="length of a pin outside its foot", key="pin_out")
     pocket_side: float = quantity("mm", _POSITIVE, meaning="width of the pocket for a pin")
     pocket_depth: float = quantity("mm", _POSITIVE, meaning="depth of the pocket for a pin")
 
@@ -94,7 +94,7 @@ class Pin(_HousingFeature):
     @property
     def length(self) -> float:
         """Return the total length of the pin [mm], outside and inside its foot."""
-        return self.outside + self.pocket_depth
+        return self.protruding_length + self.pocket_depth
 
     @property
     def square_area_ratio(self) -> float:
@@ -256,7 +256,7 @@ class Housing:
     @property
     def beyond_face(self) -> float:
         """Return the distance [mm] by which pins extend below the printed face, or 0 without pins."""
-        return 0.0 if self.pin is None else self.pin.outside
+        return 0.0 if self.pin is None else self.pin.protruding_length
 
     @property
     def plates(self) -> int:

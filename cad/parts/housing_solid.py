@@ -102,7 +102,7 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
     inward_axis = cq.Vector(0.0, 1.0, 0.0)  # from the front into the shuttle
     front = -0.5 * housing.depth
     shape = part.shape
-    for arm, depth_below_top in itertools.product(housing.arms, seats.discs):
+    for arm, depth_below_top in itertools.product(housing.arms, seats.disc_levels):
         level = housing.top_level - depth_below_top
         pocket_start = cq.Vector(arm.centre, front - _BESIDE_TIP, level)
         shape = shape.cut(cq.Solid.makeCylinder(radius, _BESIDE_TIP + seats.pocket_depth, pocket_start, inward_axis))

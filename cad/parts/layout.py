@@ -126,7 +126,7 @@ def _pin(tips: Tips, shuttle_end: _ShuttleEnd, max_pocket_depth: float) -> Pin |
     return Pin(
         side=tips.side_mm,
         is_round=tips.tip_shape.is_round,
-        outside=shuttle_end.beyond_face,
+        protruding_length=shuttle_end.beyond_face,
         pocket_side=shuttle_end.pocket_side,
         pocket_depth=min(POCKET_SIDES * tips.side_mm, max_pocket_depth),
     )
@@ -198,7 +198,7 @@ def _tip_protrusion(design: Design, lengths: tuple[float, ...], depth: float) ->
     # Distances from the centre of the sensor to the farthest point of the frame that is above the fruit.
     half_length = 0.5 * tips.spacing_mm + max(lengths) + _BESIDE_LEAF
     reach_along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), half_length)
-    half_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm
+    half_width = 0.5 * depth + 0.5 * tips.tip_layout.width_in_spacings * tips.spacing_mm
     reach_across = min(0.5 * fruit.width_mm, half_width)
     tilt_deg = max(TILT_DEG, abs(press.tilt_deg))
     edge_drop = math.tan(math.radians(tilt_deg)) * max(reach_along, reach_across)

@@ -13,8 +13,8 @@ _BONDED_SIDES = 3.0  # number of glued sides of a pin; there is no glue on the s
 # A foot with a pin is more compliant than a foot that is loaded on its whole face. These values are the difference,
 # multiplied by E side / (1 - nu^2): the middle and half the range over all processes and over pins of 0.7 to 1.4 mm.
 # They were computed with solid models of a foot with glue and pin, and of a foot without a pocket.
-FOOT_COMPLIANCE = 0.01
-FOOT_COMPLIANCE_SPREAD = 0.08
+FOOT_FACTOR = 0.01
+FOOT_FACTOR_SPREAD = 0.08
 
 
 def tip_accuracy_mm(tips: Tips, process: Process) -> float:
@@ -38,7 +38,7 @@ def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
     the third term.
     """
     side = pin.side  # side or diameter
-    bar_compliance = pin.outside / (STEEL_MPA * pin.square_area_ratio * side**2)
+    bar_compliance = pin.protruding_length / (STEEL_MPA * pin.square_area_ratio * side**2)
     glue_thickness = 0.5 * (pin.pocket_side - side)
     # The perimeters of a round and of a square pin have the same ratio as their areas.
     glue_compliance = glue_thickness / (
@@ -46,8 +46,8 @@ def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
     )
     foot_compliance = (1.0 - poisson**2) / (E * side)
     return Estimate(
-        value=bar_compliance + glue_compliance + FOOT_COMPLIANCE * foot_compliance,
-        error=0.5 * glue_compliance + FOOT_COMPLIANCE_SPREAD * foot_compliance,
+        value=bar_compliance + glue_compliance + FOOT_FACTOR * foot_compliance,
+        error=0.5 * glue_compliance + FOOT_FACTOR_SPREAD * foot_compliance,
         unit="mm/N",
     )
 

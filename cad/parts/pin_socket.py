@@ -53,7 +53,7 @@ def pin_locations(housing: Housing) -> dict[str, cq.Location]:
     """Return the location of each pin in a plate [mm], by the name of the pin. There are none for printed tips."""
     if housing.pin is None:
         return {}
-    end = -housing.pin.outside
+    end = -housing.pin.protruding_length
     return {f"{arm.name}_pin": cq.Location(cq.Vector(arm.centre, 0.0, end)) for arm in housing.arms}
 
 

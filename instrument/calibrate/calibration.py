@@ -43,7 +43,7 @@ from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from sensor.attributes import with_attributes
 from sensor.design.reading import ReadingRequirements
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, report_field, validation_error
+from sensor.quantity import COVERAGE, UNIFORM_DEVIATION, Estimate, InputError, report_field, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.straight_line import LackOfFit, Line
 from sensor.turns import in_turn
@@ -422,8 +422,9 @@ def _printed_unit(
     After a calibration on a plate, the field `gain_percent` of the unit is the error of the deflection that each
     channel measures.
     """
-    # The gain drift is equally likely anywhere within its bound, so BOUNDED turns it into a standard deviation.
-    drifts = BOUNDED * np.array(report.read_out.channels.gain_drift_percent)
+    # The gain drift is equally likely anywhere within its bound, so UNIFORM_DEVIATION turns it into a standard
+    # deviation.
+    drifts = UNIFORM_DEVIATION * np.array(report.read_out.channels.gain_drift_percent)
     force_bend, force_bend_per_N = _split_bends(channels.lacks_of_fit if channels else ())
     deflection_bend, deflection_bend_per_N = _split_bends(springs.lacks_of_fit)
     return PrintedUnit(
@@ -572,5 +573,5 @@ def _stiffness_of_leaf(deflection: Line) -> Estimate:
     anywhere within this change.
     """
     K = stiffness_of_line(deflection)
-    bound = BOUNDED * 0.5 * deflection.bend.significant_change
+    bound = UNIFORM_DEVIATION * 0.5 * deflection.bend.significant_change
     return replace(K, error=math.hypot(K.error, bound * K.value))

@@ -134,11 +134,11 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
 
     # The curves of the cross-validation span all presses, not just the means of the other fruit.
     span = np.array([presses.ln_E.min(), presses.ln_E.max()])
-    squared_errors = {name: _squared_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
+    squared_errors = {name: _leave_one_out_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
     variances = {name: float(errors.mean()) for name, errors in squared_errors.items()}
     chosen_curve = _simplest_good_curve(squared_errors)
     deviation = math.sqrt(variances[chosen_curve])
-    error_of_mean = math.sqrt(float(_squared_errors(_constant_curve, groups, means, span).mean()))
+    error_of_mean = math.sqrt(float(_leave_one_out_errors(_constant_curve, groups, means, span).mean()))
     _check_prediction(source, deviation, error_of_mean)
     points = _CURVES[chosen_curve](means, ends)
     # A half width d of ln firmness means that the firmness is larger or smaller by the factor exp(d).
@@ -179,17 +179,17 @@ def _simplest_good_curve(squared_errors: Mapping[str, Floats]) -> str:
     return next(name for name, variance in variances.items() if variance <= limit)
 
 
-def _squared_errors(curve: _Curve, groups: Sequence[_Points], means: _Points, span: Floats) -> Floats:
+def _leave_one_out_errors(fit_curve: _Curve, groups: Sequence[_Points], means: _Points, span: Floats) -> Floats:
     """Return the mean square error of ln firmness [1] of each fruit, predicted from all other fruit, shape (fruit,).
 
-    `groups` holds the presses of each fruit, and `means` the mean of each group. `curve` is fitted to the means of the
-    other fruit, and spans the two values of ln E in `span`. The squared errors are averaged over the presses of a
+    `groups` holds the presses of each fruit, and `means` the mean of each group. `fit_curve` is fitted to the means of
+    the other fruit, and spans the two values of ln E in `span`. The squared errors are averaged over the presses of a
     fruit.
     """
     mean_squares = []
     for index, group in enumerate(groups):
         others = _Points(*(np.delete(values, index) for values in means))
-        mean_squares.append(np.mean((curve(others, span).at(group.ln_E) - group.ln_firmness) ** 2))
+        mean_squares.append(np.mean((fit_curve(others, span).at(group.ln_E) - group.ln_firmness) ** 2))
     return np.array(mean_squares)
 
 

@@ -112,8 +112,8 @@ def fit_springs_on_plate(
         gains=0.01 * np.array(channels.gain_percent),
         deflections=deflection_errors,
         travel=travel_error,
-        alike=abs(mean_ratio - 1.0),
-        apart=np.abs(ratios / mean_ratio - 1.0),
+        mean_difference=abs(mean_ratio - 1.0),
+        differences_from_mean=np.abs(ratios / mean_ratio - 1.0),
     )
     return [
         PressedSpring(
@@ -171,7 +171,7 @@ def _check_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats)
 def _check_bends(table: MeasuredTable, lines: Sequence[Line]) -> None:
     """Raise InputError for a channel whose slope changes by more than `_LARGEST_BEND`: its tip touched late."""
     for line, key in zip(lines, count_keys(len(lines)), strict=True):
-        if line.bend.excess > _LARGEST_BEND:
+        if line.bend.unexplained_change > _LARGEST_BEND:
             field = f"{table.source}: change of the slope of {key} from the first row to the last"
             hint = "leave out the rows before all tips touch the plate, and fix the plate and the sensor"
             raise validation_error(field, float(f"{line.bend.change:.3g}"), "", f"within +-{_LARGEST_BEND:g}", hint)

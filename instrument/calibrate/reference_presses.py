@@ -26,7 +26,7 @@ from sensor.arrays import Floats, rows_of
 from sensor.design.bench import RUBBER_POISSON
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.design.tips import REPRESENTED_BY_BALL
-from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, validation_error
+from sensor.quantity import COVERAGE, UNIFORM_DEVIATION, Bounds, InputError, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading, read_rise, rise_of
 from sensor.theory.student import student
@@ -128,9 +128,9 @@ def measure_ball_correction(pressed: PressedBall, sensor: MeasuringUnit) -> tupl
         pressed.say(f"{source}: {note}")
 
     signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say)
-    for note in (signal.understood, *signal.notes):
+    for note in (signal.summary, *signal.notes):
         pressed.say(note)
-    readings = list(readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
+    readings = list(readings_of(sensor.for_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
     return fit_ball_correction(readings, ball, sensor, str(source)), count_presses(readings)
 
 
@@ -185,12 +185,12 @@ def fit_ball_correction(
     for too few accepted presses, for a factor out of bounds, and for presses that scatter too much.
     """
     accepted = _accepted_readings(readings, source)
-    on_ball = sensor.on_ball(ball.radius_mm)
+    on_ball = sensor.for_ball(ball.radius_mm)
     E = _equivalent_modulus(ball, sensor)
     forces, simulated = deep_press(on_ball, E)
     moduli = np.array([reading.E for reading in accepted])
     # The simulated reading gets the same corrections as the real readings, for instance for creep.
-    factor = on_ball.corrected(simulated.E) / float(np.median(moduli))
+    factor = on_ball.correct_modulus(simulated.E) / float(np.median(moduli))
     if not FACTOR.hold(factor):
         hint = "check the unit of the modulus, and the springs"
         name = f"{source}: E of the ball divided by E read"
@@ -255,7 +255,7 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
     half_space_law = replace(law.contrast, S=rows_of(domes.S()))  # S is the compliance of a half-space under the tips
     x = min(half_space_law.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)  # from first touch
     try:
-        forces = elastic_forces(half_space_law, np.full(len(x), on_ball.read_as(E)), x)
+        forces = elastic_forces(half_space_law, np.full(len(x), on_ball.uncorrected_modulus(E)), x)
         tips = forces.shape[1]
         no_noise = np.zeros(tips)
         return forces, read_rise(law, rise_of(forces, tips, on_ball.least_forces), no_noise)
@@ -275,7 +275,7 @@ def _common_error(on_ball: MeasuringUnit, simulated: RiseReading, press_s: float
     [s] is the duration of the presses, and `time_s` [s] is the standard deviation of each channel's sampling time.
     """
     unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])
-    return math.hypot(*(unit_errors[cause] for cause in UNKNOWN_CORRELATION), BOUNDED * on_ball.model_error)
+    return math.hypot(*(unit_errors[cause] for cause in UNKNOWN_CORRELATION), UNIFORM_DEVIATION * on_ball.model_error)
 
 
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:

@@ -82,7 +82,7 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         with_design = None
         # If the unit is far from its design, its forces may have no reading with the designed stiffnesses.
         with suppress(ReadingError):
-            with_design = nominal.corrected(read_without_noise(nominal, press).E) / E - 1.0
+            with_design = nominal.correct_modulus(read_without_noise(nominal, press).E) / E - 1.0
         slopes = read_without_noise(sensor, press).slopes
         bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)
         steepness = sensor.steepness(E)
@@ -120,7 +120,7 @@ def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
         return law, E / sensor.press_stiffness_ratio()
     # For other layouts, the press uses the same law as the reading, so its modulus is the reading before correction.
-    return sensor.rise_law.contrast, sensor.read_as(E)
+    return sensor.rise_law.contrast, sensor.uncorrected_modulus(E)
 
 
 def read_without_noise(sensor: MeasuringUnit, press: Floats) -> RiseReading:

@@ -13,7 +13,7 @@ from pipeline.report.report import Report
 from pipeline.tables.decoding import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validation_error
+from sensor.quantity import COVERAGE, UNIFORM_DEVIATION, Estimate, report_field, validation_error
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, Outlier, fit_line
 
 DEFLECTION = "deflection"
@@ -116,7 +116,7 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
         hysteresis.append(loop_width)
         drift.append(zero_drift)
     # With hysteresis, the force is equally likely anywhere within the loop's width (JCGM 100:2008, 4.3.7).
-    hysteresis_deviations = [BOUNDED * 0.5 * loop_width for loop_width in hysteresis]
+    hysteresis_deviations = [UNIFORM_DEVIATION * 0.5 * loop_width for loop_width in hysteresis]
     slope_deviations = [line.slope.percent for line in own_lines]
     has_no_weight = table.numbers["force"] == 0.0
     return ChannelCalibration(

@@ -8,7 +8,7 @@ import numpy as np
 
 from instrument.compress.pressed_shapes import POINT_CONTACT, BoundingPress, CompressedBody, Plunger
 from pipeline.storage.plain import Plain
-from pipeline.storage.stopwatch import Count, silent
+from pipeline.storage.stopwatch import Count, ignore_progress
 from sensor.arrays import Floats
 from sensor.quantity import Bounds, check_fields, quantity
 from sensor.theory.hertz import force_factor
@@ -166,7 +166,7 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
     )
 
 
-def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
+def solved_law(test: TestGeometry, count: Count = ignore_progress) -> ForceLaw:
     """Solve the force law of a body that is compressed at finite strain, and the laws that determine its error.
 
     All sides of the body carry the same force, so their travels add up. The nominal law assumes friction midway between

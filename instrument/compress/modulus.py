@@ -12,7 +12,7 @@ from instrument.compress.law_fit import LawFit, fit_law
 from instrument.compress.phases import Loading, Phases, split_phases, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen, read_specimens
-from pipeline.storage.stopwatch import Count, silent
+from pipeline.storage.stopwatch import Count, ignore_progress
 from sensor.attributes import with_attributes
 from sensor.design.fruit import USUAL_MODULI
 from sensor.quantity import Bounds, report_field, validation_error
@@ -139,11 +139,14 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
     >>> round(test.E_MPa, 1)
     0.7
     """
-    return [measured_modulus(specimen, geometry, count=progress or silent) for specimen in read_specimens(Path(file))]
+    return [
+        measured_modulus(specimen, geometry, count=progress or ignore_progress)
+        for specimen in read_specimens(Path(file))
+    ]
 
 
 def measured_modulus(
-    specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False, count: Count = silent
+    specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False, count: Count = ignore_progress
 ) -> CompressionResult:
     """Return the moduli of one specimen, from the fit of a solved force law and from plate stress divided by strain.
 
@@ -171,7 +174,7 @@ def measured_modulus(
     return CompressionResult(
         file=measured.file,
         specimen=measured.name,
-        read_as=measured.understood,
+        read_as=measured.summary,
         E_MPa=E,
         E_hertz_MPa=hertz_fit.modulus.value if hertz_fit else None,
         E_over_1_minus_nu2_MPa=E / (1.0 - geometry.poisson**2),

@@ -29,11 +29,11 @@ class SpecimenSizes:
     """The sizes of specimens [mm].
 
     The key of `rows` is a file and a specimen; the specimen "" represents all specimens of the file. The value of
-    `rows` holds the sizes, named like their flags. `understood` describes how the table `source` was read.
+    `rows` holds the sizes, named like their flags. `summary` describes how the table `source` was read.
     """
 
     source: str
-    understood: str
+    summary: str
     rows: Mapping[tuple[str, str], Mapping[str, float]]
 
     @property
@@ -84,4 +84,4 @@ def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
             raise validation_error(place_of(table.source, row.line), ", ".join(key), "", bound, "correct that line")
         filled = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
         rows[key] = {column.name: table.number(row, column) for column in filled}
-    return SpecimenSizes(source=table.source, understood=table.understood, rows=rows)
+    return SpecimenSizes(source=table.source, summary=table.summary, rows=rows)

@@ -51,7 +51,7 @@ _STEPS = 3.0  # largest distance from the end of a segment to the start of the n
 class Specimen:
     """One curve: the measured travel [mm], force [N] and time [s], all (rows,), and the line number of each row.
 
-    `labels` holds the header of each quantity. `notes` are assumptions made while reading, and `understood` summarises
+    `labels` holds the header of each quantity. `notes` are assumptions made while reading, and `summary` summarises
     in one line what was read. `path` is the file without the name of a sheet.
     """
 
@@ -63,7 +63,7 @@ class Specimen:
     lines: tuple[int, ...]
     labels: dict[str, str]
     notes: tuple[str, ...]
-    understood: str = ""
+    summary: str = ""
     path: str = ""
 
     def __str__(self) -> str:
@@ -84,7 +84,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     """Read all curves in the file of a compression test.
 
     `quantities` describes the columns. Segments of the same test are joined. A table with statistics, or a short table
-    in a file with longer ones, contains results: it is skipped, and `understood` of each specimen says so. Raises
+    in a file with longer ones, contains results: it is skipped, and `summary` of each specimen says so. Raises
     InputError for a file without force and travel, and for cells that cannot be read.
     """
     reader = TableReader(quantities, [sorted(_REQUIRED)], "force_N,travel_mm")
@@ -109,7 +109,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     skipped = [specimen.lines for specimen in specimens if specimen not in long_enough]
     skipped += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
     note = "".join(f"; skipped results from line {lines[0]} on" for lines in sorted(skipped) if lines)
-    return [replace(specimen, path=str(source), understood=specimen.understood + note) for specimen in long_enough]
+    return [replace(specimen, path=str(source), summary=specimen.summary + note) for specimen in long_enough]
 
 
 def _is_continuation(first: Specimen, second: Specimen) -> bool:
@@ -153,7 +153,7 @@ def _join_segments(first: Specimen, second: Specimen) -> Specimen:
         time=time,
         lines=first.lines + second.lines,
         notes=tuple(dict.fromkeys(first.notes + second.notes)),
-        understood=f"{first.understood}; continues in lines {second.lines[0]} to {second.lines[-1]}",
+        summary=f"{first.summary}; continues in lines {second.lines[0]} to {second.lines[-1]}",
     )
 
 
@@ -213,5 +213,5 @@ def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) 
         lines=tuple(row.line for row in filled),
         labels={quantity: column.label for quantity, column in columns.items()},
         notes=tuple(notes),
-        understood=specimen_table.understood,
+        summary=specimen_table.summary,
     )

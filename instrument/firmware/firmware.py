@@ -240,7 +240,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
         "later": delays,
-        "several": 2 if delays else 1,  # interpolation between two samples spreads a bad conversion over both
+        "spike_length": 2 if delays else 1,  # interpolation between two samples spreads a bad conversion over both
         "time_deviation": 0.0 if signal is None else signal.time_deviation,
         "largest_by_time": LARGEST_BY_TIME,
         "least_E": softest * (1.0 - RANGE_TOLERANCE),
@@ -335,7 +335,14 @@ def _rolling_constants(law: RiseLaw) -> dict[str, object]:
     shared = {"settled": SETTLED, "weights": weights.tolist()}  # the weight of each tip in the contrast
     domes = law.rolling
     if domes is None:
-        unused = {"places": [], "dome_radius": 0.0, "rolled": 1.0, "felt": 1.0, "body": 0.0, "still": []}
+        unused = {
+            "places": [],
+            "dome_radius": 0.0,
+            "rolled": 1.0,
+            "contrast_of_xy": 1.0,
+            "body": 0.0,
+            "fixed_fruit_part": [],
+        }
         return {"saddle_steps": 1, **shared, **unused}
     return {
         "saddle_steps": SADDLE_STEPS,
@@ -343,9 +350,9 @@ def _rolling_constants(law: RiseLaw) -> dict[str, object]:
         "places": [coordinate for axis in domes.positions for coordinate in axis],  # x and y of each axis
         "dome_radius": domes.dome_radius,
         "rolled": domes.rolling_factor,  # distance of axes divided by distance of contacts
-        "felt": domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
+        "contrast_of_xy": domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
         # Boussinesq's solution: a force F lowers the surface of a half-space at distance r by body F / (E r).
         "body": (1.0 - domes.poisson**2) / math.pi,
         # The part of `fruit` that does not change as contacts move: the difference between fruit and half-space.
-        "still": (weights @ (S - domes.S())).tolist(),
+        "fixed_fruit_part": (weights @ (S - domes.S())).tolist(),
     }

@@ -36,7 +36,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = S
     changes E by more than this half width, or if the pace of the press was uneven.
     """
     relaxes = press.channels.shape[1] > press.tips  # then the forces of elastic flesh are further channels
-    law = sensor.rise_law.over_time if relaxes else sensor.rise_law
+    law = sensor.rise_law.relaxing_law if relaxes else sensor.rise_law
     spike_flags = ["spike"] if press.lines_left_out else []
 
     def reading_without_modulus(flag: str) -> FruitReading:
@@ -68,7 +68,7 @@ def _evaluate_reading(
     """
     found = seated.found
     press_s = press.duration_s
-    E = sensor.corrected(found.E, press_s)
+    E = sensor.correct_modulus(found.E, press_s)
     unit_errors = sensor.channels_in(timing.deviation, press_s).press_uncertainty([found.slopes])
     parts = _half_width_parts(sensor, E, found, unit_errors)
     u = parts.total  # half width of E [1]
@@ -175,7 +175,7 @@ def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -
         return _SecondReading(disagrees=True)
     allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
     return _SecondReading(
-        others={"force_ratio": sensor.corrected(modulus, press.duration_s)},
+        others={"force_ratio": sensor.correct_modulus(modulus, press.duration_s)},
         disagrees=abs(modulus / found.E - 1.0) > allowed,
     )
 
@@ -210,8 +210,8 @@ def _largest_sample_shift(
     `lag` consecutive samples are left out together, because one bad conversion affects all of them. `press_s` [s] is
     the duration of the press.
     """
-    E = sensor.corrected(seated.found.E, press_s)
-    moduli = [sensor.corrected(modulus, press_s) for modulus in moduli_without(law, seated.rise, lag)]
+    E = sensor.correct_modulus(seated.found.E, press_s)
+    moduli = [sensor.correct_modulus(modulus, press_s) for modulus in moduli_without(law, seated.rise, lag)]
     return max((1.0 if math.isnan(modulus) else abs(modulus / E - 1.0) for modulus in moduli), default=0.0)
 
 

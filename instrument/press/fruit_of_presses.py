@@ -56,7 +56,7 @@ TURN = {
 class FruitAnswer:
     """The reading of one fruit from several presses: E [MPa] and its half width `u` [1], both None without a modulus.
 
-    `alike` and `scatter` are fractions of E [1]. Each field is a key of the JSON answer.
+    `shared` and `scatter` are fractions of E [1]. Each field is a key of the JSON answer.
     """
 
     fruit: str = report_field("", "the fruit, by its column or by its number", line=lambda it: f"fruit {it.fruit}")
@@ -84,13 +84,13 @@ class FruitAnswer:
     u: float | None = report_field(
         "%", "half width that holds the true E in 95 of 100 fruits", key="u_percent", times=100.0, default=None
     )
-    alike: float | None = report_field(
+    shared: float | None = report_field(
         "%",
         "the part of `u_percent` that may be the same in all presses, which no number of presses lowers",
         key="u_alike_percent",
         times=100.0,
         default=None,
-        line=lambda it: f"of which common to all presses {100.0 * it.alike:.2g} %",
+        line=lambda it: f"of which common to all presses {100.0 * it.shared:.2g} %",
     )
     scatter: float | None = report_field(
         "%",
@@ -123,7 +123,7 @@ class FruitAnswer:
     )
 
 
-FRUIT_LINE = ("fruit", "presses", "E", "alike", "scatter", "firmness", "ripeness", "flags", "hint")
+FRUIT_LINE = ("fruit", "presses", "E", "shared", "scatter", "firmness", "ripeness", "flags", "hint")
 """The fields of a fruit in their order on the screen."""
 
 
@@ -155,7 +155,7 @@ def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
     return {"own_logs": np.log(moduli).tolist(), "own_deviations": deviations}
 
 
-def fruits_of(
+def fruit_answers(
     sensor: MeasuringUnit, readings: Iterable[FruitReading], presses: int, *, named: bool = False
 ) -> Iterator[FruitAnswer]:
     """Yield one answer per fruit from consecutive readings.
@@ -238,7 +238,7 @@ def _read_modulus(
         E=E,
         reduced=sensor.reduced(E),
         u=u,
-        alike=shared + bend,
+        shared=shared + bend,
         scatter=scatter,
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),

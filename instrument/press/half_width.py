@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from instrument.press.measuring import MeasuringUnit
 from pipeline.reading.uncertainty import heat_uncertainty
-from sensor.quantity import BOUNDED, COVERAGE
+from sensor.quantity import COVERAGE, UNIFORM_DEVIATION
 
 UNKNOWN_CORRELATION = ("zero_drift", "times")
 """Errors of channels and springs that may vary from press to press or be the same in all presses.
@@ -93,7 +93,7 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     # The tilt varies from press to press and the shape from fruit to fruit, so the error due to the pose may be shared.
     # It is removed from `fruit_errors`, whose other entries are all shared.
     pose = fruit_errors.pop("pose", 0.0)
-    model_error = BOUNDED * sensor.model_error  # uniform within its bound (JCGM 100:2008, 4.3.7)
+    model_error = UNIFORM_DEVIATION * sensor.model_error  # uniform within its bound (JCGM 100:2008, 4.3.7)
     shared_errors_of_E = [*temperature_errors, *fruit_errors.values(), *sensor.form_deviations(E)]
     return HalfWidth(
         independent=half_width_due_to(deviations.independent, *sensor.unevenness_deviations(E)),

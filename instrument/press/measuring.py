@@ -13,11 +13,11 @@ from instrument.press.printed_unit import PrintedUnit, nominal_unit, read_unit, 
 from instrument.press.ripeness import RipenessClasses, ripeness_classes
 from pipeline.reading.read_out import correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
-from pipeline.reading.uncertainty import OF_DRIFT, OF_FRUIT, Channels, SlopesOnBall, designed_channels
+from pipeline.reading.uncertainty import DRIFT_SOURCE, FRUIT_SOURCES, Channels, SlopesOnBall, designed_channels
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.reading import ReadingRequirements
-from sensor.quantity import BOUNDED, validation_error
+from sensor.quantity import UNIFORM_DEVIATION, validation_error
 from sensor.theory.contrast_law import Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import EFFECTIVE, CreepLaw
@@ -111,7 +111,7 @@ class MeasuringUnit:
         if self.radii_mm is not None or is_in_pose:
             return 0.0
         # Radii are distributed uniformly within the stated spread.
-        stated_spread = 0.0 if requirements is None else BOUNDED * requirements.radius_spread
+        stated_spread = 0.0 if requirements is None else UNIFORM_DEVIATION * requirements.radius_spread
         mean_curvature = 0.5 * math.fsum(design_curvatures(self.report.design))
         return mean_curvature * max(stated_spread, LEAST_CURVATURE_SPREAD)
 
@@ -141,9 +141,9 @@ class MeasuringUnit:
             slopes = (self.unit.ball.spring_slopes, self.unit.ball.gain_slopes)
             on_ball = SlopesOnBall(*map(np.array, slopes))
             # Gains drift between the presses on the ball and on fruit, so the drift is separated from `gain_percent`.
-            # A drift is uniform within its bound, so BOUNDED turns the bound into a standard deviation.
-            drift = np.minimum(0.01 * BOUNDED * np.array(read_out.channels.gain_drift_percent), gains["gain"])
-            gains = {"gain": np.sqrt(gains["gain"] ** 2 - drift**2), OF_DRIFT: drift}
+            # A drift is uniform within its bound, so UNIFORM_DEVIATION turns the bound into a standard deviation.
+            drift = np.minimum(0.01 * UNIFORM_DEVIATION * np.array(read_out.channels.gain_drift_percent), gains["gain"])
+            gains = {"gain": np.sqrt(gains["gain"] ** 2 - drift**2), DRIFT_SOURCE: drift}
         return replace(
             designed,
             gains=gains,
@@ -172,9 +172,9 @@ class MeasuringUnit:
         measured_after = self.unit.weighed_after_s if ball is None else EFFECTIVE * ball.press_s
         return self.creep.deviation(measured_after, press_s)
 
-    def on_ball(self, radius_mm: float) -> "MeasuringUnit":
+    def for_ball(self, radius_mm: float) -> "MeasuringUnit":
         """Return a copy of the unit for an elastic ball of radius `radius_mm` [mm], without its ball correction."""
-        report = replace(self.report, design=self.report.design.elastic)
+        report = replace(self.report, design=self.report.design.without_relaxation)
         return replace(self, report=report, unit=replace(self.unit, ball=None), radii_mm=(radius_mm, radius_mm))
 
     @cached_property
@@ -185,7 +185,7 @@ class MeasuringUnit:
     @cached_property
     def creep(self) -> CreepLaw:
         """Return the measured creep of the unit's springs, or the creep of the print process."""
-        return self.unit.creep_or(self.report.creep)
+        return self.unit.measured_creep_or(self.report.creep)
 
     def press_stiffness_ratio(self, press_s: float | None = None) -> float:
         """Return the stiffness of the springs in a press, divided by their stiffness under calibration weights [1].
@@ -267,14 +267,14 @@ class MeasuringUnit:
 
         The tilt is distributed uniformly up to the largest tilt of the design.
         """
-        return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.report.design.tips.spacing_mm
+        return UNIFORM_DEVIATION * math.tan(math.radians(self.steepest_deg)) * self.report.design.tips.spacing_mm
 
     @property
     def ball_factor(self) -> float:
         """Return the factor by which a reference ball corrects all readings [1]; 1 without a ball."""
         return 1.0 if self.unit.ball is None else self.unit.ball.factor
 
-    def corrected(self, read: float, press_s: float | None = None) -> float:
+    def correct_modulus(self, read: float, press_s: float | None = None) -> float:
         """Return the modulus [MPa] of a fruit for which a level press yields `read` [MPa] before any correction.
 
         Creep is corrected first, because a press is shorter than the time for which calibration weights hang. Then the
@@ -284,8 +284,11 @@ class MeasuringUnit:
         without_creep = self.press_stiffness_ratio(press_s) * read
         return self.ball_factor * correct_reading(without_creep, self.report.read_out.level_readings)
 
-    def read_as(self, E: float) -> float:
-        """Return the uncorrected modulus [MPa] from a level press on a fruit of E [MPa], the inverse of `corrected`."""
+    def uncorrected_modulus(self, E: float) -> float:
+        """Return the modulus [MPa] before correction that a level press on a fruit of E [MPa] yields.
+
+        This is the inverse of `correct_modulus`.
+        """
         before_ball = E / self.ball_factor  # modulus before the correction by the ball [MPa]
         level = self.report.read_out.level_readings
         if not level:
@@ -324,7 +327,7 @@ class MeasuringUnit:
             fruit = self.report.design.fruit
             # change of ln(1 - nu^2) with nu, times the standard deviation of nu, which is half of its spread
             return {"poisson": fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)}
-        keys = {name: f"{name}_percent" for name in OF_FRUIT}
+        keys = {name: f"{name}_percent" for name in FRUIT_SOURCES}
         if not all(row.sources.keys() >= set(keys.values()) for row in rows):
             bound = f"a table with the keys {', '.join(keys.values())}"
             raise validation_error("reading.moduli.sources", None, "", bound, "run the design again")

@@ -14,7 +14,7 @@ from instrument.press.touches import PressSamples
 from sensor.arrays import Floats
 from sensor.theory.contrast_rise import RiseError, RiseLaw, read_rise, rise_of
 from sensor.theory.flesh_memory import Memory
-from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
+from sensor.theory.relaxation import ASSUMED_RELAXATION, STATED_SPREAD, Relaxation
 from solve.contact.relaxing import forces_over_time
 from solve.solve_error import SolveError
 
@@ -27,8 +27,8 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
     """Return the absolute relative change of E due to the uneven pace of a press [1].
 
     If the design states a relaxation, the reading already corrects it. Only its spread between fruits remains, so the
-    change is multiplied by `STATED_SPREAD`. Otherwise the flesh is assumed to relax like `MAY_RELAX`, to 42 % of its
-    force. The result is 0 if the log has no increasing times or the press cannot be solved.
+    change is multiplied by `STATED_SPREAD`. Otherwise the flesh is assumed to relax like `ASSUMED_RELAXATION`, to 42 %
+    of its force. The result is 0 if the log has no increasing times or the press cannot be solved.
     """
     count = press.deepest + 1  # samples after the deepest one are not used in the reading
     indices = np.unique(np.linspace(0, count - 1, min(count, MAX_SAMPLES)).round().astype(int))
@@ -38,11 +38,11 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
     if not has_increasing_times or press.duration_s is None:
         return 0.0
     stated_relaxation = sensor.report.design.fruit.relaxation
-    flesh = MAY_RELAX if stated_relaxation is None else Relaxation(stated_relaxation)
+    flesh = ASSUMED_RELAXATION if stated_relaxation is None else Relaxation(stated_relaxation)
     try:
         uncorrected_shift = _largest_shift(sensor, flesh, t, forces, touch_interval=max(t[0] - press.touched_s, 0.0))
         uncorrected_modulus = _modulus(sensor, sensor.rise_law, forces)
-        steepness = sensor.steepness(sensor.corrected(uncorrected_modulus, press.duration_s))
+        steepness = sensor.steepness(sensor.correct_modulus(uncorrected_modulus, press.duration_s))
     except (RiseError, SolveError):
         return 0.0
     spread = 1.0 if stated_relaxation is None else STATED_SPREAD
@@ -62,7 +62,7 @@ def _largest_shift(
     law = sensor.rise_law
     elastic_forces = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - touch_interval))
     channels = np.concatenate([forces, elastic_forces], axis=1)
-    E = _modulus(sensor, law.over_time, channels)  # instantaneous modulus
+    E = _modulus(sensor, law.relaxing_law, channels)  # instantaneous modulus
     displacements = _displacements(law, E, forces, elastic_forces)
     travel = np.maximum.accumulate(displacements.mean(axis=1))  # noise does not make it decrease
     if not travel[-1] > travel[0]:

@@ -21,7 +21,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     if flags:
         return FruitReading(flags=flags)
     try:
-        E = sensor.corrected(sensor.ratio_modulus(forces))
+        E = sensor.correct_modulus(sensor.ratio_modulus(forces))
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     slopes = _ratio_slopes(sensor, forces)

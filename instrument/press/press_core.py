@@ -39,7 +39,7 @@ class Unit:
     lowest_forces: "Sequence[float]"  # lower limit of a plausible force [N]
     largest_forces: "Sequence[float]"  # upper limit of a plausible force [N]
     later: list[float]  # delay after the first conversion, in sampling periods; empty if conversions are simultaneous
-    several: int  # number of consecutive samples that one bad conversion affects
+    spike_length: int  # number of consecutive samples that one bad conversion affects
     time_deviation: float  # standard deviation of the channels' sampling times, in sampling periods
     largest_by_time: float  # largest allowed relative error of E due to the sampling times [1]
     # Moduli.
@@ -63,8 +63,10 @@ class Unit:
     places: list[float]  # x and y of each dome's axis [mm]
     dome_radius: float  # [mm]
     rolled: float  # distance of two axes divided by the distance of their contacts, on a spherical fruit [1]
-    felt: float  # contrast of x y at the axes [mm^2]; the height of a saddle is k_xy x y
-    still: list[float]  # part of `fruit` that does not change as contacts move: fruit minus half-space [1/mm]
+    contrast_of_xy: float  # contrast of x y at the axes [mm^2]; the height of a saddle is k_xy x y
+    fixed_fruit_part: list[
+        float
+    ]  # part of `fruit` that does not change as contacts move: fruit minus half-space [1/mm]
     body: float  # (1 - nu^2) / pi: deflection of a half-space at distance r from a force F, times E r / F [1]
     saddle_steps: int  # maximum number of iterations for the saddle
     settled: float  # largest change of the offset in the last iteration, divided by the springs' part of the contrast
@@ -74,10 +76,10 @@ class Unit:
     errors: list[float]  # standard deviation of each force of a sensor that touches nothing [N]
     least_slope: float  # smallest slope of this contrast against the total force [mm/N]
     most_slope: float  # largest slope of this contrast against the total force [mm/N]
-    of_whole: float  # variance of the total force [N^2]
-    others: int  # number of samples to which a line is fitted
-    slack: float  # largest difference between the slope of a chord and the slope of a press [mm/N]
-    beside: int  # number of samples on either side of the sample under test
+    total_force_variance: float  # variance of the total force [N^2]
+    fitted_samples: int  # number of samples to which a line is fitted
+    slope_tolerance: float  # largest difference between the slope of a chord and the slope of a press [mm/N]
+    neighbours: int  # number of samples on either side of the sample under test
     largest_residual: float  # largest allowed residual of a sample [standard deviations]
     firm: float  # multiple of `least_forces` [1]; noise does not end the contact of a tip with a larger force
     # The part of a press in which flat tips are fully seated.
@@ -152,13 +154,13 @@ class Unit:
         # A dome with its axis at X touches the skin at [[c, s], [s, c]]^-1 X. Here c is `rolled`, and s is the dome
         # radius times the curvature k_xy of the saddle. The ratio t = s / c solves g t^2 + 2 t - g = 0 with
         # g = `gap_ratio`; this form of its smaller root is free of cancellation.
-        gap_ratio = 2.0 * self.dome_radius * offset / self.felt * self.rolled
+        gap_ratio = 2.0 * self.dome_radius * offset / self.contrast_of_xy * self.rolled
         saddle = gap_ratio * self.rolled / (1.0 + math.sqrt(1.0 + gap_ratio * gap_ratio))
         determinant = self.rolled * self.rolled - saddle * saddle
         weights = []
         for tip in range(self.size):
             # S is the compliance of a half-space, body / distance, plus a part that does not change as contacts move.
-            weight = self.still[tip]
+            weight = self.fixed_fruit_part[tip]
             for other in range(self.size):
                 if other != tip:
                     x = self.places[2 * other] - self.places[2 * tip]
@@ -195,7 +197,7 @@ class Unit:
         `variance` [mm^2] is the variance of the point's contrast, and `covariance` [N mm] its covariance with the
         total force. `slope` [mm/N] is the slope of the line.
         """
-        return variance - slope * (2.0 * covariance - slope * self.of_whole)
+        return variance - slope * (2.0 * covariance - slope * self.total_force_variance)
 
     def are_firm(self, forces: "Sequence[float]") -> list[bool]:
         """Return for each tip whether its force [N] is so large that noise cannot make the tip look out of contact."""
@@ -304,7 +306,7 @@ class Rising:
     def forget_previous(self) -> None:
         """Forget the previous samples, because the next sample does not follow them directly."""
         # total forces of the previous samples [N], earliest first; 0 means no sample
-        self.previous = [0.0] * self.unit.several
+        self.previous = [0.0] * self.unit.spike_length
 
     def add(self, forces: "Sequence[float]", steps: list[float]) -> None:
         """Add the forces of a sample [N], all positive, and their changes since the previous sample [N]."""
@@ -483,7 +485,7 @@ class ContrastLine:
         """
         # The residual has the error of the point and the error of the mean of the fitted points.
         point_variance = self.unit.distance_variance(point[2], point[3], slope)
-        variance = point_variance + self.distance_variance(slope) / self.unit.others
+        variance = point_variance + self.distance_variance(slope) / self.unit.fitted_samples
         return (point[1] - self.mean_contrast - slope * (point[0] - self.mean_force)) / math.sqrt(variance)
 
 
@@ -517,7 +519,7 @@ class Touch:
         self.unit = unit
         self.take = take
         self.drop = drop
-        self.length = unit.several + unit.others  # number of samples in a full window
+        self.length = unit.spike_length + unit.fitted_samples  # number of samples in a full window
         self.number = 0  # number of the last sample in the signal
         self.begin()
 
@@ -536,14 +538,14 @@ class Touch:
     def add_out_of_contact(self, forces: "Sequence[float]") -> bool:
         """Add a sample with a tip out of contact; return whether the sensor was lifted.
 
-        One bad conversion affects at most `unit.several` samples. So the sensor was lifted if more samples are out of
-        contact. It was also lifted if none of the `forces` [N] is firm in a second sample out of contact.
+        One bad conversion affects at most `unit.spike_length` samples. So the sensor was lifted if more samples are out
+        of contact. It was also lifted if none of the `forces` [N] is firm in a second sample out of contact.
         """
         self.number += 1
         if self.window:
             self.out_of_contact += 1
         count = self.out_of_contact
-        return not self.window or count > self.unit.several or (count > 1 and not any(self.unit.are_firm(forces)))
+        return not self.window or count > self.unit.spike_length or (count > 1 and not any(self.unit.are_firm(forces)))
 
     def is_bad_conversion(self, forces: "Sequence[float]") -> bool:
         """Return whether a bad conversion caused the samples out of contact, instead of a lift.
@@ -553,8 +555,8 @@ class Touch:
         """
         unit = self.unit
         # Interpolation spreads a bad conversion over two samples, so the next sample may be affected too.
-        if unit.several > 1:
-            return any(all(unit.are_firm(sample.forces)) for sample in self.window[-unit.several :])
+        if unit.spike_length > 1:
+            return any(all(unit.are_firm(sample.forces)) for sample in self.window[-unit.spike_length :])
         return all(unit.are_firm(forces)) and all(unit.are_firm(self.window[-1].forces))
 
     def add(self, forces: "Sequence[float]") -> None:
@@ -568,8 +570,8 @@ class Touch:
         if len(self.window) == self.length:
             # Only runs that begin early in the window are dropped, and only its first samples are accepted. Later
             # windows decide on the last samples, because more samples then follow them.
-            self.drop_outliers(self.unit.beside + 1)
-            self.release(len(self.window) - self.unit.several - (self.unit.beside - 1))
+            self.drop_outliers(self.unit.neighbours + 1)
+            self.release(len(self.window) - self.unit.spike_length - (self.unit.neighbours - 1))
 
     def close(self) -> None:
         """Accept or drop all pending samples, because the touch or the press is over."""
@@ -621,28 +623,31 @@ class Touch:
         """Return the smallest and the largest slope [mm/N] that the mean of the accepted samples allows, or None.
 
         The chord runs from this mean to the mean of the points of `line`. `noise` [mm] is the largest error of the
-        contrast in one sample. `unit.slack` is the largest difference between the slopes of a chord and of the press.
+        contrast in one sample. `unit.slope_tolerance` is the largest difference between the slopes of a chord and of
+        the press.
         """
         unit = self.unit
         if not self.accepted or line.mean_force == self.mean_force:
             return None
         chord = (line.mean_contrast - self.mean_contrast) / (line.mean_force - self.mean_force)
         distance = abs(line.mean_force - self.mean_force)
-        error = noise * math.sqrt(1.0 / unit.others + 1.0 / self.accepted) / distance + unit.slack
+        error = noise * math.sqrt(1.0 / unit.fitted_samples + 1.0 / self.accepted) / distance + unit.slope_tolerance
         return chord - error, chord + error
 
     def drop_outliers(self, decided_count: int) -> None:
         """Drop a run of outliers that begins among the first `decided_count` samples of the window.
 
-        One bad conversion makes `unit.several` consecutive samples bad. Each such run is left out in turn, and a line
-        of the contrast against the total force is fitted to the other samples. The run without which the residuals
+        One bad conversion makes `unit.spike_length` consecutive samples bad. Each such run is left out in turn, and a
+        line of the contrast against the total force is fitted to the other samples. The run without which the residuals
         are smallest is the suspect. It is dropped if one of its samples is an outlier for every possible slope, which
         means that its residual exceeds `unit.largest_residual` standard deviations.
         """
         unit = self.unit
         points = [sample.point for sample in self.window]
-        length = unit.several  # number of samples in a run
-        lines = [ContrastLine(unit, points[:first] + points[first + length :]) for first in range(unit.others + 1)]
+        length = unit.spike_length  # number of samples in a run
+        lines = [
+            ContrastLine(unit, points[:first] + points[first + length :]) for first in range(unit.fitted_samples + 1)
+        ]
         squares = [line.squares for line in lines]
         first = squares.index(min(squares))
         line = lines[first]
@@ -756,7 +761,7 @@ class UnitPress:
         self.touch.close()
         for rising in self.rising:
             rising.begin_sums()
-        self.over = self.over or self.firm_samples > self.unit.several
+        self.over = self.over or self.firm_samples > self.unit.spike_length
         self.firm_samples = 0
 
     def count_dropped(self, _: int) -> None:
@@ -767,7 +772,7 @@ class UnitPress:
         """Add the forces [N] of an accepted sample to the sums; `number` is the number of the sample in the signal."""
         if all(self.unit.are_firm(forces)):
             self.firm_samples += 1
-        elif self.firm_samples <= self.unit.several:
+        elif self.firm_samples <= self.unit.spike_length:
             self.firm_samples = 0  # they were too few, because one bad conversion may have caused them
         # If samples between these two were dropped, the change is divided by the number of steps.
         steps = [(force - previous) / (number - self.number) for force, previous in zip(forces, self.forces)]
@@ -921,7 +926,7 @@ def readings_of(
         if is_bad:
             yield None, None, flags
     reading = press.read()
-    if press.firm_samples > unit.several or (press.touched and not has_reading):
+    if press.firm_samples > unit.spike_length or (press.touched and not has_reading):
         yield reading
 
 

@@ -85,7 +85,7 @@ def readings_of(
     in_newtons = _convert_to_newtons(sensor, signal, simultaneous, tare)
     light_touch = FruitReading(flags=("lift_off",))
     has_press = False
-    for press in split_presses(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
+    for press in split_presses(sensor, in_newtons, signal.source, timing.lag, every_sample=every_sample):
         reading = press_reading(sensor, press, timing)
         sample = -1 if every_sample else press.deepest  # index of the sample whose time the reading states
         t = press.t[sample]

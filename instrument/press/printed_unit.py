@@ -18,7 +18,7 @@ from sensor.design.parameters import Design
 from sensor.design.reading import WEIGHED_AFTER_S, ReadingRequirements
 from sensor.design.tips import REPRESENTED_BY_BALL
 from sensor.input_file import read_toml
-from sensor.quantity import BOUNDED, Bounds, InputError, check_fields, choice, quantity, validation_error
+from sensor.quantity import UNIFORM_DEVIATION, Bounds, InputError, check_fields, choice, quantity, validation_error
 from sensor.theory.creep import CreepLaw
 
 _HINT = "take the numbers that pipeline calibrate wrote"
@@ -172,7 +172,7 @@ class PrintedUnit:
             for row in self.newtons_per_count
         )
 
-    def creep_or(self, process_creep: CreepLaw) -> CreepLaw:
+    def measured_creep_or(self, process_creep: CreepLaw) -> CreepLaw:
         """Return the measured creep of the unit, or the creep of its print process if it was not measured."""
         if self.creep_per_decade is None or self.creep_error is None:
             return process_creep
@@ -338,8 +338,8 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
         K_N_per_m=tuple(1e3 * K for K in stiffnesses),
         K_percent=tuple(percent),
         gain=(1.0,) * len(report.tips),
-        # A drift is uniform within its bound, so BOUNDED turns the bound into a standard deviation.
-        gain_percent=tuple(math.hypot(uncalibrated_percent, BOUNDED * drift) for drift in drifts),
+        # A drift is uniform within its bound, so UNIFORM_DEVIATION turns the bound into a standard deviation.
+        gain_percent=tuple(math.hypot(uncalibrated_percent, UNIFORM_DEVIATION * drift) for drift in drifts),
     )
 
 

@@ -1,7 +1,7 @@
 """The forces that elastic flesh would exert at the same indentation as flesh that relaxes.
 
-From these forces and the forces on the springs, `RiseLaw.over_time` reads the instantaneous modulus at any speed of the
-press.
+From these forces and the forces on the springs, `RiseLaw.relaxing_law` reads the instantaneous modulus at any speed of
+the press.
 """
 
 import numpy as np

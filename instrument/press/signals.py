@@ -8,9 +8,9 @@ from typing import NamedTuple
 from pipeline.tables.clock import Clock
 from pipeline.tables.decoding import place_of
 from pipeline.tables.header_words import WORDS
-from pipeline.tables.headers import NO_FLAGS, ColumnFlags, folded, label_parts
+from pipeline.tables.headers import NO_FLAGS, ColumnFlags, fold_words, label_parts
 from pipeline.tables.rows import Rows
-from pipeline.tables.table import FoundTable, one_table, shown
+from pipeline.tables.table import FoundTable, one_table, row_text
 from pipeline.tables.units import FORCE, TIME, Quantity
 from sensor.quantity import parse_number, validation_error
 
@@ -51,7 +51,7 @@ def time_keys(tips: int) -> tuple[str, ...]:
 class Signal:
     """A signal that is read line by line as it arrives; iterate over it for its samples.
 
-    `notes` lists units that were assumed, and `understood` describes the columns. `timed` is True if the table has one
+    `notes` lists units that were assumed, and `summary` describes the columns. `timed` is True if the table has one
     time per channel, and `names_fruit` is True if a column holds the name of the fruit. If `counted` is True, the table
     has counts, and the samples hold counts instead of forces.
     """
@@ -85,7 +85,7 @@ class Signal:
         self._force_columns = [self._columns[key] for key in keys]
         self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *times) if key in self._columns]
         # The rows have not been read yet, so the summary describes only the columns.
-        self.understood = replace(table, rows=iter(()), left_out=[], skipped=[]).understood
+        self.summary = replace(table, rows=iter(()), left_out=[], skipped=[]).summary
         self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
@@ -110,7 +110,7 @@ class Signal:
     def _report_left_out(self) -> None:
         """Report the lines that were left out since the last call, because a stream may never end."""
         for row in (*self._table.left_out, *self._table.skipped):
-            self._say(f"left out {shown(row)}")
+            self._say(f"left out {row_text(row)}")
         self._table.left_out.clear()
         self._table.skipped.clear()
 
@@ -134,7 +134,7 @@ def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequenc
     for label in table.header.cells:
         if label and label not in labels.values():
             labels_without_unit = [label, *(words for words, _ in label_parts(label))]
-            if any(re.fullmatch(_CHANNEL_LABEL, folded(words)) for words in labels_without_unit):
+            if any(re.fullmatch(_CHANNEL_LABEL, fold_words(words)) for words in labels_without_unit):
                 unknown.append(label)
     if unknown:
         place = place_of(table.source, table.header.line, unknown[0])

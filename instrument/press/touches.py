@@ -66,21 +66,21 @@ class PressSamples:
         duration = float(self.t[self.deepest]) - self.touched_s
         return duration if duration > 0.0 else None
 
-    def is_firm(self, least_forces: Floats, several: int) -> bool:
-        """Return whether the press has more than `several` consecutive firm samples.
+    def is_firm(self, least_forces: Floats, spike_length: int) -> bool:
+        """Return whether the press has more than `spike_length` consecutive firm samples.
 
         A sample is firm if the force of each tip exceeds `FIRM` times its `least_forces` (tips,) [N]. One bad
-        conversion can affect `several` consecutive samples, so that it cannot make a press firm.
+        conversion can affect `spike_length` consecutive samples, so that it cannot make a press firm.
         """
         firm = (self.forces > FIRM * least_forces).all(axis=1)
-        # The convolution is the number of firm samples in each run of several + 1 samples.
-        return bool(np.convolve(firm, np.ones(several + 1)).max() > several)
+        # The convolution is the number of firm samples in each run of spike_length + 1 samples.
+        return bool(np.convolve(firm, np.ones(spike_length + 1)).max() > spike_length)
 
 
 def split_presses(
-    sensor: MeasuringUnit, samples: Iterable[Sample], source: str, spike_length: int, *, growing: bool = False
+    sensor: MeasuringUnit, samples: Iterable[Sample], source: str, spike_length: int, *, every_sample: bool = False
 ) -> Iterator[PressSamples]:
-    """Yield each press of a signal when it ends. With `growing`, yield the press up to each of its samples instead.
+    """Yield each press of a signal when it ends. With `every_sample`, yield the unfinished press after each sample.
 
     The samples hold the forces of the tips [N]. `source` is the name of the signal in messages, and `spike_length` is
     the number of consecutive samples that one bad conversion affects. Raises InputError for a press of more than
@@ -88,7 +88,7 @@ def split_presses(
     """
     contact = _Contact(sensor)
     # The gains are 1, because the samples hold forces instead of channel readings.
-    unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": spike_length})
+    unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "spike_length": spike_length})
     touch: _Touch | None = None
     for sample in samples:
         in_contact = contact.includes_all_tips(sample)
@@ -105,7 +105,7 @@ def split_presses(
                 contact.add(lifted)
             touch = None
         if in_contact:
-            touch = touch or _Touch(contact, unit, source, growing=growing)
+            touch = touch or _Touch(contact, unit, source, every_sample=every_sample)
             yield from touch.add(sample)
     if touch is not None:
         yield from touch.end()
@@ -161,16 +161,16 @@ class _Contact:
 class _Touch:
     """A touch of all tips that has not ended, including samples that are neither accepted nor dropped yet."""
 
-    def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
+    def __init__(self, contact: _Contact, unit: Unit, source: str, *, every_sample: bool) -> None:
         """Prepare a touch without samples.
 
         `contact` converts the samples to channels. `unit` holds the constants by which outliers are found. `source` is
-        the name of the signal in messages. With `growing`, the press up to each accepted sample is yielded instead of
-        the whole press at its end.
+        the name of the signal in messages. With `every_sample`, the press up to each accepted sample is yielded instead
+        of the whole press at its end.
         """
         self._contact = contact
         self._source = source
-        self._growing = growing
+        self._every_sample = every_sample
         self._core = press_core.Touch(unit, self._take, self._drop)
         self._pending: dict[int, Sample] = {}  # key: sample number
         self._accepted: list[Sample] = []  # samples accepted since the last call of `_store_accepted`
@@ -180,7 +180,7 @@ class _Touch:
         self._channels = array("d")
 
     def add(self, sample: Sample) -> Iterator[PressSamples]:
-        """Add a sample with all tips in contact; with `growing`, yield the press up to each newly accepted sample.
+        """Add a sample with all tips in contact; with `every_sample`, yield the press up to each newly accepted sample.
 
         Raises InputError if the fruit changes within a press.
         """
@@ -203,11 +203,11 @@ class _Touch:
         return self._core.out_of_contact > 0 and not self._core.is_bad_conversion(sample.forces)
 
     def end(self) -> Iterator[PressSamples]:
-        """End the touch and yield the whole press; with `growing`, yield it up to each pending sample instead."""
+        """End the touch and yield the whole press; with `every_sample`, yield it up to each pending sample instead."""
         self._core.close()
         yield from self._store_accepted()
         self._contact.end_press()
-        if not self._growing:
+        if not self._every_sample:
             yield self._press()
 
     @property
@@ -222,7 +222,7 @@ class _Touch:
         self._lines_left_out.append(self._pending.pop(number).line)
 
     def _store_accepted(self) -> Iterator[PressSamples]:
-        """Store the accepted samples; with `growing`, yield the press after each of them.
+        """Store the accepted samples; with `every_sample`, yield the press after each of them.
 
         Raises InputError for more than `MAX_SAMPLES` samples.
         """
@@ -236,7 +236,7 @@ class _Touch:
                 name = f"{self._source}, line {sample.line}: samples of one press"
                 hint = "lift the sensor after each press, and tare it"
                 raise validation_error(name, len(self._t), "", f"at most {MAX_SAMPLES}", hint)
-            if self._growing:
+            if self._every_sample:
                 yield self._press()
 
     def _press(self) -> PressSamples:

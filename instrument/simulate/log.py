@@ -29,7 +29,7 @@ def usual_rate(report: Report) -> float:
     return 20.0 if signal is None else signal.rate_Hz
 
 
-def log_of(
+def log_lines(
     report: Report,
     unit: SimulatedUnit,
     presses: Sequence[PressCurve],

@@ -10,7 +10,7 @@ from instrument.simulate.drawn_fruit import PressedFruit
 from instrument.simulate.unit import SimulatedUnit
 from sensor.arrays import Floats
 from sensor.quantity import InputError
-from solve.presses.over_time import PressMotionOverTime, creep_of, press_with_creep
+from solve.presses.press_over_time import PressMotionOverTime, creep_of, press_with_creep
 from solve.presses.pressing import Pressing
 
 CELLS_PER_SIDE = 20  # grid cells per side of a contact; with 32 cells, the forces change by less than 0.1 %

@@ -7,11 +7,11 @@ import numpy as np
 
 from instrument.simulate.bench_tables import ball_presses, plate_table, usual_ball, weights_table
 from instrument.simulate.drawn_fruit import PressedFruit, add_bruise, make_uneven
-from instrument.simulate.log import log_of
+from instrument.simulate.log import log_lines
 from instrument.simulate.simulated_press import Hand, press_curve
 from instrument.simulate.unit import SimulatedUnit, draw_unit
 from pipeline.report.report import Report
-from pipeline.storage.stopwatch import Count, silent
+from pipeline.storage.stopwatch import Count, ignore_progress
 from sensor.design.bench import Bench
 from sensor.design.reading import ReadingRequirements
 
@@ -64,7 +64,9 @@ def bench_of(report: Report) -> Bench:
     return report.design.bench or Bench()
 
 
-def log_of_fruit(report: Report, unit: SimulatedUnit, settings: SimulationSettings, count: Count = silent) -> list[str]:
+def log_of_fruit(
+    report: Report, unit: SimulatedUnit, settings: SimulationSettings, count: Count = ignore_progress
+) -> list[str]:
     """Simulate all presses on the fruit and return the lines of their log.
 
     `count` is called with the number of solved presses and the total number of presses. Raises InputError if a press
@@ -84,7 +86,7 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, settings: SimulationSettin
         if settings.uneven:
             fruit = make_uneven(fruit, report, rng)
         presses.append(press_curve(pressing_unit, fruit, hand))
-    return log_of(report, pressing_unit, presses, settings.rate, rng if settings.noise else None)
+    return log_lines(report, pressing_unit, presses, settings.rate, rng if settings.noise else None)
 
 
 def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
@@ -96,7 +98,7 @@ def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSetting
     steepest = (report.design.reading or ReadingRequirements()).tilt_deg
     hand = hand_of(report, ())
     presses = [press_curve(unit, fruit, hand) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
-    return log_of(report, unit, presses, settings.rate, rng if settings.noise else None)
+    return log_lines(report, unit, presses, settings.rate, rng if settings.noise else None)
 
 
 def _weights_lines(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:

@@ -127,7 +127,7 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
         designed,
         domes=domes_of(report.design, factor * K),
         # The exponent n for which the compliance grows by the factor 10^n = 1 + per_decade in each decade of time.
-        creep=math.log10(1.0 + unit.creep_or(report.creep).per_decade),
+        creep=math.log10(1.0 + unit.measured_creep_or(report.creep).per_decade),
         weighed_s=unit.weighed_after_s,
         per_mm=per_N * K,
         zeros=zeros,

@@ -143,7 +143,7 @@ def uncertainty_budgets(
     if not pair.design.tips.tip_shape.obeys_hertz:
         # The effects on the fruit are largest if the springs are rigid, because the whole travel indents the fruit.
         rigid_spring_causes = all_causes(pair, travel, np.zeros(2))
-        contact = budget_of(pair.contact.error_pair, rigid_spring_causes, _change_of_contact)
+        contact = budget_of(pair.contact.difference_error, rigid_spring_causes, _change_of_contact)
     return Budgets(K_l=K_l, K_h=K_h, P_max=P_max, NL=NL, contact=contact)
 
 

@@ -136,7 +136,7 @@ def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause
     yield _engraved_marks(leaves, pair)
     if process.line_width_mm is not None:  # a process that prints lines, whose first layer spreads
         yield _elephants_foot(leaves)
-    yield _other_mount()
+    yield _different_mount()
     # Readings correct the creep, and the error of this correction is one of their sources.
     if pair.springs.creep.exponent != 0.0 and pair.design.reading is None:
         yield _creep_in_press(pair)
@@ -177,7 +177,7 @@ def _elephants_foot(leaves: Sequence[Flexure]) -> Cause:
     )
 
 
-def _other_mount() -> Cause:
+def _different_mount() -> Cause:
     """Return the largest effect of a mount that differs from the mount of the fabrication sheet."""
     percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in LARGEST_MOUNT_CHANGES)
     reason = (

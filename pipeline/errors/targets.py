@@ -129,7 +129,7 @@ def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:
         springs=pair.springs.stiffnesses,
         K_m_max=K_m,
         spring_errors=pair.springs.errors,
-        K_m_error=pair.contact.error_pair * K_m,
+        K_m_error=pair.contact.difference_error * K_m,
         stiffness_ratio=sizing.stiffness_ratio,
         stiffening=sizing.stiffening,
     )
@@ -150,7 +150,7 @@ class SceneTargets:
     level: LevelTargets
 
 
-def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
+def evaluate_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
     """Return P_max and NL of a sensor with their errors, where `targets` defines NL.
 
     They come from the forces in `press`. If `press` is None or level, the two-spring law gives them in closed form. A

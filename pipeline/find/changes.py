@@ -11,7 +11,7 @@ from sensor.design.parameters import Design, GivenSprings
 from sensor.design.processes import PROCESSES
 from sensor.tips.shapes import OPTIONAL_KEYS
 from sensor.verdict import row_of
-from sensor.words import shown
+from sensor.words import value_text
 
 Value = Setting | None
 Changes = Mapping[str, Value]
@@ -62,25 +62,25 @@ def size(design: Design, changes: Changes) -> tuple[int, int, float]:
 
 def in_words(changes: Changes) -> str:
     """Return the changes as one line of text, with four significant digits."""
-    return ", ".join(f"{key} = {shown(value, digits=4, absent='not set')}" for key, value in changes.items())
+    return ", ".join(f"{key} = {value_text(value, digits=4, absent='not set')}" for key, value in changes.items())
 
 
-def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
+def sweeps(design: Design, failed: Collection[str], *, is_solved_on_cells: bool) -> list[Sweep]:
     """Return the parameter sweeps that may make failed verdicts pass; `failed` holds the names of these verdicts.
 
     A move is a kind of change, such as a different process. The table of verdicts lists for each verdict the moves that
-    may make it pass. The sweeps are returned in the order of `MOVES`. A different travel is always tried. If contact is
-    solved `on_cells`, the sweeps have fewer steps, because such trials are expensive.
+    may make it pass. The sweeps are returned in the order of `MOVES`. A different travel is always tried. If contact
+    `is_solved_on_cells`, the sweeps have fewer steps, because such trials are expensive.
     """
     moves = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
     all_sweeps: list[Sweep] = []
     for move, make_sweeps in MOVES.items():
         if move in moves:
-            all_sweeps += make_sweeps(design, on_cells)
+            all_sweeps += make_sweeps(design, is_solved_on_cells)
     return all_sweeps
 
 
-def _two_spring_law_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+def _two_spring_law_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
     """Return sweeps towards the assumptions of the two-spring law: a level press, flat faces, springs from targets.
 
     Each sweep has a single change. A press to the side keeps the tips at the same height, because their weight then
@@ -101,7 +101,7 @@ def _two_spring_law_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
     return _single_sweeps(design, changes)
 
 
-def _process_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+def _process_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
     """Return a sweep for each of the other print processes."""
     return _single_sweeps(design, [{"print.process": process} for process in PROCESSES])
 
@@ -111,38 +111,38 @@ def _single_sweeps(design: Design, changes: list[Changes]) -> list[Sweep]:
     return [[change] for change in changes if any(value_of(design, key) != value for key, value in change.items())]
 
 
-def _target_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+def _target_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
     """Return sweeps of smaller and larger targets, if the springs are sized from targets."""
     if design.springs.given:
         return []
     return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaling_sweeps(design, key, SMALLER, LARGER)]
 
 
-def _number_sweeps(keys: Sequence[str], design: Design, on_cells: bool) -> list[Sweep]:
+def _number_sweeps(keys: Sequence[str], design: Design, is_solved_on_cells: bool) -> list[Sweep]:
     """Return two sweeps for each of the `keys`: its number times factors below 1, and times factors above 1."""
-    factors = _factors(design, on_cells=on_cells)
+    factors = _factors(design, is_solved_on_cells=is_solved_on_cells)
     return [sweep for key in keys for sweep in _scaling_sweeps(design, key, *factors)]
 
 
-def _tilt_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+def _tilt_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
     """Return a sweep of smaller tilts; none for tips with flat faces, because their readings take too long."""
     return _scaling_sweeps(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
 
 
-def _limit_sweeps(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
+def _limit_sweeps(key: str, design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
     """Return a sweep of larger limits; none for tips with flat faces, because their readings take too long."""
     return _scaling_sweeps(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 
-def _calibration_sweeps(design: Design, _on_cells: bool) -> list[Sweep]:
+def _calibration_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
     """Return sweeps to more accurate calibrations: on a plate, and on a reference ball if the design allows one."""
     methods = ("plate", *(["ball"] if design.takes_ball else []))
     return [[{"reading.calibrated_by": method}] for method in methods]
 
 
-def _spacing_sweeps(design: Design, on_cells: bool) -> list[Sweep]:
+def _spacing_sweeps(design: Design, is_solved_on_cells: bool) -> list[Sweep]:
     """Return sweeps to tips so close that a round fruit is nearly flat under them, if contact is solved on cells."""
-    if not on_cells:
+    if not is_solved_on_cells:
         return []
     side = design.tips.side_mm
     smaller_sides = [side * factor for factor in _COARSELY_SMALLER]
@@ -172,9 +172,9 @@ The second argument is True if contact is solved on cells.
 """
 
 
-def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _factors(design: Design, *, is_solved_on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the factors [1] below 1 and above 1 by which a number is multiplied; fewer if trials are expensive."""
-    if on_cells:
+    if is_solved_on_cells:
         return _COARSELY_SMALLER, _COARSELY_LARGER
     if design.tips.tip_shape.obeys_hertz:
         return SMALLER[:3], LARGER[:3]

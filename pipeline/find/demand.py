@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from pipeline.find.fruit_design import fruit_suggestion
 from pipeline.find.fruit_range import Ends, FruitRange
-from pipeline.storage.stopwatch import Progress, silent
+from pipeline.storage.stopwatch import Progress, ignore_progress
 from sensor.design.parameters import Design
 from sensor.design.reading import ReadingRequirements
 from sensor.verdict import Verdict
@@ -27,7 +27,7 @@ def nearest_demand(
     failed: Collection[Verdict],
     preset: Design,
     fixed: frozenset[str] = frozenset(),
-    progress: Progress = silent,
+    progress: Progress = ignore_progress,
 ) -> FruitRange | None:
     """Return a range of fruits for which a design passes, narrowed step by step from the requested range `fruit`.
 

@@ -17,7 +17,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.reading.reading_records import CalibrationErrors
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
-from pipeline.storage.stopwatch import Progress, silent
+from pipeline.storage.stopwatch import Progress, ignore_progress
 from pipeline.verdicts.hints import least_travel
 from sensor.design.parameters import Design
 from sensor.design.reading import ReadingRequirements
@@ -199,7 +199,7 @@ def _same_position_in_range(ends: Ends, preset_length: float, preset_ends: Ends)
 
 
 def fruit_suggestion(
-    fruit: FruitRange, preset: Design, fixed: frozenset[str] = frozenset(), progress: Progress = silent
+    fruit: FruitRange, preset: Design, fixed: frozenset[str] = frozenset(), progress: Progress = ignore_progress
 ) -> Suggestion:
     """Search for a design for a fruit that passes a whole run, starting from the scaled preset.
 

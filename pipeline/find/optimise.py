@@ -18,7 +18,7 @@ from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.report.keys import value_at
 from pipeline.storage.files import check_paths_are_free, is_ours, write_files
 from pipeline.storage.folder import refuse_unusable
-from pipeline.storage.stopwatch import Count, Progress, silent
+from pipeline.storage.stopwatch import Count, Progress, ignore_progress
 from pipeline.study.engines import Engine
 from pipeline.study.execute import solve_missing
 from pipeline.study.store import StudyStore, settings_text, study_store
@@ -269,7 +269,7 @@ def prove(
     place: Place,
     *,
     force: bool = False,
-    progress: Progress = silent,
+    progress: Progress = ignore_progress,
 ) -> Proof | None:
     """Run the best candidates of a search one after another until a run passes, and return the last run.
 

@@ -13,7 +13,7 @@ from pipeline.response.scaled_scene import unit_scene
 from pipeline.response.scene_press import TRAVELS, scene_of
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
-from pipeline.storage.stopwatch import Progress, silent
+from pipeline.storage.stopwatch import Progress, ignore_progress
 from pipeline.verdicts.hints import least_travel, shorter_travel, tolerance_hint
 from pipeline.verdicts.rules import displacement_verdict
 from sensor.design.parameters import Design
@@ -62,7 +62,7 @@ class Search:
     `tried` is the number of trials, and `nearest_miss` is the candidate that came nearest to passing.
     """
 
-    def __init__(self, base: SensorResult, fixed: frozenset[str], progress: Progress = silent) -> None:
+    def __init__(self, base: SensorResult, fixed: frozenset[str], progress: Progress = ignore_progress) -> None:
         """Start from `base`, the result of a run of the design, with the keys in `fixed` unchanged.
 
         `progress` is called with a text for each trial.
@@ -133,7 +133,7 @@ class Search:
         design = self._design_of(start)
         unavailable_keys = self._fixed | start.changes.keys()
         best = []
-        for sweep in sweeps(design, failed_names, on_cells=scene_of(design).on_cells):
+        for sweep in sweeps(design, failed_names, is_solved_on_cells=scene_of(design).is_solved_on_cells):
             if not sweep[0] or not unavailable_keys.isdisjoint(sweep[0]):  # all changes of a sweep have the same keys
                 continue
             trials: list[Candidate] = []
@@ -154,7 +154,7 @@ class Search:
             return (judge("reading.bias", None, "readings of flat tips", limit="tips with a dome"),)
         sensor = self._sized_sensor(design)
         # Solving P at two moduli costs a tenth of solving all presses, and often shows that the design fails.
-        if scene_of(design).on_cells:
+        if scene_of(design).is_solved_on_cells:
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
             scene = scene_of(design, sensor.springs.ideal_offsets_mm)
             x = travels(design.press.travel_mm, TRAVELS)
@@ -190,7 +190,7 @@ class Search:
         away from the failing value. Strings, and numbers whose sign was changed, keep their new values.
         """
         # a trial takes longer if its contact is solved on a grid of cells
-        bisections = _BISECTIONS_ON_CELLS if scene_of(self._design_of(candidate)).on_cells else _BISECTIONS
+        bisections = _BISECTIONS_ON_CELLS if scene_of(self._design_of(candidate)).is_solved_on_cells else _BISECTIONS
         nearest = candidate
         for key, new_value in candidate.changes.items():
             base_value = value_of(self._base.design, key)
@@ -226,13 +226,13 @@ class Search:
 
 def _trial_cost(design: Design) -> float:
     """Return the measured cost of a trial, in units of about 0.01 s of CPU time."""
-    if scene_of(design).on_cells:
+    if scene_of(design).is_solved_on_cells:
         return 80.0
     return 8.0 if design.reading is None else 30.0
 
 
 def suggestion(
-    design: Design, options: RunOptions, fixed: frozenset[str] = frozenset(), progress: Progress = silent
+    design: Design, options: RunOptions, fixed: frozenset[str] = frozenset(), progress: Progress = ignore_progress
 ) -> Suggestion:
     """Search for the passing design nearest to a given design; the keys in `fixed` do not change.
 

@@ -7,7 +7,7 @@ import numpy as np
 from cad.parts.pin import pin_compliance
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.storage.deck import GROUND, Deck, LinearStep, boundary_sets, elements_of
-from solve.housing.clamped_half import HOLES, PRESS, SIDES, ClampedHalf
+from solve.housing.clamped_half import HOLES, PRESS_AXIS, SIDES, ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face, tip_means
 
 NAME = "flexure.inp"
@@ -61,7 +61,7 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
         fixed_components = {GROUND: (1, 2, 3)}
     # The product of these weights with the displacements is the mean u_z of a tip face. By the principle of virtual
     # work, the same weights are the nodal forces of an even pressure with the resultant 1 N.
-    tip_weights = tip_means(half.basis, PRESS).T
+    tip_weights = tip_means(half.basis, PRESS_AXIS).T
     means = {
         mean_of(spring): elements.nodal_values(half.basis, weights)
         for spring, weights in zip(SPRINGS, tip_weights, strict=True)

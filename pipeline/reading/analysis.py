@@ -27,7 +27,7 @@ from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, ReadingRequirements
-from sensor.quantity import BOUNDED, Estimate
+from sensor.quantity import UNIFORM_DEVIATION, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseError, RiseReading
@@ -347,7 +347,7 @@ def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) ->
             changes.append(biases[:, index] - biases[:, nominal_index])
     # A change is nan if one of its two presses has no reading. It is replaced by 0, so that it is ignored.
     largest_changes = np.abs(np.nan_to_num(changes)).max(axis=0)
-    return np.asarray(BOUNDED * largest_changes)
+    return np.asarray(UNIFORM_DEVIATION * largest_changes)
 
 
 def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> float:
@@ -484,7 +484,7 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
     is known only if the design has `readings`. Raises SolveError if a solution is not exact.
     """
     contact = sensor.contact
-    error = max(contact.error_own, contact.error_pair)  # relative errors of s11 and of s11 - s12
+    error = max(contact.s11_error, contact.difference_error)  # relative errors of s11 and of s11 - s12
     full_scale = press.at_largest_E.F[-1, -1]  # forces of a level press; `readings` also cover tilted presses
     if readings is not None:
         if readings.full_scale is not None:

@@ -22,7 +22,7 @@ from sensor.arrays import Floats
 from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench, modulus_on_glass
 from sensor.design.parameters import Design
 from sensor.design.reading import ReadingRequirements
-from sensor.quantity import BOUNDED, STANDARD_GRAVITY, validation_error
+from sensor.quantity import STANDARD_GRAVITY, UNIFORM_DEVIATION, validation_error
 from sensor.theory.hertz import force_factor
 from sensor.theory.straight_line import ROUNDED, slope_error_of_resolution
 
@@ -83,19 +83,21 @@ def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, spa
     return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)
 
 
-def springs_on_plate(*, gains: Floats, deflections: Floats, travel: float, alike: float, apart: Floats) -> Floats:
+def springs_on_plate(
+    *, gains: Floats, deflections: Floats, travel: float, mean_difference: float, differences_from_mean: Floats
+) -> Floats:
     """Return the relative standard deviation [1] of each spring stiffness after calibration on a plate, shape (tips,).
 
     `gains` (tips,), `deflections` (tips,) and `travel` are the relative standard deviations [1] of the forces, the
-    deflections and the travel. The stiffnesses measured by plate and by weights differ. `alike` [1] is the mean of
-    their relative differences, and `apart` (tips,) [1] the deviation of each spring from this mean. Both are bounds
-    within which the true stiffness is uniformly distributed (JCGM 100:2008, 4.3.7).
+    deflections and the travel. The stiffnesses measured by plate and by weights differ. `mean_difference` [1] is the
+    mean of their relative differences, and `differences_from_mean` (tips,) [1] the deviation of each spring from this
+    mean. Both are bounds within which the true stiffness is uniformly distributed (JCGM 100:2008, 4.3.7).
     """
     # The errors of the springs are later combined as if they were independent. The error of the travel and the mean
     # difference are common to all springs, so they change E more than independent errors of n springs would. The factor
     # sqrt(n) and the steepest dependence of E on a common factor account for this.
-    common_error = _STEEPEST * np.sqrt(len(gains)) * np.hypot(travel, BOUNDED * alike)
-    contributions = [gains, deflections, np.full(len(gains), common_error), BOUNDED * apart]
+    common_error = _STEEPEST * np.sqrt(len(gains)) * np.hypot(travel, UNIFORM_DEVIATION * mean_difference)
+    contributions = [gains, deflections, np.full(len(gains), common_error), UNIFORM_DEVIATION * differences_from_mean]
     return np.asarray(np.linalg.norm(contributions, axis=0))
 
 
@@ -201,8 +203,8 @@ def _errors_after_plate(
         gains=weighed.gains,
         deflections=deflections,
         travel=travel_error,
-        alike=math.hypot(travel_error, mean_error),  # the travel is common to all tips
-        apart=deviations_from_mean,
+        mean_difference=math.hypot(travel_error, mean_error),  # the travel is common to all tips
+        differences_from_mean=deviations_from_mean,
     )
     # The rest of the variance is attributed to the dial, on which the travel is read.
     dial_error = np.sqrt(np.maximum(springs**2 - weighed.gains**2 - deflections**2, 0.0))

@@ -20,12 +20,12 @@ from sensor.theory.contrast_rise import (
     RiseLaw,
     RiseReading,
     RollingDomes,
-    UnevenSlopes,
+    UnevennessSensitivity,
     form_slopes,
     read_rise,
     rise_modulus,
     rise_of,
-    uneven_slopes,
+    unevenness_sensitivity,
 )
 from solve.contact.linear_response import linear_response, travels
 
@@ -60,9 +60,9 @@ class RiseModel:
         """Return the absolute relative change in the modulus read [1] if the forces change by `force_change` [N]."""
         return abs(self.modulus(press + force_change) / self.modulus(press) - 1.0)
 
-    def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
+    def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevennessSensitivity:
         """Return the slopes of ln E with respect to uneven skin and flesh in a press; raises RiseError."""
-        return uneven_slopes(self.law, self._rise(press), wave_numbers, relative_radius)
+        return unevenness_sensitivity(self.law, self._rise(press), wave_numbers, relative_radius)
 
     def form(self, press: Floats, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
         """Return the slopes of ln E with respect to form errors of the domes in a press; raises RiseError."""

@@ -31,8 +31,8 @@ _AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of the ax
 class Placement(Stand):
     """A position and tilt of the sensor on a fruit of given radii and flesh thickness.
 
-    `is_random` is True for a random placement. Random placements represent how often each pose occurs. `turned_deg` is
-    the change in tilt during the whole press.
+    `is_random` is True for a random placement. Random placements represent how often each pose occurs.
+    `tilt_change_deg` is the change in tilt during the whole press.
     """
 
     is_random: bool = False
@@ -95,7 +95,7 @@ class OccurringFruits:
                     yield Placement(from_touch=True, radii_mm=(first, second), azimuth_deg=azimuth)
 
 
-def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
+def occurring_fruits(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
     """Return the ranges of the fruits to be read, from the design's `[reading]`.
 
     `[reading]` gives ranges of radii, or a relative spread of the design's radius, and a range of the thickness. If it
@@ -128,7 +128,7 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
     the apex as the design allows. These placements are omitted at azimuth 0, where the skin under the tips has a
     smaller saddle.
     """
-    fruits = fruits_of(design.fruit, reading)
+    fruits = occurring_fruits(design.fruit, reading)
     # The level press is placement 0; the error analysis relies on it.
     level = Placement(from_touch=True)
     yield level
@@ -154,7 +154,7 @@ def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: V
     return replace(
         shape,
         tilt_deg=_scale(direction, reading.tilt_deg - tilt_change),
-        turned_deg=_scale(direction, tilt_change),
+        tilt_change_deg=_scale(direction, tilt_change),
         off_centre_mm=_scale(direction, reading.off_centre_mm),
     )
 
@@ -182,7 +182,7 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
             azimuth_deg=180.0 * azimuth_fraction if fruits.azimuths else None,  # an ellipsoid repeats after 180 deg
             tilt_deg=_scale(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
             off_centre_mm=_scale(position, reading.off_centre_mm),
-            turned_deg=_scale(tilt_change, reading.tilt_change_deg),
+            tilt_change_deg=_scale(tilt_change, reading.tilt_change_deg),
         )
 
 
@@ -221,6 +221,6 @@ def refuse_unsolvable_poses(design: Design) -> None:
         )
         hint = "use a smaller tilt, or fruits of larger radii"
         raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, hint)
-    if not scene.on_domes:  # all poses are solved on the cells of the most tilted pose
+    if not scene.obeys_dome_law:  # all poses are solved on the cells of the most tilted pose
         tilted = replace(scene.press, tilt_deg=reading.tilt_deg)
         scene_footprints(replace(scene, press=tilted), design.press.travel_mm)  # only raises InputError

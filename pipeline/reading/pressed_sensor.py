@@ -132,7 +132,7 @@ class PressedSensor(Record):
         return ContrastLaw(
             weights=weights,
             gaps=tuple((gaps - scene.tips.height_offset_mm).tolist()),
-            C=rows_of(self.C + contrast.lean),
+            C=rows_of(self.C + contrast.inclination_compliance),
             S=rows_of(contrast.S),
             hertz=contrast.hertz,
         )

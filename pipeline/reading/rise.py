@@ -76,4 +76,4 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
             hertz=contrast.hertz * math.pow(designed.relative_radius / rolling.relative_radius, 1.0 / 3.0),
         )
     is_curved = rolling.mean_curvature > 0.0
-    return RiseLaw(contrast=contrast, rolling=rolling if is_curved and rolling.contrast_sees_saddle else None)
+    return RiseLaw(contrast=contrast, rolling=rolling if is_curved and rolling.contrast_depends_on_saddle else None)

@@ -21,16 +21,16 @@ from sensor.design.reading import (
     ReadingRequirements,
 )
 from sensor.design.signal_path import SignalPath
-from sensor.quantity import BOUNDED
+from sensor.quantity import UNIFORM_DEVIATION
 from sensor.theory.contrast_law import ReadingSlopes
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes
 from sensor.theory.creep import EFFECTIVE, NO_CREEP, CreepLaw
 
 NOISE_SOURCES = ("noise_percent", "noise_N", "readout_noise", "quantisation")
 """Sources whose errors are independent from sample to sample."""
-OF_DRIFT = "gain_drift"
+DRIFT_SOURCE = "gain_drift"
 """The name of the source for the drift of the gains with temperature."""
-OF_FRUIT = ("pose", "thickness", "poisson")
+FRUIT_SOURCES = ("pose", "thickness", "poisson")
 """Sources that depend on the fruit and not on the unit: shape and pose, thickness of the flesh, Poisson's ratio."""
 
 Sources = dict[str, tuple[Floats | float, Floats]]
@@ -143,7 +143,7 @@ class Channels:
 
         zeros = np.hypot(slopes_of("zeros"), slopes_of("drifts"))
         sources: Sources = {
-            "zero_drift": (BOUNDED * self.zero_drift, zeros),
+            "zero_drift": (UNIFORM_DEVIATION * self.zero_drift, zeros),
             "times": (self.time_s, slopes_of("times")),
         }
         springs_and_gains = self.spring_and_gain_uncertainty(slopes_of("springs"), slopes_of("gains"))
@@ -155,7 +155,7 @@ class Channels:
         `slopes` are the slopes of ln E with respect to errors of forces and springs, and `forces` (tips,) are in N.
         """
         force_slopes = np.array(slopes.forces)
-        zero_sources = standard_uncertainties({"zero_drift": (BOUNDED * self.zero_drift, force_slopes)})
+        zero_sources = standard_uncertainties({"zero_drift": (UNIFORM_DEVIATION * self.zero_drift, force_slopes)})
         return {**zero_sources, **self.spring_and_gain_uncertainty(np.array(slopes.springs), force_slopes * forces)}
 
     def spring_and_gain_uncertainty(self, springs: Floats, gains: Floats) -> dict[str, float]:
@@ -178,7 +178,7 @@ class Channels:
         # The temperature may change between the presses on the ball and on the fruit, so the ball does not remove the
         # drift.
         for cause, deviation in self.gains.items():
-            gain_slopes = gains if cause == OF_DRIFT else corrected_gains
+            gain_slopes = gains if cause == DRIFT_SOURCE else corrected_gains
             sources[cause] = (deviation, gain_slopes)
         return standard_uncertainties(sources)
 
@@ -216,9 +216,9 @@ def designed_channels(
         channels,
         noise={"readout_noise": np.array(signal.noise_N), "quantisation": np.array(signal.rounding_N)},
         zero_drift=np.array(signal.zero_drift_N),
-        gains={**channels.gains, OF_DRIFT: BOUNDED * 0.01 * np.array(signal.gain_drift_percent)},
+        gains={**channels.gains, DRIFT_SOURCE: UNIFORM_DEVIATION * 0.01 * np.array(signal.gain_drift_percent)},
         # The effect of a time error is inversely proportional to the duration. The slopes are for a press of PRESS_S.
-        time_s=BOUNDED * 1e-3 * signal.time_error_ms * PRESS_S / press_s,
+        time_s=UNIFORM_DEVIATION * 1e-3 * signal.time_error_ms * PRESS_S / press_s,
     )
 
 
@@ -229,7 +229,7 @@ def heat_uncertainty(signal: SignalPath | None) -> dict[str, float]:
     forces then have the same relative error, and the modulus read is proportional to them. The result is empty without
     a read-out.
     """
-    return {} if signal is None else {"modulus_drift": BOUNDED * 0.01 * signal.modulus_drift_percent}
+    return {} if signal is None else {"modulus_drift": UNIFORM_DEVIATION * 0.01 * signal.modulus_drift_percent}
 
 
 def uncertainty_sources(

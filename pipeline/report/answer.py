@@ -7,11 +7,11 @@ from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
+from pipeline.report.verdict_table import OUTCOME, reason_lines, verdict_table
 from pipeline.storage.digests import Json
 from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
-from sensor.words import OUTCOMES, shown, value_with_bar
+from sensor.words import OUTCOMES, value_text, value_with_bar
 
 _REASONS = 3  # maximum number of lines on verdicts that did not pass; further verdicts are only counted
 _NOTES = 5  # maximum number of notes and lines on verdicts together
@@ -38,7 +38,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield table
     yield from _spring_lines(report)
     problems = not_passed(verdicts)
-    yield from reasons(problems[:_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
+    yield from reason_lines(problems[:_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
     if len(problems) > _REASONS:
         yield f"and {len(problems) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]
@@ -62,7 +62,7 @@ def every_section(report: Json) -> Iterator[RenderableType]:
     verdicts = _verdicts(report)
     yield _headline(report, verdicts)
     yield verdict_table(f"twintip · {escape(report['design']['name'])}", verdicts)
-    yield from reasons(verdict for verdict in verdicts if verdict.passed is not True)
+    yield from reason_lines(verdict for verdict in verdicts if verdict.passed is not True)
     yield from _spring_lines(report)
     yield _error_table(report)
     paper = report["paper"]
@@ -129,7 +129,7 @@ def _error_table(report: Json) -> Table:
         causes.sort(key=lambda cause: abs(cause["size_percent"]), reverse=True)
         largest = [f"{cause['effect']} {cause['size_percent']:+.2g}" for cause in causes[:2]]
         totals = (budget[f"{column}_percent"] for column in ("discretisation", "model", "inputs"))
-        table.add_row(name, *(shown(total, digits=2) for total in totals), ", ".join(largest))
+        table.add_row(name, *(value_text(total, digits=2) for total in totals), ", ".join(largest))
     return table
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cad.parts.housing import Housing
 from pipeline.report.outputs import LATEST
-from pipeline.report.report import is_as_written, read_data, structure_report
+from pipeline.report.report import is_as_written, read_data, report_from_data
 from pipeline.storage.digests import is_regular
 from pipeline.storage.workers import close_workers, open_workers
 from sensor.design.parameters import Design
@@ -53,7 +53,7 @@ def check_path(
 def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
     """Check that report.json and the files that it lists are unchanged since the run; raises InputError."""
     data = read_data(folder)
-    report = structure_report(folder, data)
+    report = report_from_data(folder, data)
     changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
     listed = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
     return (
@@ -92,7 +92,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
 
-    report = structure_report(folder, read_data(folder))  # an edited report fails a different verdict, report.digest
+    report = report_from_data(folder, read_data(folder))  # an edited report fails a different verdict, report.digest
     if not report.design.tips.tip_layout.has_housing:
         return ()
     if report.housing is None:

@@ -8,8 +8,8 @@ import numpy as np
 
 from pipeline.errors.budget import Budgets
 from pipeline.reading.analysis import ReadingAccuracy
-from pipeline.reading.over_time import decrease_at_twice_the_time
 from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.reading.reading_over_time import decrease_at_twice_the_time
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
@@ -19,7 +19,7 @@ from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import table_share
 from sensor.theory.hertz import equivalent_radius
-from sensor.theory.relaxation import MAY_RELAX
+from sensor.theory.relaxation import ASSUMED_RELAXATION
 from sensor.words import rounded
 
 _ALWAYS_FIRST = math.inf
@@ -203,8 +203,10 @@ def _relaxation_note(result: SensorResult) -> Note:
     if over_time is None:
         curve = result.press.curve
         name = result.design.fruit.name
-        remaining = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to  # fraction of the force that remains
-        fruit = "an orange"  # the fruit of `MAY_RELAX`
+        remaining = (
+            ASSUMED_RELAXATION.left if name is None else FRUITS[name].relaxes_to
+        )  # fraction of the force that remains
+        fruit = "an orange"  # the fruit of `ASSUMED_RELAXATION`
         if name is not None:
             article = "an" if name[0] in "aeiou" else "a"
             fruit = f"{article} {name}"

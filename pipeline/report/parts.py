@@ -22,7 +22,7 @@ from solve.fruit.compliance import FruitCompliance, SkinTable
 if TYPE_CHECKING:
     from pipeline.errors.sensor_errors import ReadingTable
     from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
-    from pipeline.reading.over_time import ReadingOverTime
+    from pipeline.reading.reading_over_time import ReadingOverTime
     from pipeline.springs.leaf_lengths import FittedHousing
     from pipeline.springs.sizing import SpringSizing
     from sensor.design.processes import Process
@@ -126,8 +126,8 @@ class ContactReport:
             skin = SkinReport(E_MPa=tuple(contact.skin.E.tolist()), compliance_per_mm=matrices)
         info = contact.info
         return cls(
-            error_percent=100.0 * contact.error_pair,  # relative error of s11 - s12
-            s11_error_percent=100.0 * contact.error_own,  # relative error of s11
+            error_percent=100.0 * contact.difference_error,  # relative error of s11 - s12
+            s11_error_percent=100.0 * contact.s11_error,  # relative error of s11
             method=info.method,
             dofs=info.dofs,
             seconds=info.seconds,
@@ -146,8 +146,8 @@ class ContactReport:
             skin=skin,
             tips=tips,
             S=np.array(self.compliance_per_mm),
-            error_pair=0.01 * self.error_percent,
-            error_own=0.01 * self.s11_error_percent,
+            difference_error=0.01 * self.error_percent,
+            s11_error=0.01 * self.s11_error_percent,
             info=SolveInfo(method=self.method, dofs=self.dofs, seconds=self.seconds, status="read from report.json"),
         )
 
@@ -424,7 +424,7 @@ class AccuracyReport:
         return cls(
             tolerance=tolerance,
             springs=springs,
-            contact=SolveReport(error_percent=100.0 * contact.error_pair, choice=choice),
+            contact=SolveReport(error_percent=100.0 * contact.difference_error, choice=choice),
         )
 
 

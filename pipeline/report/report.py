@@ -232,7 +232,7 @@ def read_report(folder: Path) -> Report:
     >>> report.design.tips.layout
     'pair'
     """
-    return structure_report(folder, written_data(folder))
+    return report_from_data(folder, written_data(folder))
 
 
 def written_data(folder: Path) -> Plain:
@@ -266,7 +266,7 @@ def read_data(folder: Path) -> Plain:
     return data
 
 
-def structure_report(folder: Path, data: Plain) -> Report:
+def report_from_data(folder: Path, data: Plain) -> Report:
     """Build a report from the JSON data of a folder's report.json.
 
     A report of version 0.2 may have keys that no longer exist; these are ignored. Raises InputError, whose message

@@ -9,7 +9,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 from sensor.design.tips import Tips
-from sensor.words import shown
+from sensor.words import value_text
 
 if TYPE_CHECKING:
     from pipeline.errors.sensor_errors import ReadingTable
@@ -52,7 +52,7 @@ def response_csv(table: "ReadingTable", tips: Tips) -> str:
     digits = {**dict.fromkeys(columns, _FORCE_DIGITS), **dict.fromkeys(bands, _BAND_DIGITS), **_DIGITS}
     # Each grid (moduli, travels) becomes a column. Row 0 of a grid is for the softest possible fruit, which is only a
     # limit, so it is not written.
-    cells = [[shown(value, digits=digits[name]) for value in grid[1:].flat] for name, grid in columns.items()]
+    cells = [[value_text(value, digits=digits[name]) for value in grid[1:].flat] for name, grid in columns.items()]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(columns)

@@ -39,10 +39,10 @@ def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> No
 def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableType]:
     """Return a table of the verdicts on a file or folder, and the reasons for verdicts that did not pass."""
     explained = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
-    return [verdict_table(escape(title), verdicts), *reasons(explained)]
+    return [verdict_table(escape(title), verdicts), *reason_lines(explained)]
 
 
-def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = lambda _: True) -> tuple[str, ...]:
+def reason_lines(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = lambda _: True) -> tuple[str, ...]:
     """Return one line for each verdict, with its reason and its hint.
 
     If `in_table` is false for a verdict, the line also has its value and limit, because no table shows them. A hint

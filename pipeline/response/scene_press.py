@@ -70,7 +70,7 @@ def refuse_unsolvable_scene(design: Design) -> None:
     scene = scene_of(design)
     check_scene(scene)
     _check_skin(scene)
-    if scene.on_cells:
+    if scene.is_solved_on_cells:
         scene_footprints(scene, design.press.travel_mm)
 
 
@@ -85,7 +85,7 @@ def _check_skin(scene: Scene) -> None:
     if not scene.tips.tip_shape.is_solved_under_skin:
         bound = "left out unless tips have flat faces or are domes"
         raise validation_error("fruit.skin_mm", thickness, "mm", bound, "remove the skin, or choose other tips")
-    if scene.fruit.whole:
+    if scene.fruit.is_whole:
         bound = "left out on a whole fruit"
         hint = "set fruit.length_mm and fruit.width_mm to the size of the piece under the tips"
         raise validation_error("fruit.skin_mm", thickness, "mm", bound, hint)

@@ -39,10 +39,10 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
         layer = ElasticLayer(name=SIDES, thickness=SKIN_MM, rectangles=walls(housing), discs=discs, holes=holes)
     else:
         return ()
-    return _with_twin(layer, housing, housing.back_to_back.gap) if housing.back_to_back else (layer,)
+    return _layers_back_to_back(layer, housing, housing.back_to_back.gap) if housing.back_to_back else (layer,)
 
 
-def _with_twin(front: ElasticLayer, housing: Housing, gap: float) -> tuple[ElasticLayer, ...]:
+def _layers_back_to_back(front: ElasticLayer, housing: Housing, gap: float) -> tuple[ElasticLayer, ...]:
     """Return the layers of one of two plates back to back: its cover in front, and the other plate behind a `gap` [mm].
 
     The solver puts every layer on both sides of the plate. Each layer is therefore twice as thick here, which makes it

@@ -32,7 +32,7 @@ from solve.own_part import (
     ERROR_SHARE,
     PartCompliance,
     extrapolate_to_size_zero,
-    left_out,
+    neglected_feature_errors,
     strained_corners,
     swept_compliance,
     tetrahedral_compliance,
@@ -484,8 +484,10 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     fine = swept_compliance(mesh, scene.material, presses, layers)
     # for comparison, the walls of the screw holes are held instead of the mount
     holes_held = swept_compliance(mesh, scene.material, presses) if layers else None
-    neglected_errors += left_out(mesh, fine)
-    volumes = mesh.excess * mesh.area  # volume that the sweep adds or leaves out at each place of the section [mm^3]
+    neglected_errors += neglected_feature_errors(mesh, fine)
+    volumes = (
+        mesh.length_error * mesh.area
+    )  # volume that the sweep adds or leaves out at each place of the section [mm^3]
     largest_place = None
     if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
         x, y, z = extrusion.rotation.T @ mesh.places[:, int(np.argmax(volumes))]  # in the coordinates of the part

@@ -38,7 +38,7 @@ def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: 
     `stage` is the name of the stage. The inputs are records or plain data, and the result is of type `kind`. A new
     result is also converted to JSON and back, so that it equals a stored result to the last bit.
     """
-    stored_result = stored(stage, inputs, kind)
+    stored_result = load_stored(stage, inputs, kind)
     if stored_result is not None:
         return stored_result
     new_result = compute()
@@ -46,7 +46,7 @@ def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: 
     return from_plain(kind, json.loads(_as_json(new_result)))
 
 
-def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
+def load_stored(stage: str, inputs: object, kind: type[T]) -> T | None:
     """Return the stored result of a stage for these inputs, or None if there is no valid entry.
 
     The result is of type `kind`. An entry is invalid if it is too large, incomplete, changed, or of another type.

@@ -122,7 +122,7 @@ class Deck:
     `springs` is an additional stiffness matrix (3 nodes, 3 nodes) [N/mm] that does not couple the axes. All springs to
     the ground end at one node, which the node set `ground` must contain. A mean is an additional node whose u_z is a
     weighted sum of the u_z of the body, with the weights (nodes,) [1] in `means`. Each step prints the displacements of
-    the means and of the node set `asked`.
+    the means and of the node set `printed_set`.
     """
 
     elements: Elements
@@ -132,7 +132,7 @@ class Deck:
     steps: Sequence[LinearStep]
     springs: csc_matrix | None = None
     means: Mapping[str, Floats] = field(default_factory=dict)
-    asked: str | None = None
+    printed_set: str | None = None
 
     @property
     def mean_nodes(self) -> dict[str, int]:
@@ -154,7 +154,7 @@ class Deck:
     def printed(self) -> tuple[str, ...]:
         """Return the names of the node sets whose displacements are printed in each step."""
         names = tuple(self.means)
-        return names if self.asked is None else (*names, self.asked)
+        return names if self.printed_set is None else (*names, self.printed_set)
 
     def text(self, heading: Sequence[str] = ()) -> str:
         """Return the text of the deck; the lines of `heading` come first, as comments."""

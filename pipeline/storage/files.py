@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from pipeline.storage.cache import store, stored
+from pipeline.storage.cache import load_stored, store
 from pipeline.storage.digests import REPORT, file_digest, has_digest, is_regular, keep_aside, kind_of
 from pipeline.storage.folder import write_beside
 from pipeline.storage.interrupts import interruptible
@@ -92,4 +92,4 @@ def _write_error(path: Path, flag: str, error: OSError) -> InputError:
 
 def is_ours(path: Path) -> bool:
     """Return whether a file has the same content as a file that `write_files` wrote."""
-    return is_regular(path) and stored(_WRITTEN, file_digest(path), bool) is True
+    return is_regular(path) and load_stored(_WRITTEN, file_digest(path), bool) is True

@@ -8,8 +8,8 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cad.files.file_date import NAME
-from pipeline.storage.cache import load_or_compute, stored
+from cad.files.file_date import DATE_VARIABLE
+from pipeline.storage.cache import load_or_compute, load_stored
 from pipeline.storage.workers import finished_future, submit
 from sensor.verdict import Verdict
 
@@ -49,7 +49,7 @@ def begin_files(
     consists of `stage`, `inputs` and the file date. If the files are cached, the future is already finished and no
     worker is used. If `executor` is None, the files are made at once in this process.
     """
-    cached_files = stored(stage, _with_date(inputs), KeptFiles)
+    cached_files = load_stored(stage, _with_date(inputs), KeptFiles)
     if cached_files is not None:
         return finished_future(cached_files)
     return submit(executor, _make_or_load, stage, inputs, write)
@@ -68,4 +68,4 @@ def _make_or_load(stage: str, inputs: Inputs, write: Callable[[Path], Written]) 
 
 
 def _with_date(inputs: Inputs) -> dict[str, object]:
-    return {**inputs, "date": os.environ.get(NAME)}
+    return {**inputs, "date": os.environ.get(DATE_VARIABLE)}

@@ -35,7 +35,7 @@ class Seconds:
     cpu: dict[str, float]
 
 
-def silent(*_: object) -> None:
+def ignore_progress(*_: object) -> None:
     """Ignore progress."""
 
 
@@ -46,7 +46,7 @@ class Stopwatch:
     inner stage.
     """
 
-    def __init__(self, progress: Progress = silent) -> None:
+    def __init__(self, progress: Progress = ignore_progress) -> None:
         """Start measuring the total time; `progress` is called with the description of each stage that begins."""
         self._progress = progress
         self._description = ""

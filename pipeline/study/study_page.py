@@ -18,7 +18,7 @@ from pipeline.study.study_file import REFUSED, Study
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
 from sensor.design.design_file import TABLE_TYPES, design_as_toml
 from sensor.verdict import row_of
-from sensor.words import shown
+from sensor.words import value_text
 
 PAGE = "study.html"
 BEST = 10
@@ -141,7 +141,7 @@ def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
             varies = key in study.vary
             label, markdown = _label_and_meaning(key, varies=varies)
             meaning = _LINK.sub(r"\1", markdown).replace("`", "")  # the page shows plain text, not Markdown
-            counts = {shown(value): count for value, count in store.text_counts(key).items()}
+            counts = {value_text(value): count for value, count in store.text_counts(key).items()}
             keys.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
     return tuple(keys)
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 from pipeline.tables.decoding import place_of
 from pipeline.tables.header_words import WORDS
-from pipeline.tables.headers import HeaderWords, NamedColumn, folded
+from pipeline.tables.headers import HeaderWords, NamedColumn, fold_words
 from pipeline.tables.number_formats import as_number, is_missing, seconds_of_day
 from pipeline.tables.rows import Row
 from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, TIME, Quantity, is_unit, needed_unit, no_unit, unit_of
 from sensor.quantity import validation_error
 
-_UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
+_UNIT_WORDS = set(map(fold_words, WORDS["words"]["unit"]))
 _FILLERS = set(WORDS["fillers"])
 _SYSTEM_WORDS = {"", "system", "systems", "measure", "measurement", "measurements"}  # as in `Unit system,Imperial`
 _UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # "in" is not a unit in `test 3 in air`, but a preposition
@@ -227,7 +227,7 @@ class StatedUnits:
         unit_columns: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
-            words = re.sub(r"[()\[\]]", " ", folded(label[:LONGEST_LABEL])).split()
+            words = re.sub(r"[()\[\]]", " ", fold_words(label[:LONGEST_LABEL])).split()
             other_words = [word for word in words if re.sub(r"[.\d]+$", "", word) not in _UNIT_WORDS]
             has_unit_word = len(other_words) < len(words)
             is_unlabelled_unit = not label and is_unit(first.cell(index))
@@ -258,7 +258,7 @@ class StatedUnits:
         "" if the statement names a system of units, as in `Unit system: Imperial`.
         """
         key, _, value = cell.replace("=", ":").partition(":")
-        words = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")
+        words = fold_words(re.sub(r"[()\[\]]", " ", key)).split(" ")
         if _UNIT_WORDS.isdisjoint(words):
             return
         stated_texts = list(filter(None, (value.strip(), *row.cells[index + 1 :])))

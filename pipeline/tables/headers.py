@@ -39,7 +39,7 @@ class ColumnFlags(NamedTuple):
         names = (*quantities, *self.others)
         for name, header in _named_values("--columns", self.columns, names):
             if name in with_flags:
-                with_flags[name] = replace(with_flags[name], chosen=header)
+                with_flags[name] = replace(with_flags[name], selected_column=header)
         for name, unit in _named_values("--units", self.units, names):
             if name in with_flags:
                 with_flags[name] = replace(with_flags[name], flag_unit=needed_unit("--units", with_flags[name], unit))
@@ -92,10 +92,10 @@ class HeaderWords:
         self._quantity_by_label: dict[str, str] = {}  # in column labels
         self._quantity_by_label_with_unit: dict[str, str] = {}  # in column labels that also contain a unit
         for name, quantity in quantities.items():
-            by_label = dict.fromkeys(map(folded, (name, *quantity.words)), name)
-            by_label_with_unit = dict.fromkeys(map(folded, quantity.words_with_unit), name)
-            self._quantity_by_word |= {**by_label_with_unit, **by_label, folded(quantity.chosen): name}
-            if not quantity.chosen:
+            by_label = dict.fromkeys(map(fold_words, (name, *quantity.words)), name)
+            by_label_with_unit = dict.fromkeys(map(fold_words, quantity.words_with_unit), name)
+            self._quantity_by_word |= {**by_label_with_unit, **by_label, fold_words(quantity.selected_column): name}
+            if not quantity.selected_column:
                 self._quantity_by_label_with_unit |= by_label_with_unit
                 self._quantity_by_label |= by_label
         for quantity_by_words in (self._quantity_by_word, self._quantity_by_label):
@@ -109,7 +109,7 @@ class HeaderWords:
 
     def quantity_of(self, words: str) -> str:
         """Return the name of the quantity that `words` mean, in a header or in other text; "" if there is none."""
-        return self._quantity_by_word.get(folded(words), "")
+        return self._quantity_by_word.get(fold_words(words), "")
 
     def columns(self, row: Row) -> list[NamedColumn]:
         """Return the columns that a row names as a header, from left to right.
@@ -120,7 +120,7 @@ class HeaderWords:
         columns_by_flag = [
             NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
             for name, quantity in self.quantities.items()
-            for index in _chosen_columns(row.cells, quantity.chosen)
+            for index in _selected_columns(row.cells, quantity.selected_column)
         ]
         # For each label: its index, the quantity that it names, its unit, and whether it names it only with this unit.
         labels = [
@@ -173,7 +173,9 @@ class HeaderWords:
         """
         # The number of the column of each quantity, counted from 1.
         column_numbers = {
-            name: int(quantity.chosen) for name, quantity in self.quantities.items() if quantity.chosen.isdecimal()
+            name: int(quantity.selected_column)
+            for name, quantity in self.quantities.items()
+            if quantity.selected_column.isdecimal()
         }
         if not any(names and column_numbers.keys() >= set(names) for names in needed):
             return {}
@@ -191,7 +193,7 @@ class HeaderWords:
         for label in row.cells:
             parts = list(label_parts(label)) if len(label) <= LONGEST_LABEL else []
             for words, tail in reversed(parts):
-                name = self._quantity_by_label.get(folded(words), "")
+                name = self._quantity_by_label.get(fold_words(words), "")
                 if name in names and self.quantities[name].units:
                     return label, name, tail
         return None
@@ -202,37 +204,37 @@ class HeaderWords:
         The label must consist of known words, which may be followed by a unit of their quantity. The quantity and the
         unit are "" if the label names none.
         """
-        if name := self._quantity_by_label.get(folded(label), ""):
+        if name := self._quantity_by_label.get(fold_words(label), ""):
             return name, "", False
         for words, tail in label_parts(label):
-            name = self._quantity_by_label.get(folded(words), "")
+            name = self._quantity_by_label.get(fold_words(words), "")
             if name and self.quantities[name].units and (not tail or unit_of(self.quantities[name], tail)):
                 return name, tail, False
-            name = self._quantity_by_label_with_unit.get(folded(words), "")
+            name = self._quantity_by_label_with_unit.get(fold_words(words), "")
             if name and unit_of(self.quantities[name], tail):
                 return name, tail, True
         return "", "", False
 
 
-def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
-    """Return the indices of the columns that the value `chosen` of a flag selects.
+def _selected_columns(labels: Sequence[str], selected_column: str) -> list[int]:
+    """Return the indices of the columns that the value `selected_column` of a flag selects.
 
     The value is a label, the number of a column counted from 1, or a label without its unit, in this order of
     preference.
     """
-    if not chosen:
+    if not selected_column:
         return []
-    chosen_words = folded(chosen)
-    by_label = [index for index, label in enumerate(labels) if label and folded(label) == chosen_words]
+    chosen_words = fold_words(selected_column)
+    by_label = [index for index, label in enumerate(labels) if label and fold_words(label) == chosen_words]
     if by_label:
         return by_label
-    if chosen.isdecimal() and 0 < int(chosen) <= len(labels):
-        return [int(chosen) - 1]
+    if selected_column.isdecimal() and 0 < int(selected_column) <= len(labels):
+        return [int(selected_column) - 1]
     return [
         index
         for index, label in enumerate(labels)
         if any(
-            folded(words) == chosen_words and (is_unit(tail) or is_other_unit(tail))
+            fold_words(words) == chosen_words and (is_unit(tail) or is_other_unit(tail))
             for words, tail in label_parts(label)
         )
     ]
@@ -246,16 +248,18 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     of (%).
     """
     units = list(_trailing_units(label, name, quantity)) if quantity.units else []
-    known_words = set(map(folded, (*quantity.words, *quantity.words_with_unit)))
+    known_words = set(map(fold_words, (*quantity.words, *quantity.words_with_unit)))
     yield from units
-    if units or not quantity.units or quantity.flag_unit or folded(label) in known_words:
+    if units or not quantity.units or quantity.flag_unit or fold_words(label) in known_words:
         return
     if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
         yield in_brackets[2].strip()
     elif dots := _R_DOTS.search(label):
         yield dots[0]
     else:
-        tails = (tail for words, tail in label_parts(label) if folded(words) in known_words and not tail.isdecimal())
+        tails = (
+            tail for words, tail in label_parts(label) if fold_words(words) in known_words and not tail.isdecimal()
+        )
         yield from itertools.islice(tails, 1)
 
 
@@ -266,7 +270,7 @@ def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     unit.
     """
     channel = name.rpartition("_")[2] if "_" in name else ""
-    parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]
+    parts = [(words, tail) for words, tail in label_parts(label) if fold_words(tail).split(" ")[0] != channel]
     own_units = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
     other_units = [tail for _, tail in parts if is_other_unit(tail) and not unit_of(quantity, tail)]
     other_units += [tail for _, tail in parts if is_unit(tail) and not own_units]
@@ -301,7 +305,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
         yield without_closing[:opening].strip(), without_closing[opening + 1 :].strip()
 
 
-def folded(words: str) -> str:
+def fold_words(words: str) -> str:
     """Return words in a form for comparison: lower case, no accents or punctuation, and single spaces."""
     letters = unicodedata.normalize("NFKD", words[:LONGEST_LABEL].replace("\u00df", "ss")).casefold()
     plain = "".join(letter for letter in letters if not unicodedata.combining(letter))

@@ -18,7 +18,7 @@ class MeasuredTable:
 
     `last_digits` (rows,) is the resolution of each number: the value of one step in its last written digit. `header` is
     the line number of the header in the file, and `lines` are the line numbers of the rows. `passed_over` holds the
-    labels of columns that were skipped. `understood` summarises in one line which columns and rows were read.
+    labels of columns that were skipped. `summary` summarises in one line which columns and rows were read.
     """
 
     source: str
@@ -28,7 +28,7 @@ class MeasuredTable:
     numbers: Mapping[str, Floats]
     last_digits: Mapping[str, Floats]
     passed_over: tuple[str, ...] = ()
-    understood: str = ""
+    summary: str = ""
 
 
 def numbers_of(
@@ -60,5 +60,5 @@ def numbers_of(
         numbers=numbers,
         last_digits=last_digits,
         passed_over=tuple(table.passed_over),
-        understood=table.understood,
+        summary=table.summary,
     )

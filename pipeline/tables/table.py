@@ -16,7 +16,7 @@ from pathlib import Path
 from pipeline.tables.columns import Column, StatedUnits, UnitStatement
 from pipeline.tables.decoding import place_of
 from pipeline.tables.header_words import WORDS
-from pipeline.tables.headers import HeaderWords, folded
+from pipeline.tables.headers import HeaderWords, fold_words
 from pipeline.tables.number_formats import as_number, decimal_sign, is_missing, is_number, seconds_of_day
 from pipeline.tables.rows import Row, Rows, WholeRows, refuse_fault, single_sheet
 from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, Quantity, is_unit, no_unit, unit_of
@@ -29,7 +29,7 @@ _MAX_LISTED = 8  # maximum number of columns or lines that a summary lists
 # If this many rows have the same number of decimals, trailing zeros are written: of 50 random numbers, at least one
 # ends in 0 with probability 0.995.
 _ROWS_FOR_DECIMALS = 50
-_STATISTICS = set(map(folded, WORDS["results"]["rows"]))
+_STATISTICS = set(map(fold_words, WORDS["results"]["rows"]))
 _LABELLED = re.compile(
     r"([^\W\d][^:=,;|]{0,60}?)\s*[:=]\s*[+-]?[0-9][0-9.]*(?:\s?[^\W\d_]{1,4}(?=[\s,;|]))?"  # such as `Force: 1.5 N`
 )
@@ -117,7 +117,7 @@ class FoundTable:
         return [label[:SHOWN_LABEL] for index, label in enumerate(self.header.cells) if label and index not in used]
 
     @property
-    def understood(self) -> str:
+    def summary(self) -> str:
         """Return a one-line summary of what was read: the columns, the lines of the rows, and what was skipped."""
         parts = [", ".join(map(str, self.columns))]
         if isinstance(self.rows, Sequence):
@@ -130,7 +130,7 @@ class FoundTable:
         if self.skipped:
             parts.append(f"{len(self.skipped)} without numbers left out")
         if self.left_out:
-            parts.append(f"left out {_list_first(list(map(shown, self.left_out)))}")
+            parts.append(f"left out {_list_first(list(map(row_text, self.left_out)))}")
         return f"{self.source}: {'; '.join(parts)}"
 
 
@@ -138,7 +138,7 @@ def _list_first(texts: Sequence[str]) -> str:
     return ", ".join(texts[:_MAX_LISTED]) + (" and others" if len(texts) > _MAX_LISTED else "")
 
 
-def shown(row: Row) -> str:
+def row_text(row: Row) -> str:
     """Return the description of a skipped line for notes: its number and the beginning of its text."""
     return f"line {row.line}, {row.text[:SHOWN_LABEL]!r}"
 
@@ -481,7 +481,7 @@ class _RowClassifier:
 
 def is_statistic(row: Row) -> bool:
     """Return whether the first cell of a row names a statistic, as in `Mean,24.1,3.8`."""
-    return not row.cells[0][:1].isdecimal() and folded(row.cells[0]) in _STATISTICS
+    return not row.cells[0][:1].isdecimal() and fold_words(row.cells[0]) in _STATISTICS
 
 
 def _is_incomplete(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:

@@ -46,8 +46,8 @@ class Quantity:
 
     `words` are further names of the quantity in headers. A word in `words_with_unit` names the quantity only together
     with one of its units, and only if no other column holds the quantity. Two fields come from flags. `flag_unit` is a
-    unit that a header may omit but not contradict. `chosen` selects a column by its header or by its number, counted
-    from 1. With `by_clock`, the clock of a serial monitor may replace the column.
+    unit that a header may omit but not contradict. `selected_column` selects a column by its header or by its number,
+    counted from 1. With `by_clock`, the clock of a serial monitor may replace the column.
     """
 
     units: Mapping[str, float]
@@ -56,7 +56,7 @@ class Quantity:
     words: tuple[str, ...] = ()
     words_with_unit: tuple[str, ...] = ()
     flag_unit: str = ""
-    chosen: str = ""
+    selected_column: str = ""
     by_clock: bool = False
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from sensor.quantity import COVERAGE
 from sensor.verdict import Verdict
-from sensor.words import ROUND_OFF, shown, value_with_bar
+from sensor.words import ROUND_OFF, value_text, value_with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
 """The statement above a table on the screen, whose error bars are expanded. Files contain standard uncertainties."""
@@ -69,7 +69,7 @@ def bound_sign(verdict: Verdict) -> str:
 
 def limit_text(verdict: Verdict, unit: str) -> str:
     """Return the target or the limit of a verdict with its unit, after the sign of a one-sided limit."""
-    return bound_sign(verdict) + shown(verdict.limit, unit)
+    return bound_sign(verdict) + value_text(verdict.limit, unit)
 
 
 def value_and_limit(verdict: Verdict) -> str:
@@ -86,8 +86,8 @@ def value_and_limit(verdict: Verdict) -> str:
 def tolerance_text(verdict: Verdict) -> str:
     """Return the tolerance of a verdict, in per cent if it is relative, or an empty string if it has none."""
     if verdict.relative and isinstance(verdict.tolerance, int | float):
-        return shown(100.0 * verdict.tolerance, "%")
-    return "" if verdict.tolerance == 0.0 else shown(verdict.tolerance, verdict.unit)
+        return value_text(100.0 * verdict.tolerance, "%")
+    return "" if verdict.tolerance == 0.0 else value_text(verdict.tolerance, verdict.unit)
 
 
 def fails_unread(verdict: Verdict) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.reading.analysis import ReadingAccuracy
-from pipeline.reading.over_time import ReadingOverTime
+from pipeline.reading.reading_over_time import ReadingOverTime
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.spring import MadeSpring
 from pipeline.storage.plain import first_largest

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pipeline.errors.targets import SceneTargets, force_errors_of_springs, reached_targets
+from pipeline.errors.targets import SceneTargets, evaluate_targets, force_errors_of_springs
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
@@ -170,7 +170,7 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
         return None
     paper = _on_paper_springs(sensor)
     press = press_scene(scene_of(paper.design), paper.contact, paper.C)
-    reached = reached_targets(paper, PAPER_TARGETS, press)
+    reached = evaluate_targets(paper, PAPER_TARGETS, press)
     scene_text = _scene_in_words(level=press.level, reached=reached)
     return (
         P_max_verdict(reached.P_max, PAPER_TARGETS, scene_text),

@@ -15,7 +15,7 @@ import pyvista as pv
 from pipeline.making.field_files import FLEXURE
 from pipeline.report.report import Report, read_report
 from pipeline.storage.files import check_paths_are_free, write_files
-from pipeline.storage.stopwatch import Count, silent
+from pipeline.storage.stopwatch import Count, ignore_progress
 from pipeline.view.field_picture import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
     STRAIN_OVER_LIMIT,
@@ -101,7 +101,7 @@ def _field_pictures(report: Report, folder: Path) -> Iterator[Picture]:
 
 
 def write_pictures(
-    all_pictures: list[Picture], folder: Path, *, force: bool = False, count: Count = silent
+    all_pictures: list[Picture], folder: Path, *, force: bool = False, count: Count = ignore_progress
 ) -> list[Path]:
     """Write each picture to a folder as NAME.png, and return the paths. Either all pictures are written or none.
 

@@ -11,7 +11,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
-from cad.parts.assembly import assembly_of, colour_of, outwards, placed_shape, sensor_of
+from cad.parts.assembly import assembly_of, colour_of, exploded_shift, placed_shape, sensor_of
 from pipeline.making.field_files import FLEXURE, FRUIT
 from pipeline.report.report import Report
 from pipeline.view.field_picture import DISPLACEMENT, EDGE, Field, FieldPicture, Vector, frame_picture, sharp_edges
@@ -223,7 +223,7 @@ def _draw_parts_apart(
         part_name = part.name.rstrip("0123456789_").replace("_", " ")  # "screw" for screw_1
         is_fruit = part_name == "fruit"
         shift_down = _FRUIT_SHIFT * placed_shape(part).BoundingBox().zlen if is_fruit else 0.0
-        surface = _draw_part(plotter, part, (0.0, outwards(part), -shift_down))
+        surface = _draw_part(plotter, part, (0.0, exploded_shift(part), -shift_down))
         surfaces.append(surface)
         if is_fruit:
             lower_starts[part_name] = _centre_at_height(surface, surface.bounds[4])  # the lowest z

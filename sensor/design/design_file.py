@@ -8,7 +8,7 @@ from typing import Any
 from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
-from sensor.design.processes import Process, own_process, process_as_table
+from sensor.design.processes import Process, parse_process, process_as_table
 from sensor.design.reading import ReadingRequirements
 from sensor.design.readout import Readout
 from sensor.design.tips import PressMotion, Tips
@@ -76,7 +76,7 @@ def refuse_given_noise(reading: object) -> None:
 def _printer(print_table: Print, table: object) -> Process:
     """Return the custom process that the table [printer] defines. Its name is `print.process`."""
     frozen = {key: _freeze(value) for key, value in table.items()} if isinstance(table, Mapping) else table
-    return own_process(print_table.process, frozen)
+    return parse_process(print_table.process, frozen)
 
 
 def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables

@@ -75,7 +75,7 @@ class DesignTables:
         """Return the tables of an existing design."""
         return cls.from_file(design_as_mapping(design), Path())
 
-    def changed(self, settings: Mapping[str, object]) -> "DesignTables":
+    def with_settings(self, settings: Mapping[str, object]) -> "DesignTables":
         """Return new tables with these settings changed. The name of a setting is TABLE.KEY.
 
         The value None removes a key, or a whole table such as `reading`. The path of a process file is relative to the
@@ -129,7 +129,7 @@ class DesignTables:
 
         Raises InputError for an unknown name, or if the design is invalid.
         """
-        changed = self.changed(settings) if settings else self
+        changed = self.with_settings(settings) if settings else self
         if "readout" in changed.tables:
             refuse_given_noise(changed.tables.get("reading"))
         data = {**changed.tables}

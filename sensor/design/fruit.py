@@ -247,7 +247,7 @@ class Fruit:
         if self.shape != "ellipsoid":
             bound = f"left out for fruit.shape = {self.shape!r}"
             raise validation_error(name, self.azimuth_deg, "deg", bound, "a round fruit has no principal direction")
-        if self.whole and self.azimuth_deg:
+        if self.is_whole and self.azimuth_deg:
             bound = "0 on a whole fruit"
             hint = "give fruit.length_mm and fruit.width_mm, which make it a piece"
             raise validation_error(name, self.azimuth_deg, "deg", bound, hint)
@@ -302,7 +302,7 @@ class Fruit:
             raise validation_error(
                 self.depth_key, self.depth_mm, "mm", bound, "choose a thinner piece, or a larger radius"
             )
-        if self.whole:
+        if self.is_whole:
             return
         if self.fall_mm(0.5 * self.length_mm, 0.5 * self.width_mm) >= self.depth_mm:
             bound = "so small that the corners of the piece lie on the fruit, above its base"
@@ -349,7 +349,7 @@ class Fruit:
         return math.cos(azimuth), math.sin(azimuth)
 
     @property
-    def mirrored(self) -> bool:
+    def is_symmetric(self) -> bool:
         """Return whether the fruit is symmetric about the vertical planes along and across the tips."""
         return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
 
@@ -388,10 +388,10 @@ class Fruit:
 
         It can roll if it is curved and whole, and if its centre is above the table.
         """
-        return self.radius_mm is not None and self.whole and self.depth_mm > self.radius_mm
+        return self.radius_mm is not None and self.is_whole and self.depth_mm > self.radius_mm
 
     @property
-    def whole(self) -> bool:
+    def is_whole(self) -> bool:
         """Return whether a curved fruit is whole down to its base, instead of a piece cut to a length and a width."""
         length, width = self._whole_plan_mm
         return self.radius_mm is not None and self.length_mm >= length and self.width_mm >= width

@@ -171,7 +171,7 @@ class Print:
 
     def __post_init__(self) -> None:
         """Check each field except the process, which `Design` checks because it also needs `Design.printer`."""
-        check_fields(self, "print", but=("process",))
+        check_fields(self, "print", excluded=("process",))
         if self.process_file is not None:
             bound = "left out here, because a process file is read together with a design file"
             raise validation_error(
@@ -400,7 +400,7 @@ class Design:
             bound = f"left out for fruit.shape = {fruit.shape!r}"
             hint = "choose fruit.shape = 'ellipsoid', or give reading.radius_spread"
             raise validation_error("reading.radius_mm", list(reading.radius_mm), "mm", bound, hint)
-        if reading.radius_mm is not None and fruit.whole:
+        if reading.radius_mm is not None and fruit.is_whole:
             bound = "given with fruit.width_mm and reading.radius_mm, because only a piece of a fruit can be turned"
             raise validation_error("fruit.length_mm", None, "mm", bound, "give both, about 4 tips.spacing_mm each")
         has_domes = self.tips.dome_radius_mm is not None
@@ -464,7 +464,7 @@ class Design:
         return represented_by_ball(self.fruit, self.tips)
 
     @property
-    def elastic(self) -> "Design":
+    def without_relaxation(self) -> "Design":
         """Return the same design for elastic flesh, which does not relax. A reference ball, for example, is elastic."""
         return dataclasses.replace(
             self,

@@ -140,7 +140,7 @@ def check_process_name(name: object) -> None:
 PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.toml"), "processes"))
 
 
-def own_process(name: str, table: object) -> Process:
+def parse_process(name: str, table: object) -> Process:
     """Build a custom print process from a table of the user.
 
     Raises InputError if the name is that of a known process, or for an unknown key or an invalid number.
@@ -161,7 +161,7 @@ def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
     tables = read_toml(path, "print.process_file")
     for name, table in tables.items():
         try:
-            own_process(name, table)  # only checks the table
+            parse_process(name, table)  # only checks the table
         except InputError as error:
             # The message names the file, because the error is not in the design file.
             msg = f"print.process_file = {path.name!r}: {error}"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from sensor.design.bench import Bench
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE, Readout
-from sensor.quantity import BOUNDED, report_field
+from sensor.quantity import UNIFORM_DEVIATION, report_field
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,7 @@ class SignalPath:
 
         The timing error is assumed to be uniformly distributed between its bounds (JCGM 100:2008, 4.3.7).
         """
-        return BOUNDED * 1e-3 * self.rate_Hz * self.time_error_ms
+        return UNIFORM_DEVIATION * 1e-3 * self.rate_Hz * self.time_error_ms
 
     @property
     def conversion_order(self) -> tuple[int, ...]:

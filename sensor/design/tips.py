@@ -290,14 +290,14 @@ def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     layout = tips.tip_layout
     # The fruit is centred on the apex, so an offset of the tips takes up length on both sides.
     available_length = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
-    max_spacing = available_length / layout.length
+    max_spacing = available_length / layout.length_in_spacings
     if tips.spacing_mm > max_spacing:
-        divisor = "" if layout.length == 1.0 else f" divided by {layout.length:g} spacings"
+        divisor = "" if layout.length_in_spacings == 1.0 else f" divided by {layout.length_in_spacings:g} spacings"
         bound = f"at most fruit.length_mm - side - 2 |offset|{divisor} = {max_spacing:g} mm"
         raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)
     if tips.side_mm > fruit.width_mm:
         bound = f"at most fruit.width_mm = {fruit.width_mm:g} mm"
         raise validation_error("tips.side_mm", tips.side_mm, "mm", bound, hint)
-    if layout.width * tips.spacing_mm > fruit.width_mm - tips.side_mm:
+    if layout.width_in_spacings * tips.spacing_mm > fruit.width_mm - tips.side_mm:
         bound = f"at most fruit.width_mm - side = {fruit.width_mm - tips.side_mm:g} mm"
         raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)

@@ -126,7 +126,7 @@ class RollingDomes:
         return self.dome_radius / self.rolling_factor
 
     @property
-    def contrast_sees_saddle(self) -> bool:
+    def contrast_depends_on_saddle(self) -> bool:
         """Return whether the contrast depends on the saddle k_xy.
 
         This is true for a square. The contrast of a line depends only on k_xx and k_yy.
@@ -190,7 +190,7 @@ class RollingDomes:
             S=rows_of(self.S()),
             hertz=hertz_factor(self.relative_radius, self.poisson),
         )
-        return RiseLaw(contrast=contrast, rolling=self if self.contrast_sees_saddle else None)
+        return RiseLaw(contrast=contrast, rolling=self if self.contrast_depends_on_saddle else None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,7 +227,7 @@ class RiseLaw:
         return slope
 
     @property
-    def over_time(self) -> "RiseLaw":
+    def relaxing_law(self) -> "RiseLaw":
         """Return the law for flesh that relaxes. It has 2 n channels for n tips.
 
         The first n channels are the measured forces, which bend the springs. The last n channels are the forces with
@@ -307,7 +307,7 @@ def rise_of(
     """Return the samples of a press from which its modulus is read: those of the rise to the deepest sample.
 
     `forces` (samples, channels) [N] contain the forces of the tips in the first `tips` channels; the sum of these is
-    the instrument. The same number of channels derived from these forces may follow (`RiseLaw.over_time`). The
+    the instrument. The same number of channels derived from these forces may follow (`RiseLaw.relaxing_law`). The
     instrument of a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to a
     common time. A sample is used if its own forces are above 0, and if all forces of the `lag` samples before it exceed
     `least_forces`. These limits (channels,) [N] are a multiple of the noise. The times `t` (samples,) [s] determine the
@@ -408,7 +408,7 @@ class RiseSlopes:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class UnevenSlopes:
+class UnevennessSensitivity:
     """The slopes of ln E with respect to the unevenness of a fruit, which differs from tip to tip.
 
     `heights` (waves, tips) [1/mm] are the slopes for the height of each wave of the skin at the centre of a contact.
@@ -485,7 +485,9 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
     return _solve_press(law, rise.moments).E
 
 
-def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
+def unevenness_sensitivity(
+    law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float
+) -> UnevennessSensitivity:
     """Return how much uneven skin and flesh change the modulus of a press, which has one channel per tip.
 
     `wave_numbers` (waves,) [1/mm] describe the waves of the skin. The contact of a dome of relative radius R* =
@@ -502,7 +504,7 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     # The changes of the law per height of each wave under each tip.
     wave_changes = [weights * rise.comoment_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
-    return UnevenSlopes(
+    return UnevennessSensitivity(
         heights=np.array([linearised.slope_with_saddle(*change) for change in wave_changes]),
         flesh=linearised.slope_with_saddle(*linearised.own_flesh),
     )

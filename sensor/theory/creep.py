@@ -35,7 +35,7 @@ maximum during the whole press.
 import math
 from dataclasses import dataclass
 
-from sensor.quantity import BOUNDED, COVERAGE
+from sensor.quantity import COVERAGE, UNIFORM_DEVIATION
 from sensor.words import value_with_bar
 
 EFFECTIVE = math.exp(-0.5)
@@ -86,7 +86,7 @@ class CreepLaw:
         The effective time is known within a factor of e.
         """
         decades = math.log10(weighed_s / (EFFECTIVE * press_s))
-        return math.hypot(decades * self.error / (1.0 + self.per_decade), BOUNDED * self.exponent)
+        return math.hypot(decades * self.error / (1.0 + self.per_decade), UNIFORM_DEVIATION * self.exponent)
 
     def residual_deflection(self, since_s: float, press_s: float, lasted_s: float) -> float:
         """Return an upper bound for the deflection left at `since_s` [s] after the lift of a press.

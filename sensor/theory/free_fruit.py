@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sensor.theory.bisection import last_holding
+from sensor.theory.bisection import end_of_true_range
 from sensor.theory.hertz import approach
 
 _STEADY_DEG = 5.0  # largest angle of the linear model; beyond it, the tips touch other parts of the fruit
@@ -29,7 +29,7 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
     def is_below_root(fraction: float) -> bool:
         return approach(force * (1.0 - fraction), E, poisson, radius) / travel > fraction
 
-    return last_holding(is_below_root, 0.0, 1.0)
+    return end_of_true_range(is_below_root, 0.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)

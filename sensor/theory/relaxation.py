@@ -59,7 +59,7 @@ def _is_arm(arm: object) -> bool:
     return numbers and 0.0 < arm[0] < 1.0 and 0.0 < arm[1] < math.inf
 
 
-MAY_RELAX = Relaxation(((0.25, 5.0), (0.33, 120.0)))
+ASSUMED_RELAXATION = Relaxation(((0.25, 5.0), (0.33, 120.0)))
 """Relaxation assumed for an uncertainty if a design has no `fruit.relaxation`. The flesh keeps 42 % of a force, like
 Tarocco oranges: M. Moresi et al., Food Bioprocess Technol. 5 (2012), doi:10.1007/s11947-011-0528-4. The two times
 and the division into two shares are a judgement."""

@@ -47,27 +47,27 @@ class LackOfFit(NamedTuple):
 class Bend:
     """The curvature of a line of measured points, from a parabola through them.
 
-    `change` [1] is the change of the slope from the first point to the last, relative to the slope. `deviation` [1] is
-    its standard deviation. `middle` is the x at which the parabola has the slope of the straight line, and `span` is
-    the range of x. `scatter` is the standard deviation of the values about the parabola, increased by Student's t if
-    there are few points.
+    `change` [1] is the change of the slope from the first point to the last, relative to the slope. `change_deviation`
+    [1] is its standard deviation. `middle` is the x at which the parabola has the slope of the straight line, and
+    `span` is the range of x. `scatter` is the standard deviation of the values about the parabola, increased by
+    Student's t if there are few points.
     """
 
     change: float = 0.0
-    deviation: float = 0.0
+    change_deviation: float = 0.0
     middle: float = 0.0
     span: float = 1.0
     scatter: float = 0.0
 
     @property
-    def excess(self) -> float:
+    def unexplained_change(self) -> float:
         """Return the part of the change [1] that scatter does not explain."""
-        return max(0.0, abs(self.change) - _SIGNIFICANT * self.deviation)
+        return max(0.0, abs(self.change) - _SIGNIFICANT * self.change_deviation)
 
     @property
     def significant_change(self) -> float:
         """Return the change [1], or 0 if scatter explains it."""
-        return self.change if self.excess > 0.0 else 0.0
+        return self.change if self.unexplained_change > 0.0 else 0.0
 
     @property
     def lack_of_fit(self) -> LackOfFit:
@@ -134,14 +134,14 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
     bend = points.bend(level_count=len(distinct_x))
     degrees_of_freedom = len(x) - 2
     # With few points, Student's t replaces the coverage factor of the normal distribution.
-    widening = student(degrees_of_freedom) / COVERAGE
-    scatter_about_line = widening * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
-    scatter = bend.scatter if bend.excess else scatter_about_line
+    coverage_ratio = student(degrees_of_freedom) / COVERAGE
+    scatter_about_line = coverage_ratio * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
+    scatter = bend.scatter if bend.unexplained_change else scatter_about_line
     rounding = ROUNDED * float(resolutions.min())
     error = float(np.hypot(scatter, rounding)) / (points.width * points.span)
-    if bend.excess:
+    if bend.unexplained_change:
         # At either end of the line, the slope is uncertain by half of the standard deviation of its change.
-        error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))
+        error = float(np.hypot(error, 0.5 * bend.change_deviation * points.slope))
     return Line(
         slope=Estimate(points.slope, error),
         zero=float(values.mean() - points.slope * x.mean()),
@@ -214,15 +214,15 @@ class _PointsOfLine(NamedTuple):
         rounding = ROUNDED * self.resolution
         # standard deviation of the coefficient of p^2
         deviation = float(np.sqrt(variance + rounding**2) / abs(self.R[2, 2]))
-        widening = student(degrees_of_freedom) / COVERAGE
+        coverage_ratio = student(degrees_of_freedom) / COVERAGE
         return Bend(
             # Over the span, p grows by 1, so the slope 2 c p changes by 2 c, with c the coefficient of p^2.
             change=2.0 * float(self.components[2] / self.R[2, 2]) / rise,
-            deviation=2.0 * widening * deviation / abs(rise),
+            change_deviation=2.0 * coverage_ratio * deviation / abs(rise),
             # In p, the parabola has the slope of the line at cov(p, p^2) / (2 var p).
             middle=float(self.x.mean() + 0.5 * self.R[1, 2] / self.R[1, 1] * self.span),
             span=self.span,
-            scatter=widening * variance**0.5,
+            scatter=coverage_ratio * variance**0.5,
         )
 
     def suspect(self) -> Outlier | None:
@@ -246,10 +246,10 @@ class _PointsOfLine(NamedTuple):
         variance = max(0.0, float(self.residuals @ self.residuals - decreases[index])) / degrees_of_freedom
         # Any row may be the suspect, so the probability is divided by their number (Bonferroni).
         quantile = student(degrees_of_freedom, 1.0 - 0.5 * _FALSE_ALARM / len(self.x))
-        widening = quantile / float(one_less_leverage[index]) ** 0.5
+        multiple = quantile / float(one_less_leverage[index]) ** 0.5
         return Outlier(
             index=index,
             expected=float(self.values[index] - deleted_residuals[index]),
             residual=abs(float(deleted_residuals[index])),
-            likely=widening * float(np.sqrt(variance + (ROUNDED * self.resolution) ** 2)),
+            likely=multiple * float(np.sqrt(variance + (ROUNDED * self.resolution) ** 2)),
         )

@@ -74,13 +74,13 @@ class Layout:
         return self.plates > 1
 
     @property
-    def length(self) -> float:
+    def length_in_spacings(self) -> float:
         """Return the distance between the outermost tips along x [spacings]."""
         x = [position.x for position in self.positions]
         return max(x) - min(x)
 
     @property
-    def width(self) -> float:
+    def width_in_spacings(self) -> float:
         """Return the distance between the outermost tips along y [spacings]."""
         y = [position.y for position in self.positions]
         return max(y) - min(y)

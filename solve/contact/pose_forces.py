@@ -42,7 +42,7 @@ class Stand:
     fruit keeps its own value.
 
     With `from_touch`, the sensor is pressed by hand. The tilt is then relative to the normal of the skin under the
-    sensor, and the travel starts at the first touch. `turned_deg` is the change in tilt since the first touch.
+    sensor, and the travel starts at the first touch. `tilt_change_deg` is the change in tilt since the first touch.
     """
 
     tilt_deg: Point = (0.0, 0.0)
@@ -51,12 +51,12 @@ class Stand:
     azimuth_deg: float | None = None
     thickness_mm: float | None = None
     from_touch: bool = False
-    turned_deg: Point = (0.0, 0.0)
+    tilt_change_deg: Point = (0.0, 0.0)
 
     def after(self, fraction: float) -> Self:
-        """Return the stand after a fraction of a press [1], during which the tilt changes linearly by `turned_deg`."""
-        along, across = self.turned_deg
-        return dataclasses.replace(self, turned_deg=(fraction * along, fraction * across))
+        """Return the stand after a fraction of a press [1]; the tilt changes linearly by `tilt_change_deg`."""
+        along, across = self.tilt_change_deg
+        return dataclasses.replace(self, tilt_change_deg=(fraction * along, fraction * across))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +111,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     C = np.asarray(C, dtype=np.float64)
     if compliance.skin is not None:  # the compliance under a skin is first evaluated at each modulus
         return _forces_under_skin(scene, compliance, C, poses)
-    if scene.on_domes:
+    if scene.obeys_dome_law:
         return _dome_forces(scene, compliance, C, poses, scenes)
     with explain_skin_error(scene, compliance):
         return _cell_forces(scene, compliance, C, poses, scenes)
@@ -137,7 +137,7 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
         press=_tilted_press(scene.press, tilt, roll),
         off_centre_mm=off_centre,
         from_touch=stand.from_touch,
-        turned_deg=stand.turned_deg,
+        tilt_change_deg=stand.tilt_change_deg,
     )
 
 
@@ -166,7 +166,7 @@ def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thi
         changes["azimuth_deg"] = azimuth
     if thickness is not None:
         changes["thickness_mm"] = thickness
-    if changes and fruit.whole:  # the length and the width follow from the radii and the thickness
+    if changes and fruit.is_whole:  # the length and the width follow from the radii and the thickness
         changes |= {"length_mm": None, "width_mm": None}
     return dataclasses.replace(fruit, **changes) if changes else fruit
 
@@ -213,7 +213,7 @@ def _cell_forces(
     tilts = [float(np.hypot(*scene_of_pose.tilt_tangents)) for scene_of_pose in scenes]
     steepest_scene = scenes[tilts.index(max(tilts))]
     grid_scene = dataclasses.replace(scene, press=steepest_scene.press)
-    is_half = all(scene_of_pose.mirrored for scene_of_pose in scenes)
+    is_half = all(scene_of_pose.is_symmetric for scene_of_pose in scenes)
     coarse_grid, fine_grid = scene_cells(grid_scene, compliance, largest_travel, is_half)
     F, area = _grid_forces(grid_scene, coarse_grid, C, poses, scenes)
 
@@ -226,8 +226,8 @@ def _cell_forces(
 
     moduli = np.array([pose.E for pose in poses])
     largest_difference, total_difference = _grid_differences(F, fine_F, compared_poses, moduli)
-    relative_error = ERROR_RATIO * largest_difference + compliance.error_pair
-    common_relative_error = ERROR_RATIO * total_difference + compliance.error_pair
+    relative_error = ERROR_RATIO * largest_difference + compliance.difference_error
+    common_relative_error = ERROR_RATIO * total_difference + compliance.difference_error
     mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
         F=F,

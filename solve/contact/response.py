@@ -47,9 +47,9 @@ def scene_response(
         return _join_responses([scene_response(scene, compliance.at(E_i), C, [E_i], x) for E_i in moduli.tolist()])
     if scene.linear:  # exact, so the only error is the error of the compliance
         response = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, scene.tips.spring_groups)
-        error = compliance.error_pair
+        error = compliance.difference_error
         return replace(response, F_error=response.F_error + error, P_error=response.P_error + error)
-    if scene.on_domes:
+    if scene.obeys_dome_law:
         return _dome_response(scene, compliance, C, moduli, x)
     with explain_skin_error(scene, compliance):
         return _cell_response(scene, compliance, C, moduli, x)
@@ -98,8 +98,8 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     status = _cell_status(scene, fine_response.cells)
     return replace(
         fine_response,
-        F_error=fine_response.F_error + SAFETY * F_difference + compliance.error_pair,
-        P_error=fine_response.P_error + SAFETY * P_difference + compliance.error_pair,
+        F_error=fine_response.F_error + SAFETY * F_difference + compliance.difference_error,
+        P_error=fine_response.P_error + SAFETY * P_difference + compliance.difference_error,
         P_step=1.0 - coarse_response.P / fine_response.P,
         info=replace(info, seconds=time.perf_counter() - start, status=status),
     )

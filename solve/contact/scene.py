@@ -47,8 +47,8 @@ class Scene:
     along the tips and across. `sideways` is used only for domes.
 
     With `from_touch`, travel is along the axis of the sensor, and starts at the first touch in this pose. Since the
-    first touch, the sensor has rotated about the middle of the tips. `turned_deg` is the change in tilt, along the tips
-    and across.
+    first touch, the sensor has rotated about the middle of the tips. `tilt_change_deg` is the change in tilt, along the
+    tips and across.
     """
 
     fruit: Fruit
@@ -58,7 +58,7 @@ class Scene:
     off_centre_mm: Point = (0.0, 0.0)
     sideways: LateralCompliance | None = None
     from_touch: bool = False
-    turned_deg: Point = (0.0, 0.0)
+    tilt_change_deg: Point = (0.0, 0.0)
 
     @property
     def linear(self) -> bool:
@@ -72,9 +72,9 @@ class Scene:
         return self.linear and not any(self.height_offset_mm)
 
     @property
-    def mirrored(self) -> bool:
+    def is_symmetric(self) -> bool:
         """Return whether the contact is symmetric about the plane y = 0, in which all tips lie."""
-        return self.press.roll_deg == 0.0 and self.fruit.mirrored and all(y == 0.0 for _, y in self.centres)
+        return self.press.roll_deg == 0.0 and self.fruit.is_symmetric and all(y == 0.0 for _, y in self.centres)
 
     @cached_property
     def centres(self) -> tuple[Point, ...]:
@@ -104,7 +104,7 @@ class Scene:
     def tilt_tangents(self) -> Floats:
         """Return the tangents of tilt and roll [1], shape (2,), including the rotation since the first touch."""
         tilt = np.radians([self.press.tilt_deg, self.press.roll_deg])
-        return np.asarray(np.tan(tilt + np.radians(self.turned_deg)))
+        return np.asarray(np.tan(tilt + np.radians(self.tilt_change_deg)))
 
     @cached_property
     def tilt_tangents_at_touch(self) -> Floats:
@@ -112,14 +112,14 @@ class Scene:
         return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
 
     @property
-    def on_domes(self) -> bool:
+    def obeys_dome_law(self) -> bool:
         """Return whether the dome law applies, because the tips obey Hertz's law."""
         return self.tips.tip_shape.obeys_hertz
 
     @property
-    def on_cells(self) -> bool:
+    def is_solved_on_cells(self) -> bool:
         """Return whether contact is solved on cells, because the contact area varies and the tips are not domes."""
-        return not self.linear and not self.on_domes
+        return not self.linear and not self.obeys_dome_law
 
     @property
     def curved(self) -> bool:

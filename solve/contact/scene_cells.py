@@ -108,7 +108,7 @@ def scene_cells(
     block = scene.fruit.equivalent_block
     layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
     middle = np.mean(scene.centres, axis=0)
-    solve_half = scene.mirrored if is_half is None else is_half
+    solve_half = scene.is_symmetric if is_half is None else is_half
     grids = []
     for layout in _grid_layouts(scene, compliance, solve_half):
         cells = _cells(block, footprints, layer, layout)

@@ -82,7 +82,7 @@ def bent_block(
     normals of the skin. Raises SolveError if an element is folded when the block is bent.
     """
     shape = CurvedShape(fruit, core_of(loads))
-    if fruit.mirrored:
+    if fruit.is_symmetric:
         mirrored = [bool(images) for images in mirror_images(footprints)]
         parities = level_parities(footprints)
         lines = body_lines(shape, loads, mirrored, steps)

@@ -87,7 +87,7 @@ def _required_marks(shape: CurvedShape, loads: Floats, axis: int, *, is_mirrored
     fruit = shape.fruit
     end = 0.5 * (fruit.length_mm, fruit.width_mm)[axis]
     marks = [-end, *loads.tolist(), end]
-    if fruit.whole:
+    if fruit.is_whole:
         marks += [-shape.core[axis], shape.core[axis]]
     if is_mirrored:
         marks = [0.0, *(mark for mark in marks if mark > 0.0)]

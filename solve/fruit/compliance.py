@@ -54,9 +54,9 @@ class FruitCompliance(Record):
     """The compliance of a fruit under its tips: S[i, j] is the indentation under tip i per force on tip j, times E.
 
     S (tips, tips) [1/mm] is read-only. `tips` holds the names of the tips in the order of S, from -x to +x.
-    `error_pair` bounds the relative error [1] of s11 - s12, from which the springs are sized. `error_own` bounds the
-    relative error of s11. `shape_change` (tips, tips) [1/mm] is the part of S that the shape of a curved fruit causes;
-    for a block, it is 0.
+    `difference_error` bounds the relative error [1] of s11 - s12, from which the springs are sized. `s11_error` bounds
+    the relative error of s11. `shape_change` (tips, tips) [1/mm] is the part of S that the shape of a curved fruit
+    causes; for a block, it is 0.
 
     Under a skin, S depends on the modulus of the flesh. S is then the compliance of the flesh without its skin. `at`
     returns the compliance at one modulus of the flesh, which becomes `flesh_E` [MPa]. `rough` is True if an accuracy of
@@ -65,8 +65,8 @@ class FruitCompliance(Record):
 
     tips: tuple[str, ...] = TIPS
     S: Floats
-    error_pair: float
-    error_own: float
+    difference_error: float
+    s11_error: float
     info: SolveInfo
     shape_change: Floats = field(default_factory=lambda: np.zeros(()))
     skin: SkinTable | None = None

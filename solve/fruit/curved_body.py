@@ -105,8 +105,8 @@ def curved_compliance(
     return replace(
         block,
         S=S,
-        error_pair=block.error_pair + errors.pair,
-        error_own=block.error_own + errors.own,
+        difference_error=block.difference_error + errors.pair,
+        s11_error=block.s11_error + errors.own,
         info=info,
         shape_change=shape.change,
     )
@@ -168,7 +168,7 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
         if value < smallest_radius:
             bound = f"at least {LEAST_RADIUS:g} sides of a tip = {smallest_radius:g} mm"
             raise validation_error(name, value, "mm", bound, "use smaller tips")
-    if fruit.whole and fruit.depth_mm > THICKEST * radius:
+    if fruit.is_whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
         raise validation_error(fruit.depth_key, fruit.depth_mm, "mm", bound, "use a thinner fruit with a wider base")
     shape = CurvedShape(fruit, core_of(smooth_loads(fruit, footprints)))
@@ -176,7 +176,7 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
             bound = f"where the skin slopes by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
             raise validation_error("centre of a tip, x", footprint.x, "mm", bound, NEARER_HINT)
-    if fruit.whole:
+    if fruit.is_whole:
         for axis, core, cap in zip("xy", shape.core, shape.cap, strict=True):
             if core > OUTERMOST * cap:
                 name = f"reach of the tips along {axis}"

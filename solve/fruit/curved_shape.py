@@ -141,7 +141,7 @@ class CurvedShape:
         In a piece of a fruit, each vertical column is moved down to the skin, and shortened so that it ends at the
         base. A skin keeps its thickness along the normal, and the flesh fills the rest of the column.
         """
-        if self.fruit.whole:
+        if self.fruit.is_whole:
             return self._bend_whole(points)
         x, y, z = points
         skin_depth = self._skin_depth(x, y)

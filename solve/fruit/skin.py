@@ -99,8 +99,8 @@ def skin_compliance(
     return replace(
         flesh,
         skin=skin,
-        error_pair=flesh.error_pair + errors.pair,
-        error_own=flesh.error_own + errors.own,
+        difference_error=flesh.difference_error + errors.pair,
+        s11_error=flesh.s11_error + errors.own,
         info=replace(flesh.info, method=f"{flesh.info.method}, under a skin", seconds=seconds, status=status),
     )
 

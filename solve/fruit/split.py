@@ -120,8 +120,8 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     return FruitCompliance(
         tips=tips.names,
         S=mesh_compliance.S,
-        error_pair=errors.pair + close_error,
-        error_own=errors.own + close_error,
+        difference_error=errors.pair + close_error,
+        s11_error=errors.own + close_error,
         info=SolveInfo(
             method="split",
             dofs=mesh_compliance.dofs,

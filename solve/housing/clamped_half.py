@@ -28,11 +28,11 @@ _TRIANGLE_ORDER = 4  # polynomial degree of the quadrature on triangular facets
 
 
 # The axes x, y and z.
-LENGTHWISE = 0
-ACROSS = 1
-PRESS = 2
-# The displacement components that are 0 on the plane of symmetry y = 0, under a load along PRESS or ACROSS.
-SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
+LENGTH_AXIS = 0
+CROSS_AXIS = 1
+PRESS_AXIS = 2
+# The displacement components that are 0 on the plane of symmetry y = 0, under a load along PRESS_AXIS or CROSS_AXIS.
+SYMMETRY = {PRESS_AXIS: ("u^2",), CROSS_AXIS: ("u^1", "u^3")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,17 +71,17 @@ class ClampedHalf:
     @property
     def _vertical(self) -> Ints:
         """Return the dofs of the displacement along the press, at corners and at midpoints of edges."""
-        return np.concatenate([self.basis.nodal_dofs[PRESS], self.basis.edge_dofs[PRESS]])
+        return np.concatenate([self.basis.nodal_dofs[PRESS_AXIS], self.basis.edge_dofs[PRESS_AXIS]])
 
 
 def clamped_half(
-    mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = (), axis: int = PRESS
+    mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = (), axis: int = PRESS_AXIS
 ) -> ClampedHalf:
     """Assemble and factorise half a housing with modulus E [MPa] and Poisson's ratio, for loads along an axis.
 
-    `mesh` [mm] is the half y >= 0, or a whole part without a boundary named "symmetry". `axis` is PRESS or ACROSS. The
-    housing rests on the `layers`; without layers, its mounting holes are clamped. Raises SolveError if nothing holds
-    the housing, or if its matrix is too large.
+    `mesh` [mm] is the half y >= 0, or a whole part without a boundary named "symmetry". `axis` is PRESS_AXIS or
+    CROSS_AXIS. The housing rests on the `layers`; without layers, its mounting holes are clamped. Raises SolveError if
+    nothing holds the housing, or if its matrix is too large.
     """
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
     matrix = stiffness_matrix(basis, E, poisson)
@@ -97,7 +97,7 @@ def clamped_half(
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
-    """Return the dofs that are 0 on the plane of symmetry, under a load along `axis`, PRESS or ACROSS.
+    """Return the dofs that are 0 on the plane of symmetry, under a load along `axis`, PRESS_AXIS or CROSS_AXIS.
 
     The result is empty if the whole part is meshed.
     """
@@ -127,14 +127,14 @@ def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean over a face of their component `axis`.
 
-    `name` is the boundary of the mesh on the face. With `slope`, LENGTHWISE or ACROSS, the product is instead the
+    `name` is the boundary of the mesh on the face. With `slope`, LENGTH_AXIS or CROSS_AXIS, the product is instead the
     least-squares slope [rad] of the component along this axis. Half of the vector is also a load on the half mesh: it
     represents 1 N on the whole face or, with `slope`, a moment of 1 N mm.
     """
     patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
     # Along y, the centre of the whole face is y = 0, because its other half lies beyond the plane of symmetry.
     centre = 0.0
-    if slope == LENGTHWISE:
+    if slope == LENGTH_AXIS:
         area = sum(float(patch.weights.sum()) for patch in patches)
         centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
 
@@ -158,7 +158,7 @@ def weight_load(half: ClampedHalf, axis: int) -> Floats:
     return load
 
 
-def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> None:
+def check_tip_loads(work: Floats, support: Floats | None, round_off: float = 0.0) -> None:
     """Raise SolveError unless the loads on tips satisfy Betti's theorem and the mount carries each load completely.
 
     `work[i, j]` [N mm] is the work of load i on the displacements due to load j. `support` (loads,) [N] is the force of

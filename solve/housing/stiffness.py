@@ -15,13 +15,13 @@ from skfem import CellBasis, Mesh
 from sensor.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.housing.clamped_half import (
-    ACROSS,
-    LENGTHWISE,
+    CROSS_AXIS,
+    LENGTH_AXIS,
     POINTS,
-    PRESS,
+    PRESS_AXIS,
     WEIGHTS,
     ClampedHalf,
-    check_tips,
+    check_tip_loads,
     clamped_half,
     face_mean,
     weight_load,
@@ -165,20 +165,20 @@ def compliance_of(half: ClampedHalf) -> TipCompliance:
     basis = half.basis
     # The product of a column of `mean` with displacements is the mean displacement of a tip. The column is also a
     # uniform load of 1 N on the tip.
-    mean = tip_means(basis, PRESS)
+    mean = tip_means(basis, PRESS_AXIS)
     # The loads act on half the housing, so 1 N on a whole tip is 0.5 `mean`. The other two loads are body forces along
     # the press and along x.
-    loads = [0.5 * mean, weight_load(half, PRESS), weight_load(half, LENGTHWISE)]
+    loads = [0.5 * mean, weight_load(half, PRESS_AXIS), weight_load(half, LENGTH_AXIS)]
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]  # displacements due to 1 N on each tip
     sag, lengthwise_sag = solution[:, len(SPRINGS) :].T @ mean
-    check_tips(0.5 * mean.T @ u, half.support(u), half.round_off(u))
+    check_tip_loads(0.5 * mean.T @ u, half.support(u), half.round_off(u))
 
     tilts = []
     strains = []
     strains_inside = []
     for j, spring in enumerate(SPRINGS):
-        tilts.append(float(face_mean(basis, tip_face(spring), PRESS, slope=LENGTHWISE) @ u[:, j]))
+        tilts.append(float(face_mean(basis, tip_face(spring), PRESS_AXIS, slope=LENGTH_AXIS) @ u[:, j]))
         at_corners, inside = largest_strain(basis, leaf_faces(spring), u[:, j])
         strains.append(at_corners)
         strains_inside.append(inside)
@@ -223,10 +223,10 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[El
     reciprocity of the loads is violated. The balance of forces is not checked, because the plane of symmetry carries a
     part of the load.
     """
-    half = clamped_half(mesh, E, poisson, layers, ACROSS)
-    mean = tip_means(half.basis, ACROSS)
+    half = clamped_half(mesh, E, poisson, layers, CROSS_AXIS)
+    mean = tip_means(half.basis, CROSS_AXIS)
     u = half.factor.solve(0.5 * mean)
-    check_tips(0.5 * mean.T @ u, None)
+    check_tip_loads(0.5 * mean.T @ u, None)
     return tip_stiffnesses(mean.T @ u)
 
 
@@ -241,19 +241,21 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
     # Loads along x and along the press are symmetric about y = 0, and loads along y are antisymmetric. They need
     # different boundary conditions on the plane of symmetry, so they are solved separately.
-    antisymmetric_half = with_symmetry(half, ACROSS)
-    for held_half, lateral_axis in ((half, LENGTHWISE), (antisymmetric_half, ACROSS)):
+    antisymmetric_half = with_symmetry(half, CROSS_AXIS)
+    for held_half, lateral_axis in ((half, LENGTH_AXIS), (antisymmetric_half, CROSS_AXIS)):
         basis = held_half.basis
-        tilts = np.column_stack([face_mean(basis, tip_face(spring), PRESS, slope=lateral_axis) for spring in SPRINGS])
+        tilts = np.column_stack(
+            [face_mean(basis, tip_face(spring), PRESS_AXIS, slope=lateral_axis) for spring in SPRINGS]
+        )
         # The product of a vector in `point_means` with displacements is the displacement of a point along an axis. The
         # point moves by the displacement of its face, minus the rotation of the face times the lever.
         point_means = {lateral_axis: tip_means(basis, lateral_axis) - lever * tilts}
-        if lateral_axis == LENGTHWISE:
-            point_means[PRESS] = tip_means(basis, PRESS)
+        if lateral_axis == LENGTH_AXIS:
+            point_means[PRESS_AXIS] = tip_means(basis, PRESS_AXIS)
         axes = tuple(point_means)
         vectors = np.column_stack(list(point_means.values()))  # (dofs, axes times tips)
         u = held_half.factor.solve(0.5 * vectors)  # half of each load acts on the half mesh
-        check_tips(0.5 * vectors.T @ u, None)
+        check_tip_loads(0.5 * vectors.T @ u, None)
         # Reorder the axes from (axis, tip, axis, tip) to (tip, tip, axis, axis).
         shape = (len(axes), len(SPRINGS))
         entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
@@ -266,9 +268,9 @@ def displacements(half: ClampedHalf) -> Floats:
 
     Raises SolveError like `tip_compliance`.
     """
-    mean = tip_means(half.basis, PRESS)
+    mean = tip_means(half.basis, PRESS_AXIS)
     u = half.factor.solve(0.5 * mean)
-    check_tips(0.5 * mean.T @ u, half.support(u), half.round_off(u))
+    check_tip_loads(0.5 * mean.T @ u, half.support(u), half.round_off(u))
     return u
 
 

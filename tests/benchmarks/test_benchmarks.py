@@ -46,7 +46,7 @@ def contact_scene():
     elements = elements_of(basis, TETRAHEDRA[1])
     step = LinearStep(held={"base": (1, 2, 3), "symmetry_y": (2,), "symmetry_x": (1,)}, pressed={"high_tip": 1.0})
     sets = boundary_sets(elements, basis, ("base", "symmetry_x", "symmetry_y", "high_tip"))
-    return mesh, Deck(elements=elements, sets=sets, E=1.0, poisson=FRUIT.poisson, steps=[step], asked="high_tip")
+    return mesh, Deck(elements=elements, sets=sets, E=1.0, poisson=FRUIT.poisson, steps=[step], printed_set="high_tip")
 
 
 @pytest.mark.parametrize("name", bars("bench"))

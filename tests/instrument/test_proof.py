@@ -78,8 +78,8 @@ def test_a_press_without_a_solution_is_drawn_again(refused, again, mango, monkey
 @pytest.mark.parametrize("factor", [0.6, pytest.param(1.7, marks=pytest.mark.study)])
 def test_a_law_that_is_wrong_by_a_factor_is_found(factor, mango, monkeypatch):
     """A ball would take a factor of all readings out; so the unit is one that a plate calibrated."""
-    corrected = MeasuringUnit.corrected
-    monkeypatch.setattr(MeasuringUnit, "corrected", lambda *given: factor * corrected(*given))
+    corrected = MeasuringUnit.correct_modulus
+    monkeypatch.setattr(MeasuringUnit, "correct_modulus", lambda *given: factor * corrected(*given))
     monkeypatch.setattr("instrument.proof.fit_ball_correction", lambda *_: pytest.fail("no ball"))
     report = without_ball(mango.report)
     assert not prove(report, 4, 1).passed

@@ -36,13 +36,13 @@ def line(tmp_path_factory):
     return code, folder
 
 
-def structure_report(folder):
+def load_report(folder):
     return json.loads((folder / "report.json").read_text(encoding="utf-8"))
 
 
 def test_line_that_reads_well_passes_by_its_readings_alone(line):
     code, folder = line
-    outcomes = {verdict["name"]: verdict["passed"] for verdict in structure_report(folder)["verdicts"]}
+    outcomes = {verdict["name"]: verdict["passed"] for verdict in load_report(folder)["verdicts"]}
     names = ("reading.bias", "reading.uncertainty", "reading.touch", "reading.calibration")
     assert (outcomes, code) == (dict.fromkeys(names, True), 0)
 
@@ -50,7 +50,7 @@ def test_line_that_reads_well_passes_by_its_readings_alone(line):
 def test_report_of_a_line_tells_its_springs_and_nothing_of_a_part(line):
     """1/K of each spring in the order of the tips, high, low, high; off the diagonal a frame would stand."""
     _, folder = line
-    report = structure_report(folder)
+    report = load_report(folder)
     assert {path.name for path in folder.iterdir()} == {"design.toml", "response.csv", "report.html", "report.json"}
     assert set(report["errors"]) == {"P_max", "NL", "contact"}
     assert [report.get(key) for key in ("flexures", "housing", "behaviour")] == [None, None, None]

@@ -32,7 +32,7 @@ def misses(design) -> np.ndarray:
     rough = evaluate(design, LOOK)
     whole = evaluate(design)
     K_m_over_E = rough.contact.K_m_over_E()
-    rows = [(K_m_over_E, whole.contact.K_m_over_E(), rough.contact.error_pair * K_m_over_E)]
+    rows = [(K_m_over_E, whole.contact.K_m_over_E(), rough.contact.difference_error * K_m_over_E)]
     by_name = {verdict.name: verdict for verdict in whole.verdicts}
     for verdict in rough.verdicts:
         other = by_name[verdict.name]

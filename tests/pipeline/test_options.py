@@ -8,7 +8,7 @@ from refusal import refusal
 
 from pipeline import RunOptions, load_design, options
 from sensor.design.parameters import Design
-from sensor.gone import GONE
+from sensor.gone import REMOVED
 from sensor.quantity import InputError
 
 
@@ -32,7 +32,7 @@ def test_file_that_no_design_can_be_named_for_is_told_to_give_a_name(stem, tmp_p
 
 def test_preset_that_is_gone_is_refused_with_what_to_use():
     refused = refusal(load_design, "fruit")
-    assert str(refused).endswith(GONE["preset fruit"])
+    assert str(refused).endswith(REMOVED["preset fruit"])
 
 
 def test_text_is_a_preset_from_anywhere_unless_it_looks_like_a_file(tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from golden.freeze import answer_of_run, measured
 from twintip.cli import main
 
 
-def structure_report(folder):
+def load_report(folder):
     def refuse(name):
         pytest.fail(f"{name} in report.json")
 
@@ -28,7 +28,7 @@ def numbers_of(report):
 
 
 def test_default_run_passes_every_verdict(default_run):
-    report = structure_report(default_run.folder)
+    report = load_report(default_run.folder)
     assert {v["name"]: v["reference"] for v in report["verdicts"] if v["passed"] is not True} == {}
     assert (default_run.code, default_run.result.passed) == (0, True)
 
@@ -43,7 +43,7 @@ def test_default_run_answers_what_it_answered(default_run, tmp_path):
 
 def test_files_are_listed_with_their_digest(default_run):
     folder = default_run.folder
-    listed = {entry["path"]: entry["sha256"] for entry in structure_report(folder)["files"]}
+    listed = {entry["path"]: entry["sha256"] for entry in load_report(folder)["files"]}
     assert {"design.toml", "response.csv", "housing.step", "housing.stl", "assembly.step"} <= set(listed)
     assert set(listed) == {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()} - {"report.json"}
     for path, digest in listed.items():
@@ -58,14 +58,14 @@ def test_design_file_repeats_the_run_without_its_cache(default_run, tmp_path, mo
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     again = tmp_path / "again"
     assert main(["run", "--design", str(first / "design.toml"), "--out", str(again)]) == 0
-    assert numbers_of(structure_report(again)) == numbers_of(structure_report(first))
+    assert numbers_of(load_report(again)) == numbers_of(load_report(first))
 
 
 @pytest.mark.usefixtures("without_page")
 def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path, capsys):
     folder = tmp_path / "short"
     assert main(["run", "--set", "print.max_length_mm=20", "--out", str(folder)]) == 1
-    report = structure_report(folder)
+    report = load_report(folder)
     outcomes = {verdict["name"]: verdict["passed"] for verdict in report["verdicts"]}
     expected = {"printable.low": False, "printable.high": True, "geometry.made": False, "K_l": None, "P_max": None}
     assert {name: outcomes[name] for name in expected} == expected

@@ -103,7 +103,7 @@ def test_random_designs_have_no_third_kind_of_end(block, side, spacing, offset, 
 
     def work():
         small = solved(1.0)
-        own = small.error_own
+        own = small.s11_error
         assert pair_and_own(small.S)[1] == small.S[0, 0]
         scaled = Reference(values=tuple(10.0 * solved(10.0).S.diagonal()), errors=(), source="scaled")
         return make_checks(("s11", "s22"), small.S.diagonal(), (own, own), scaled)

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from sensor.words import round_below, rounded, shown, value_with_bar
+from sensor.words import round_below, rounded, value_text, value_with_bar
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ from sensor.words import round_below, rounded, shown, value_with_bar
     ],
 )
 def test_shown(value, settings, text):
-    assert shown(value, **settings) == text
+    assert value_text(value, **settings) == text
 
 
 @pytest.mark.parametrize(

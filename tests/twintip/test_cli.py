@@ -15,7 +15,7 @@ from programs import PYTHON, ended
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from sensor.design.parameters import Design
-from sensor.gone import GONE
+from sensor.gone import REMOVED
 from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from solve.linear import SolveError
@@ -168,24 +168,24 @@ def test_reader_that_leaves_ends_a_command_without_a_traceback():
 def test_module_of_0_2_is_refused_with_what_to_use():
     done = ended(PYTHON, "-m", "pipeline", "run")
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (cli.WRONG_INPUT, "", 1)
-    assert done.stderr.endswith(f" {GONE['python -m pipeline']}\n")
+    assert done.stderr.endswith(f" {REMOVED['python -m pipeline']}\n")
 
 
 def test_version_is_that_of_the_package(capsys):
     assert settle(["--version"], capsys) == (0, f"twintip {version('twintip')}\n", "")
 
 
-@pytest.mark.parametrize("name", [name for name in GONE if name.startswith("pipeline ")])
+@pytest.mark.parametrize("name", [name for name in REMOVED if name.startswith("pipeline ")])
 def test_flag_that_is_gone_is_refused_with_what_to_use(name, capsys):
     _, command, flag = name.split()
     for words in ([command, "here", flag, "1,2"], [command, f"{flag}=1,2"]):
         code, out, err = settle(words, capsys)
         assert (code, out) == (cli.WRONG_INPUT, "")
-        assert re.fullmatch(rf"pipeline: {name} .* {re.escape(GONE[name])}\n", err)
+        assert re.fullmatch(rf"pipeline: {name} .* {re.escape(REMOVED[name])}\n", err)
 
 
-@pytest.mark.parametrize("name", [name for name in GONE if name.startswith("verdicts.")])
+@pytest.mark.parametrize("name", [name for name in REMOVED if name.startswith("verdicts.")])
 def test_verdict_that_is_gone_is_explained_by_what_to_use(name, capsys):
     for words in (name, name.removeprefix("verdicts.")):
         code, out, err = settle(["explain", words], capsys)
-        assert (code, out, err) == (cli.WRONG_INPUT, "", f"pipeline: {name} was removed in 0.3. {GONE[name]}\n")
+        assert (code, out, err) == (cli.WRONG_INPUT, "", f"pipeline: {name} was removed in 0.3. {REMOVED[name]}\n")

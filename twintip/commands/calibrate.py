@@ -125,4 +125,4 @@ def _print_notes(*tables: MeasuredTable | None) -> None:
     """Print to stderr how each table was read."""
     for table in tables:
         if table is not None:
-            print_error(f"note: {table.understood}")
+            print_error(f"note: {table.summary}")

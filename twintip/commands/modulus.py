@@ -64,7 +64,7 @@ def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
     sizes_of_flags = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
     table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(sizes_of_flags))
     if table is not None:
-        print_error(f"note: {table.understood}")
+        print_error(f"note: {table.summary}")
     files = arguments.files or ([] if table is None else table.files)
     if not files:
         raise validation_error("FILE", None, "", "given, or named in the table of --sizes", "name a file")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from instrument.press.count_codes import refuse_without_counts
-from instrument.press.fruit_of_presses import FRUIT_LINE, FruitAnswer, fruits_of
+from instrument.press.fruit_of_presses import FRUIT_LINE, FruitAnswer, fruit_answers
 from instrument.press.fruit_reading import LINE, FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
@@ -244,7 +244,7 @@ def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator
 
     tip_count = len(sensor.report.tips)
     signal = Signal(rows_of(arguments.signal), tip_count, ColumnFlags(arguments.columns, arguments.units), print_note)
-    for note in (signal.understood, *signal.notes):
+    for note in (signal.summary, *signal.notes):
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
         print_error(
@@ -261,6 +261,6 @@ def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator
     readings = readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as)
     combines_presses = arguments.fruit_presses is not None or (signal.names_fruit and not arguments.each)
     if combines_presses:
-        yield from fruits_of(sensor, readings, arguments.fruit_presses or 0, named=signal.names_fruit)
+        yield from fruit_answers(sensor, readings, arguments.fruit_presses or 0, named=signal.names_fruit)
     else:
         yield from readings

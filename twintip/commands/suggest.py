@@ -13,7 +13,7 @@ from sensor.design.design_file import design_as_mapping, design_as_toml, every_k
 from sensor.design.parameters import Design
 from sensor.gone import refuse_removed
 from sensor.quantity import nearest, validation_error
-from sensor.words import OUTCOMES, shown
+from sensor.words import OUTCOMES, value_text
 from twintip.commands.console import (
     FAILED,
     PASSED,
@@ -189,7 +189,7 @@ def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str
                 lines.append(f"{outcome} {verdict.name}: {value_and_limit(verdict)}{verdict.reference}")
     rows = [("key", "from", "to")] if changes else []
     for change in changes:
-        old_text, new_text = (shown(change[end], digits=6, absent="not set") for end in ("from", "to"))
+        old_text, new_text = (value_text(change[end], digits=6, absent="not set") for end in ("from", "to"))
         rows.append((change["key"], old_text, new_text))
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     for row in rows:

@@ -7,7 +7,7 @@ from pipeline.report.keys import value_at
 from pipeline.report.report import read_report
 from pipeline.verdicts.in_words import as_read, measured
 from sensor.verdict import Verdict
-from sensor.words import OUTCOMES, shown, value_with_bar
+from sensor.words import OUTCOMES, value_text, value_with_bar
 
 
 def explained_value(folder: Path, entry: Entry, name: str) -> str:
@@ -27,7 +27,7 @@ def explained_value(folder: Path, entry: Entry, name: str) -> str:
 def _verdict_text(verdict: Verdict) -> str:
     """Return the value, the limit, the outcome and the hint of a verdict as text."""
     in_units = as_read(verdict)
-    limit = "" if in_units.limit is None else f", limit {shown(in_units.limit, in_units.unit)}"
+    limit = "" if in_units.limit is None else f", limit {value_text(in_units.limit, in_units.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
     return f"{verdict.name} {measured(in_units) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
 

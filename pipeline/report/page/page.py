@@ -59,7 +59,7 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
         report=report,
         command=result.options.command,
         has_housing=report.design.tips.tip_layout.has_housing,
-        brief=answer.brief,  # function that the template calls for each verdict
+        short_value=answer.short_value,  # function that the template calls for each verdict
         missing=missing,
         dimensions=answer.dimensions(report),
         bill=bill,

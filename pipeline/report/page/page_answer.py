@@ -27,7 +27,7 @@ class Dimension(NamedTuple):
     meaning: str
 
 
-def brief(verdict: Verdict) -> str:
+def short_value(verdict: Verdict) -> str:
     """Return the value of a verdict with its unit, with as few digits as the outcome allows; empty without a value.
 
     The bias and the uncertainty of readings are given to two digits, or more if the rounded value would be on the other

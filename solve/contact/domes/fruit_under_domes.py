@@ -61,7 +61,7 @@ def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequenc
     half_space = _half_space_part(block.poisson, footprints, skin_contact)
     contact_points = np.array([(footprint.x, footprint.y) for footprint in footprints])
     change_of_poses, change_bound = _changes_of_poses(scene, compliance, contact_points, fruits)
-    error = max(compliance.error_pair, compliance.error_own)
+    error = max(compliance.difference_error, compliance.s11_error)
     # The dome law computes the half-space part itself, so it is subtracted from the solved compliance.
     return FruitUnderDomes(
         poisson=block.poisson,

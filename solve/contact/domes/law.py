@@ -147,14 +147,14 @@ class DomeContrast:
     """The constants of level domes in the contrast law (`sensor/theory/contrast_law.py`), for forces along the springs.
 
     `S` (tips, tips) [1/mm] is the compliance of the fruit times E, without Hertz's part. Hertz's part of an indentation
-    is h (F / E)^(2/3), and `hertz` [mm (MPa/N)^(2/3)] is the mean of h over the tips. `lean` (tips, tips) [mm/N] is
-    added to the compliance of the springs. It arises because contact forces are normal to the sloping fruit, and so
-    push the tips sideways too.
+    is h (F / E)^(2/3), and `hertz` [mm (MPa/N)^(2/3)] is the mean of h over the tips. `inclination_compliance` (tips,
+    tips) [mm/N] is added to the compliance of the springs. It arises because contact forces are normal to the sloping
+    fruit, and so push the tips sideways too.
     """
 
     S: Floats
     hertz: float
-    lean: Floats
+    inclination_compliance: Floats
 
 
 def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
@@ -184,7 +184,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     return DomeContrast(
         S=(fruit.remainder + state.action)[0] / np.outer(cosine, cosine),
         hertz=float(np.mean(hertz)),
-        lean=law.normal_compliance(state.approach)[0] / np.outer(cosine, cosine) - C,
+        inclination_compliance=law.normal_compliance(state.approach)[0] / np.outer(cosine, cosine) - C,
     )
 
 

@@ -131,8 +131,8 @@ def plate_with(seats):
         ("mount.step", moved_bracket, None, 0.1),
         ("mount.step", bracket_with_other_holes, -0.4, 0.2),
         ("cover.step", cover_with, None, 0.7),  # the middle of a window is half of its slot from any surface
-        ("cover.step", cover_with, {"face_out": 2.7}, 0.2),
-        ("cover.step", cover_with, {"sensor": 8.0}, 0.2),
+        ("cover.step", cover_with, {"face_distance": 2.7}, 0.2),
+        ("cover.step", cover_with, {"sensor_level": 8.0}, 0.2),
         ("cover.step", cover_with, {"window_width": 4.0}, 0.05),
         ("housing.step", plate_with, None, 1.0),
         ("housing.step", plate_with, {"pocket_depth": 0.9}, 0.1),

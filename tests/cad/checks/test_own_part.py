@@ -97,6 +97,6 @@ def test_a_bridge_beside_the_section_is_not_swept(bridge):
 def test_lines_along_the_sweep_know_pockets():
     solid = PLATE.faces("<Y").workplane().hole(4.0, 2.0).val()
     swept = extrusion_of(own_part(solid, {}))
-    low, high, inside = swept.spans(np.array([0.0, 10.0, 90.0]), np.array([0.0, 5.0, 0.0]))
+    low, high, inside = swept.material_spans(np.array([0.0, 10.0, 90.0]), np.array([0.0, 5.0, 0.0]))
     assert inside == pytest.approx([4.0, 6.0, 0.0])
     assert (high - low)[1] == pytest.approx(6.0)

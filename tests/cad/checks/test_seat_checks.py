@@ -68,14 +68,16 @@ def test_magnets_face_their_sensor_through_the_window(kind, pair):
     """
     sensor = hall_square() if kind == "square" else pair
     housing, seats = sensor.housing, sensor.seats
-    assert 0.5 * (seats.upper_disc + seats.lower_disc) - seats.sensor == pytest.approx(0.5 * sensor.press.travel_mm)
+    assert 0.5 * (seats.upper_disc + seats.lower_disc) - seats.sensor_level == pytest.approx(
+        0.5 * sensor.press.travel_mm
+    )
     front = cover_part(housing, seats).shape.moved(plate_locations(housing)[0].inverse * cover_locations(housing)[0])
     size = (PROBE.package_width_mm, PROBE.package_thickness_mm, PROBE.package_height_mm)
     for arm in housing.arms:
         middle = (
             arm.centre,
             -0.5 * housing.depth - PROBE.face_out_mm - 0.5 * PROBE.package_thickness_mm,
-            housing.top_level - seats.sensor,
+            housing.top_level - seats.sensor_level,
         )
         body = cq.Workplane().box(*size).val().translate(cq.Vector(*middle))
         assert sum(solid.Volume() for solid in body.intersect(front).Solids()) == pytest.approx(0.0, abs=1e-9)
@@ -104,7 +106,7 @@ SPACING = 6.0  # [mm] of its tips
         (pocket_verdicts, {}, {"pocket_diameter": SHUTTLE - 2.0 * THIN, "lower_disc": 50.0}, THIN),
         (pocket_verdicts, {}, {"pocket_depth": PLATE - THIN, "is_pointed": False}, THIN),
         (pocket_verdicts, {}, {"pocket_depth": PLATE - THIN - 1.0, "pocket_diameter": 2.5}, THIN),  # a cone 1 mm high
-        (window_verdicts, {}, {"face_out": RECESS_MM + THIN}, THIN),
+        (window_verdicts, {}, {"face_distance": RECESS_MM + THIN}, THIN),
         (window_verdicts, {}, {"window_width": SPACING - THIN}, THIN),
         (window_verdicts, {"spacing": 0.99 * PROBE.package_width_mm, "shuttle_width": 3.0, "tip_side": 3.0}, {}, None),
     ],

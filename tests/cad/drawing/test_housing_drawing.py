@@ -127,7 +127,7 @@ def dimensions_of(sensor):
     if max(housing.depth, housing.shuttle_width) > housing.tip_side:
         lengths += [housing.tip_side, housing.neck_level, housing.tip_height]
     if housing.pin:
-        lengths += [housing.pin.side, housing.pin.outside]
+        lengths += [housing.pin.side, housing.pin.protruding_length]
     if housing.dome:
         lengths.append(housing.dome.radius)
     if plates := housing.back_to_back:
@@ -136,7 +136,7 @@ def dimensions_of(sensor):
         lengths += [plates.pad_height, housing.wall_width - 1.0, housing.top_level - housing.cavity_level - 1.0, foot]
         lengths += [plates.dowel_hole, right - left, housing.right - right, level - housing.protrusion]
     if seats is not None:
-        lengths += [seats.upper_disc, seats.lower_disc, seats.sensor, 2.5]  # the sensor stands 2.5 mm before the discs
+        lengths += [seats.upper_disc, seats.lower_disc, seats.sensor_level, 2.5]  # the sensor is 2.5 mm from the discs
     return Counter(round(length, 6) for length in lengths)
 
 

@@ -38,10 +38,10 @@ def overhang(part):
 
 def test_layout_holds_the_pin_with_the_walls_of_the_process(foot):
     pin = foot.pin
-    sizes = (pin.side, pin.outside, pin.pocket_side, pin.pocket_depth, foot.tip_side)
+    sizes = (pin.side, pin.protruding_length, pin.pocket_side, pin.pocket_depth, foot.tip_side)
     assert sizes == pytest.approx((1.0, 1.0, 1.1, 3.0, 3.8))
     printed = housing_for(Design(), PETG, (20.0, 12.0), (0.5, 0.11))
-    assert foot.protrusion + pin.outside == pytest.approx(printed.protrusion)
+    assert foot.protrusion + pin.protruding_length == pytest.approx(printed.protrusion)
 
 
 def test_pockets_of_a_square_and_a_gable_leave_the_faces_their_names(pinned):
@@ -102,7 +102,7 @@ def test_glue_and_steel_are_what_gives_in_a_foot_of_metal(shape, area):
         ({"pocket_side": 1.9}, "pocket_side"),  # half the foot
         ({"pocket_depth": 9.0}, "pocket_depth"),
         ({"pocket_depth": 0.0}, "pocket_depth"),
-        ({"outside": 0.0}, "pin_out"),
+        ({"protruding_length": 0.0}, "pin_out"),
         ({"side": 0.0}, "pin_side"),
     ],
 )

@@ -107,7 +107,7 @@ def test_one_time_for_each_weight_is_a_time_and_no_creep(paper, calibrate):
 def test_creep_widens_what_a_unit_leaves_open(paper, calibrate):
     """A spread that is unknown moves E as much: K alone is told to 0.01 %."""
     unit = calibrate(paper.report, table(paper, 0.025))
-    left = unit.unit.creep_or(paper.design.process.creep).deviation(unit.unit.weighed_after_s, 3.0)
+    left = unit.unit.measured_creep_or(paper.design.process.creep).deviation(unit.unit.weighed_after_s, 3.0)
     assert [row.u for row in unit.table] == pytest.approx(7 * [2.0 * left], rel=0.02)
 
 
@@ -166,7 +166,10 @@ def test_unit_of_an_earlier_version_creeps_as_its_process(paper, calibrate, tmp_
     unit = calibrate(paper.report, table(paper, 0.03)).unit
     assert read_again(unit) == unit
     old = read_again(unit, keys)
-    assert (old.weighed_after_s, old.creep_or(paper.design.process.creep)) == (30.0, PROCESSES["fdm-petg"].creep)
+    assert (old.weighed_after_s, old.measured_creep_or(paper.design.process.creep)) == (
+        30.0,
+        PROCESSES["fdm-petg"].creep,
+    )
     scaled = replace(old, scale=FruitScale(percent=5.0, E_MPa=(0.5, 3.0), firmness=(10.0, 60.0)))
     assert read_again(scaled) == scaled
     assert refusal(read_again, scaled, keys).field == "unit.scale"

@@ -23,7 +23,7 @@ from instrument.calibrate.reference_presses import (
 from instrument.calibrate.unit_table import error_sources, level_press, read_without_noise, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.press.fruit_reading import FruitReading
-from sensor.quantity import BOUNDED
+from sensor.quantity import UNIFORM_DEVIATION
 from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import press
 from twintip.cli import main
@@ -83,7 +83,7 @@ def test_presses_that_scatter_widen_the_factor(mango, on_ball, presses):
     """
     scattered = [presses[0] * factor for factor in (0.98, 1.0, 1.02)]
     found = on_ball(scattered)
-    read = [read_press(mango.measuring().on_ball(RADIUS), forces).E for forces in scattered]
+    read = [read_press(mango.measuring().for_ball(RADIUS), forces).E for forces in scattered]
     scatter = np.std(np.log(read), ddof=1) * math.sqrt(0.5 * math.pi / 3.0) * 4.303 / 2.0
     assert scatter > 0.01
     alike = on_ball(3 * [presses[0]]).percent  # the ball, zeros, times and contact model
@@ -96,19 +96,19 @@ def test_what_moves_all_presses_alike_is_in_the_error_of_the_factor(mango):
     exact = replace(BALL, percent=1e-9)
 
     def factor(forces):
-        reading = read_press(sensor.on_ball(RADIUS), forces)
+        reading = read_press(sensor.for_ball(RADIUS), forces)
         return fit_ball_correction([reading] * 3, exact, sensor, "ball.csv")
 
-    forces, _ = deep_press(sensor.on_ball(RADIUS), FIRM)
+    forces, _ = deep_press(sensor.for_ball(RADIUS), FIRM)
     plain = factor(forces)
     moved = []
     for tip, bound in enumerate(sensor.report.read_out.channels.zero_drift_N):
         for course in (np.ones(len(forces)), np.linspace(0.0, 1.0, len(forces))):
             off = np.array(forces)
-            off[:, tip] += BOUNDED * bound * course
+            off[:, tip] += UNIFORM_DEVIATION * bound * course
             moved.append(factor(off).factor / plain.factor - 1.0)
     assert math.hypot(*moved) > 0.01
-    expected = math.hypot(*moved, BOUNDED * sensor.model_error)
+    expected = math.hypot(*moved, UNIFORM_DEVIATION * sensor.model_error)
     # The slope of a drift leaves out the saddle that it is taken for, which lessens it by up to a tenth.
     assert expected < 0.01 * plain.percent < 1.1 * expected
 
@@ -116,12 +116,12 @@ def test_what_moves_all_presses_alike_is_in_the_error_of_the_factor(mango):
 def test_times_that_are_not_known_are_in_the_error_of_the_factor(mango, presses):
     """They are those of the log: a line that comes sooner than the read-out converts has channels of any time."""
     sensor = mango.measuring()
-    reading = read_press(sensor.on_ball(RADIUS), presses[0])
+    reading = read_press(sensor.for_ball(RADIUS), presses[0])
     known, unknown = (
         fit_ball_correction([replace(reading, time_s=time_s)] * 3, BALL, sensor, "ball.csv").percent
         for time_s in (0.0, 0.006)
     )
-    on_ball = sensor.on_ball(RADIUS)
+    on_ball = sensor.for_ball(RADIUS)
     slopes = deep_press(on_ball, FIRM)[1].slopes
     assert unknown**2 - known**2 == pytest.approx((100.0 * 0.006) ** 2 * np.square(slopes.times).sum())
 
@@ -135,7 +135,7 @@ def test_creep_is_known_from_the_duration_of_presses_on_a_ball(press_s, mango, o
     law = sensor.creep
     for duration in (found.press_s, 10.0 * found.press_s):
         decades = math.log10(duration / found.press_s)
-        expected = math.hypot(decades * law.error / (1.0 + law.per_decade), BOUNDED * law.exponent)
+        expected = math.hypot(decades * law.error / (1.0 + law.per_decade), UNIFORM_DEVIATION * law.exponent)
         corrected = replace(sensor, unit=replace(sensor.unit, ball=found))
         assert corrected.channels_in(0.0, duration).creep == pytest.approx(expected)
 
@@ -161,8 +161,8 @@ def test_independent_presses_of_wrong_domes_are_read_right_after_a_ball(mango, o
     before, after = (read_press(replace(each, radii_mm=(RADIUS, RADIUS)), forces) for each in (plain, corrected))
     assert abs(before.E / FIRM - 1.0) > 0.05
     # A fruit is as deep as that of the design, these presses are on a half-space: by which both differ.
-    on_deep = plain.on_ball(RADIUS)
-    deep = on_deep.corrected(deep_press(on_deep, FIRM)[1].E)
+    on_deep = plain.for_ball(RADIUS)
+    deep = on_deep.correct_modulus(deep_press(on_deep, FIRM)[1].E)
     assert after.E / deep == pytest.approx(1.0, abs=0.01)
     assert after.u < before.u
 
@@ -170,8 +170,8 @@ def test_independent_presses_of_wrong_domes_are_read_right_after_a_ball(mango, o
 def with_ball(sensor, factor=None, **ball):
     """Return a unit as three exact presses on a ball correct it, or with another factor."""
     ball = replace(BALL, **ball)
-    found = deep_press(sensor.on_ball(ball.radius_mm), FIRM)[1]
-    reading = FruitReading(E=sensor.on_ball(ball.radius_mm).corrected(found.E))
+    found = deep_press(sensor.for_ball(ball.radius_mm), FIRM)[1]
+    reading = FruitReading(E=sensor.for_ball(ball.radius_mm).correct_modulus(found.E))
     correction = fit_ball_correction([reading] * 3, ball, sensor, "ball.csv")
     return replace(sensor, unit=replace(sensor.unit, ball=replace(correction, factor=factor or correction.factor)))
 
@@ -211,7 +211,7 @@ def test_springs_and_gains_are_left_as_far_as_they_move_fruit_otherwise_than_the
     channels = sensor.channels
     shown = channels.on_ball
     on_ball = channels.spring_and_gain_uncertainty(shown.springs, shown.gains)
-    drift = 0.01 * BOUNDED * np.array(sensor.report.read_out.channels.gain_drift_percent)
+    drift = 0.01 * UNIFORM_DEVIATION * np.array(sensor.report.read_out.channels.gain_drift_percent)
     assert on_ball["stiffness"] == on_ball["gain"] == 0.0
     assert on_ball["gain_drift"] == pytest.approx(np.linalg.norm(drift * shown.gains))
     other = channels.spring_and_gain_uncertainty(1.5 * shown.springs, shown.gains)
@@ -226,7 +226,9 @@ def test_reading_is_multiplied(factor, mango, presses):
     sensor = mango.measuring()
     plain = read_press(sensor, presses[0])
     assert pytest.approx(factor * plain.E) == read_press(with_ball(sensor, factor=factor), presses[0]).E
-    assert with_ball(sensor, factor=factor).read_as(factor * plain.E) == pytest.approx(sensor.read_as(plain.E))
+    assert with_ball(sensor, factor=factor).uncorrected_modulus(factor * plain.E) == pytest.approx(
+        sensor.uncorrected_modulus(plain.E)
+    )
 
 
 def test_a_unit_is_no_better_without_a_ball(mango):
@@ -286,7 +288,7 @@ def test_page_s_commands_take_a_ball_from_the_plates_to_the_factor(mango, presse
 def test_presses_that_scatter_too_far_are_refused(mango):
     """The half width of a median of three is 4.303 sqrt(pi / 6) = 3.11 standard deviations, here apart."""
     sensor = mango.measuring()
-    E = deep_press(sensor.on_ball(RADIUS), FIRM)[1].E
+    E = deep_press(sensor.for_ball(RADIUS), FIRM)[1].E
     near, far = ([FruitReading(E=E * math.exp(step * apart)) for step in (-1.0, 0.0, 1.0)] for apart in (0.03, 0.035))
     assert fit_ball_correction(near, BALL, sensor, "ball.csv").percent > 4.0
     told = refusal(fit_ball_correction, far, BALL, sensor, "ball.csv")

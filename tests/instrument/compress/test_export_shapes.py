@@ -19,9 +19,9 @@ def test_shape_reads_as_the_clean_curve(name, tmp_path):
     np.testing.assert_allclose(specimen.force, FORCE, atol=2e-4)
     if specimen.time is not None:
         np.testing.assert_allclose(np.diff(specimen.time), np.diff(TIME), atol=1e-4)
-    assert len(specimen.understood.splitlines()) == 1
-    assert "force = " in specimen.understood
-    assert "26 rows" in specimen.understood
+    assert len(specimen.summary.splitlines()) == 1
+    assert "force = " in specimen.summary
+    assert "26 rows" in specimen.summary
 
 
 @pytest.mark.parametrize("label", EXTRAS)
@@ -29,4 +29,4 @@ def test_column_that_is_passed_over_is_named(label, tmp_path):
     path = tmp_path / "shape.csv"
     path.write_bytes(SHAPES[f"beside {label}"].content)
     (specimen,) = read_specimens(path)
-    assert f"passed over {label!r}" in specimen.understood
+    assert f"passed over {label!r}" in specimen.summary

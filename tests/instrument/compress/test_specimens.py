@@ -82,7 +82,7 @@ PLAIN_CURVE = "Force (N),Travel (mm)\n" + lines_of(CURVE)
 def test_table_of_results_is_passed_over_and_said(content, tmp_path):
     (specimen,) = read(tmp_path, content)
     np.testing.assert_allclose(specimen.force, [F for _, F in CURVE])
-    assert "results" in specimen.understood
+    assert "results" in specimen.summary
 
 
 @pytest.mark.parametrize("gap", ["", "\n", "\nSamples,10\n***End_of_Header***,\n"])
@@ -106,7 +106,7 @@ def test_line_of_text_and_a_cut_last_line_are_left_out_and_named(tmp_path):
     text = "\n".join([*lines[:15], "gauge not found", *lines[15:], "81.2"])
     (specimen,) = read(tmp_path, text)
     np.testing.assert_allclose(specimen.force, [F for _, F in CURVE])
-    assert "line 16, 'gauge not found', line 33, '81.2'" in specimen.understood
+    assert "line 16, 'gauge not found', line 33, '81.2'" in specimen.summary
     for cut in ("1,x", "82.1,"):  # is no number, nor the last line
         table = "\n".join([*lines[:15], cut, *lines[15:]])
         assert "line 16" in refusal(read, tmp_path, table).field

@@ -142,8 +142,8 @@ def test_press_is_over_after_more_firm_samples_than_one_bad_conversion_makes(pap
     module = module_of(paper.measuring())
     unit = module["UNIT"]
     firm = [2.0 * unit.firm * least for least in unit.least_forces]
-    for count in (unit.several, unit.several + 1):
+    for count in (unit.spike_length, unit.spike_length + 1):
         press = module["Press"]()
-        for row in [firm] * count + [[0.0] * unit.size] * (unit.several + 1):
+        for row in [firm] * count + [[0.0] * unit.size] * (unit.spike_length + 1):
             press.add(row)
-        assert press.over == (count > unit.several)
+        assert press.over == (count > unit.spike_length)

@@ -71,7 +71,7 @@ def test_without_times_the_press_is_that_of_the_design(paper, tmp_path):
 
 def test_a_level_sensor_that_creeps_reads_what_was_pressed(mango):
     _, sensor = weighed(mango)
-    assert sensor.corrected(sensor.read_as(1.7)) == pytest.approx(1.7, rel=1e-3)
+    assert sensor.correct_modulus(sensor.uncorrected_modulus(1.7)) == pytest.approx(1.7, rel=1e-3)
 
 
 def test_the_zero_that_a_press_leaves_is_told(paper):
@@ -94,7 +94,7 @@ def test_only_weights_tell_a_stiffness_with_a_time(paper):
     _, sensor = weighed(paper)
     assert sensor.channels.creep == PROCESSES["fdm-petg"].creep.deviation(30.0, 3.0)
     for name, process in PROCESSES.items():
-        assert (sensor.unit.creep_or(process.creep).per_decade == 0.0) == name.startswith("dmls")
+        assert (sensor.unit.measured_creep_or(process.creep).per_decade == 0.0) == name.startswith("dmls")
 
 
 def test_a_unit_that_was_weighed_later_takes_a_larger_step(paper):

@@ -11,7 +11,7 @@ import pytest
 from measured_units import read_press
 from scipy import stats
 
-from instrument.press.fruit_of_presses import FALSE_ALARMS, fruit_answer, fruits_of, press_deviation_constants
+from instrument.press.fruit_of_presses import FALSE_ALARMS, fruit_answer, fruit_answers, press_deviation_constants
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.half_width import HalfWidth
 from instrument.press.measuring import MeasuringUnit
@@ -64,7 +64,7 @@ def test_bar_is_that_of_scatter_and_of_what_presses_say(step, disagree, presses,
     both = math.sqrt((2.0 * (0.5 * OWN) ** 2 + free * scatter**2) / (free + 2))
     factor, deviation = (stats.t.ppf(0.975, free), scatter) if disagree else (stats.t.ppf(0.975, free + 2), both)
     assert found.u == pytest.approx(math.hypot(factor * deviation / math.sqrt(presses), ALIKE))
-    assert (found.scatter, found.alike) == (pytest.approx(scatter), pytest.approx(ALIKE))
+    assert (found.scatter, found.shared) == (pytest.approx(scatter), pytest.approx(ALIKE))
     assert ("presses_disagree" in found.flags, found.hint is not None) == (disagree, disagree)
     assert [each.E for each in found.presses] == np.exp(logs).tolist()
 
@@ -130,7 +130,7 @@ def test_presses_without_a_modulus_are_told_and_do_not_count(ball):
     ],
 )
 def test_presses_are_taken_as_those_of_one_fruit(names, presses, named, fruits, ball):
-    told = fruits_of(ball.measuring(), [press(1.0, fruit=name) for name in names], presses, named=named)
+    told = fruit_answers(ball.measuring(), [press(1.0, fruit=name) for name in names], presses, named=named)
     assert [(each.fruit, len(each.presses)) for each in told] == fruits
 
 
@@ -142,7 +142,7 @@ def test_an_answer_waits_for_no_press_of_the_next_fruit(ball):
         yield press(1.0)
         raise AssertionError
 
-    assert next(fruits_of(ball.measuring(), stream(), 2)).counted == 2
+    assert next(fruit_answers(ball.measuring(), stream(), 2)).counted == 2
 
 
 @pytest.mark.parametrize("turns", [(0.0, 90.0), (0.0, 90.0, 180.0)])

@@ -13,11 +13,11 @@ from measured_units import MeasuredDesign
 from instrument.press.contrast_press import press_reading
 from instrument.press.pace import LARGEST_BY_PACE, pace_shift
 from instrument.press.touches import PressSamples
-from pipeline.reading.over_time import decrease_at_twice_the_time
+from pipeline.reading.reading_over_time import decrease_at_twice_the_time
 from sensor.design.reading import PRESS_S
-from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD
+from sensor.theory.relaxation import ASSUMED_RELAXATION, STATED_SPREAD
 from solve.contact.relaxing import timed_forces
-from solve.presses.over_time import press_over_time
+from solve.presses.press_over_time import press_over_time
 from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 
 FLESH = EllipsoidFruit(E=1.0, R1=47.0, R2=110.0)
@@ -48,7 +48,7 @@ def forces_over(unit):
     @functools.cache
     def forces(way, t):
         way, t = np.array(way), np.array(t)
-        return press_over_time(sensor, FLESH, design.press.travel_mm * way, t, MAY_RELAX.arms, 24)
+        return press_over_time(sensor, FLESH, design.press.travel_mm * way, t, ASSUMED_RELAXATION.arms, 24)
 
     return lambda way, t: forces(tuple(way.tolist()), tuple(t.tolist()))
 
@@ -92,7 +92,7 @@ def test_a_pair_of_flat_tips_has_the_size_by_its_springs():
     even, paused = (np.insert(np.stack(each), 0, 0.0, axis=1)[:, None] for each in ((WAY, EVEN), PAUSED))
     found = []
     for way, t in (even, paused):
-        forces = timed_forces(law, MAY_RELAX, np.array([1.0]), t, pair.design.press.travel_mm * way).F[0, 1:]
+        forces = timed_forces(law, ASSUMED_RELAXATION, np.array([1.0]), t, pair.design.press.travel_mm * way).F[0, 1:]
         samples = PressSamples(channels=forces, tips=2, t=t[0, 1:], touched_s=0.0)
         found.append((press_reading(pair.measuring(), samples), pace_shift(pair.measuring(), samples)))
     (evenly, none), (late, size) = found
@@ -111,7 +111,7 @@ def test_a_press_of_twice_the_time_falls_as_the_note_says(mango, reading, even):
     fall = 1.0 - reading(WAY, 2.0 * EVEN).E / even.E
     assert decrease_at_twice_the_time(mango.sensor) == pytest.approx(fall, rel=0.06)
     press = replace(mango.design.press, speed_mm_per_s=mango.design.press.travel_mm / PRESS_S, hold_s=3.0)
-    stated = replace(mango.design, press=press, fruit=replace(mango.design.fruit, relaxation=MAY_RELAX.arms))
+    stated = replace(mango.design, press=press, fruit=replace(mango.design.fruit, relaxation=ASSUMED_RELAXATION.arms))
     left = decrease_at_twice_the_time(replace(mango.sensor, design=stated))
     assert left == pytest.approx(STATED_SPREAD * decrease_at_twice_the_time(mango.sensor))
 
@@ -124,7 +124,7 @@ def test_a_stated_relaxation_leaves_what_fruit_differs_by(unit, forces_over):
     """A pace is undone for flesh that relaxes as stated; of its size 0.3 is left, which 2 % may exceed or not."""
     design = unit.report.design
     over_time = replace(design.press, speed_mm_per_s=0.4, hold_s=3.0)
-    stated = replace(design, press=over_time, fruit=replace(design.fruit, relaxation=MAY_RELAX.arms))
+    stated = replace(design, press=over_time, fruit=replace(design.fruit, relaxation=ASSUMED_RELAXATION.arms))
     sensor = replace(unit, report=replace(unit.report, design=stated))
     samples = pressed(unit, forces_over, *PAUSED)
     whole, left = (pace_shift(each, samples) for each in (unit, sensor))

@@ -10,7 +10,7 @@ from measured_units import MeasuredDesign, readings_at
 from squares import BALL
 
 from instrument.press.hold import LATE_FRACTION
-from pipeline.reading.over_time import reading_over_time
+from pipeline.reading.reading_over_time import reading_over_time
 from pipeline.response.scene_press import scene_of
 from sensor.theory.contrast_law import ContrastLaw
 from sensor.theory.relaxation import Relaxation

@@ -154,7 +154,7 @@ def test_the_bar_of_a_press_that_hangs_on_one_sample_holds_the_reading_without_i
             continue
         hanging += 1
         rise = rise_of(rows, 4, sensor.least_forces)
-        moduli = [sensor.corrected(E) for E in moduli_without(sensor.rise_law, rise)]
+        moduli = [sensor.correct_modulus(E) for E in moduli_without(sensor.rise_law, rise)]
         shift = np.abs(np.array(moduli) / reading.E - 1.0).max()
         assert shift < reading.u - reading.noise < 2.0 * shift
     assert hanging > 0

@@ -80,7 +80,7 @@ def test_noise_beyond_what_is_stated_is_no_bad_sample(paper, forces, rng):
     Before twenty rows have shown the scatter to about a fifth, the stated noise has its say.
     """
     sensor = paper.measuring()
-    unit = press_core.Unit({**spike_constants(sensor), "gains": [1.0, 1.0], "several": 1})
+    unit = press_core.Unit({**spike_constants(sensor), "gains": [1.0, 1.0], "spike_length": 1})
     rising = np.linspace(0.3, 1.0, 400)[:, None] * forces[-1]
     dropped = []
     touch = press_core.Touch(unit, lambda *_: None, dropped.append)

@@ -21,7 +21,7 @@ from instrument.simulate.drawn_fruit import (
     random_skin,
     usual_fruit,
 )
-from instrument.simulate.log import log_of
+from instrument.simulate.log import log_lines
 from instrument.simulate.simulated_press import PRESS_MOMENTS, Hand, press_curve
 from instrument.simulate.simulation import SimulationSettings, hand_of, log_of_fruit, unit_of_seed
 from instrument.simulate.unit import designed_unit, draw_unit, given_unit, refuse_unsimulated
@@ -168,7 +168,7 @@ def test_channels_come_one_after_the_other_in_a_log_of_the_read_out(mango):
     report = mango.report
     unit = replace(designed_unit(report), per_mm=np.eye(4))
     press = press_curve(unit, usual_fruit(report), hand_of(report))
-    slow, fast = (numbers_of(log_of(report, unit, [press], rate)) for rate in (42.0, 420.0))
+    slow, fast = (numbers_of(log_lines(report, unit, [press], rate)) for rate in (42.0, 420.0))
     late = 1e3 * (np.interp(2.0, slow[:, 0], slow[:, 3]) - np.interp(2.0, fast[:, 0], fast[:, 3]))
     slope = 1e3 * np.gradient(fast[:, 3], fast[:, 0])[840]
     assert late == pytest.approx(slope * 1e-3 * report.read_out.signal.delay_ms[2], rel=0.1)

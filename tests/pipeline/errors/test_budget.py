@@ -117,7 +117,7 @@ def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
     assert (budgets.K_l.numerical, budgets.K_h.numerical) == pytest.approx(ERRORS, rel=1e-12)
     for budget, number in ((budgets.P_max, own.P_max()), (budgets.NL, own.NL(Targets()))):
         assert budget.numerical == pytest.approx(number.relative, rel=1e-12)
-    assert budgets.contact.numerical == CONTACT.error_pair
+    assert budgets.contact.numerical == CONTACT.difference_error
 
 
 def elastica(K, L):

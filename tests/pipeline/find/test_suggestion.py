@@ -207,7 +207,9 @@ NUMBERS = {"press.travel_mm", "springs.K_l_N_per_m", "springs.K_h_N_per_m", "tip
     ],
 )  # fmt: skip
 def test_keys_that_may_mend_a_verdict(design, failed, keys):
-    assert {key for sweep in sweeps(design, failed, on_cells=False) for change in sweep for key in change} == keys
+    assert {
+        key for sweep in sweeps(design, failed, is_solved_on_cells=False) for change in sweep for key in change
+    } == keys
 
 
 @pytest.mark.parametrize(
@@ -220,7 +222,9 @@ def test_keys_that_may_mend_a_verdict(design, failed, keys):
     ids=["target", "travel", "list"],
 )
 def test_sweeps_of_numbers_multiply_the_value_of_the_design(design, failed, key, before, factors):
-    chosen = [change for sweep in sweeps(design, {failed}, on_cells=False) for change in sweep if key in change]
+    chosen = [
+        change for sweep in sweeps(design, {failed}, is_solved_on_cells=False) for change in sweep if key in change
+    ]
     for change, factor in zip(chosen, factors, strict=True):
         assert np.asarray(change[key]) == pytest.approx(factor * np.asarray(before), rel=1e-12)
 

@@ -85,9 +85,9 @@ def test_a_plate_calibrates_deflections_whatever_the_dial(calibrated_by):
     travel = slope_error(DIGIT * 0.01, deepest, fifths)
     ratios = np.diag(np.hypot(dial, noise) ** 2)  # of a plate to weights, one of each tip
     from_mean = np.eye(4) - 0.25
-    apart = np.sqrt(np.diag(from_mean @ ratios @ from_mean.T) / 3.0)
-    alike = 1.5 * 2.0 * np.sqrt(travel**2 + (travel**2 + ratios.sum() / 16.0) / 3.0)
-    expected = np.sqrt(balance**2 + noise**2 + deflections**2 + alike**2 + apart**2)
+    differing_part = np.sqrt(np.diag(from_mean @ ratios @ from_mean.T) / 3.0)
+    common_part = 1.5 * 2.0 * np.sqrt(travel**2 + (travel**2 + ratios.sum() / 16.0) / 3.0)
+    expected = np.sqrt(balance**2 + noise**2 + deflections**2 + common_part**2 + differing_part**2)
     assert left.stiffness_percent == pytest.approx((100.0 * expected).tolist(), rel=1e-9)
     coarse = calibration_errors(designed(reading__calibrated_by=calibrated_by, bench__dial_mm=0.1), FULL, K, NOISES)
     assert coarse.gain_percent == left.gain_percent

@@ -17,7 +17,7 @@ from pipeline.reading.rise import rolling_domes
 from pipeline.reading.uncertainty import SlopesOnBall, designed_channels
 from pipeline.sensor import Sensor
 from sensor.design.reading import PRESS_S, ReadingRequirements
-from sensor.quantity import BOUNDED
+from sensor.quantity import UNIFORM_DEVIATION
 from sensor.theory.contrast_law import contrast_weights
 from sensor.theory.creep import CreepLaw
 
@@ -62,7 +62,7 @@ def test_creep_is_that_since_the_calibration(by, decades):
     """Of presses on a ball, which last as long, only the time within a press is left."""
     law = CreepLaw(0.025, 0.01)
     found = designed_channels(ReadingRequirements(calibrated_by=by), np.ones(4), None, law).creep
-    assert found == pytest.approx(math.hypot(decades * 0.01 / 1.025, BOUNDED * law.exponent), rel=1e-3)
+    assert found == pytest.approx(math.hypot(decades * 0.01 / 1.025, UNIFORM_DEVIATION * law.exponent), rel=1e-3)
 
 
 def test_a_ball_takes_out_what_moves_its_own_reading():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flat_square import square_design
 
-from pipeline.reading.poses import Placement, fruits_of, occurring_placements, read_moduli
+from pipeline.reading.poses import Placement, occurring_fruits, occurring_placements, read_moduli
 from sensor.design.fruit import Fruit
 from sensor.design.reading import ReadingRequirements
 from sensor.design.tips import Tips
@@ -25,23 +25,25 @@ def placements(fruit=None, **reading):
 
 def test_pose_at_a_part_of_the_press():
     """The tilt changes in proportion to the travel."""
-    placement = Placement(tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.4), turned_deg=(0.2, -0.6), thickness_mm=9.0)
+    placement = Placement(tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.4), tilt_change_deg=(0.2, -0.6), thickness_mm=9.0)
     part = placement.after(0.25)
-    assert part.turned_deg == pytest.approx((0.05, -0.15))
-    assert dataclasses.replace(part, turned_deg=(0.2, -0.6)) == placement
+    assert part.tilt_change_deg == pytest.approx((0.05, -0.15))
+    assert dataclasses.replace(part, tilt_change_deg=(0.2, -0.6)) == placement
 
 
 def test_placements_by_hand():
     """At the ends of the ranges a hand ends at the largest tilt on each diagonal, beside the apex on the same side."""
     reading = {"tilt_deg": 3.0, "tilt_change_deg": 0.5, "off_centre_mm": 1.5, "radius_spread": 0.2}
-    turned = [place for place in placements(BALL, **reading)[0] if any(place.turned_deg)]
+    turned = [place for place in placements(BALL, **reading)[0] if any(place.tilt_change_deg)]
     directions = np.sqrt(0.5) * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
     for radius in (28.0, 42.0):
         corner = [place for place in turned if place.radii_mm == pytest.approx((radius, radius))]
-        for name, length in {"turned_deg": 0.5, "tilt_deg": 2.5, "off_centre_mm": 1.5}.items():
+        for name, length in {"tilt_change_deg": 0.5, "tilt_deg": 2.5, "off_centre_mm": 1.5}.items():
             assert np.array([getattr(place, name) for place in corner]) == pytest.approx(length * directions)
-    steady = [place for place in placements(BALL, **reading | {"tilt_deg": 0.2})[0] if any(place.turned_deg)]
-    assert {(round(float(np.hypot(*place.turned_deg)), 9), place.tilt_deg) for place in steady} == {(0.2, (0.0, 0.0))}
+    steady = [place for place in placements(BALL, **reading | {"tilt_deg": 0.2})[0] if any(place.tilt_change_deg)]
+    assert {(round(float(np.hypot(*place.tilt_change_deg)), 9), place.tilt_deg) for place in steady} == {
+        (0.2, (0.0, 0.0))
+    }
 
 
 def test_tilts():
@@ -56,7 +58,7 @@ def test_tilts():
 def test_poses_are_drawn_evenly_by_area():
     """The mean square is half of the largest; 48 draws of variance 1 / 12 of it."""
     _, drawn = placements(tilt_change_deg=0.5)
-    for name, limit in {"tilt_deg": 3.5, "off_centre_mm": 1.0, "turned_deg": 0.5}.items():
+    for name, limit in {"tilt_deg": 3.5, "off_centre_mm": 1.0, "tilt_change_deg": 0.5}.items():
         lengths = np.hypot(*np.array([getattr(place, name) for place in drawn]).T)
         assert 0.9 * limit < lengths.max() <= limit
         assert np.mean(lengths**2) == pytest.approx(0.5 * limit**2, abs=3.5 * limit**2 / np.sqrt(12.0 * len(drawn)))
@@ -64,7 +66,7 @@ def test_poses_are_drawn_evenly_by_area():
 
 def test_fruits_of_an_ellipsoid_that_spread_keep_their_form():
     egg = Fruit(shape="ellipsoid", radius_mm=30.0, radius_across_mm=60.0, thickness_mm=12.0)
-    assert fruits_of(egg, ReadingRequirements()).radius == pytest.approx((24.0, 36.0))
+    assert occurring_fruits(egg, ReadingRequirements()).radius == pytest.approx((24.0, 36.0))
     met = np.array([place.radii_mm for places in placements(egg) for place in places if place.radii_mm])
     assert len(met) > 48
     assert met[:, 1] == pytest.approx(2.0 * met[:, 0])

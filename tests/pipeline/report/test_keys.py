@@ -9,7 +9,7 @@ from cad.parts.housing import Pin
 from pipeline.report.keys import report_key, report_keys, value_at
 from pipeline.report.of_result import report_of_result
 
-PIN = Pin(side=0.3, is_round=False, outside=1.0, pocket_side=0.4, pocket_depth=0.5)
+PIN = Pin(side=0.3, is_round=False, protruding_length=1.0, pocket_side=0.4, pocket_depth=0.5)
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def test_value_at_a_name(report):
     assert value_at(report, "response.1.P.-1") == report.response[1].P[-1]
     assert value_at(report, "flexures.high.error_percent") == pytest.approx(100.0 * report.flexures["high"].K_error)
     pinned = dataclasses.replace(report, housing=dataclasses.replace(report.housing, pin=PIN))
-    assert [value_at(one, "housing.pin_out") for one in (report, pinned)] == [0.0, PIN.outside]
+    assert [value_at(one, "housing.pin_out") for one in (report, pinned)] == [0.0, PIN.protruding_length]
     assert value_at(report, "housing.back_to_back") is False
     assert value_at({"springs": report.springs}, "springs.K_h_N_per_m") == report.springs.K_h_N_per_m
 

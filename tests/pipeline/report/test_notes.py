@@ -8,8 +8,8 @@ import pytest
 from stand_ins import CONTACT, relaxing_result, result_of, sensor_of, solved, springs_of
 
 from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
-from pipeline.reading.over_time import decrease_at_twice_the_time
 from pipeline.reading.poses import Placement
+from pipeline.reading.reading_over_time import decrease_at_twice_the_time
 from pipeline.reading.reading_records import UnevenFruit
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.notes import notes

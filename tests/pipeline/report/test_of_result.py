@@ -32,8 +32,8 @@ from sensor.quantity import Estimate
         *((f"flexures.{name}.error_percent", error) for name, error in zip(("low", "high"), ERRORS, strict=True)),
         ("flexures.low.root_strain_error_percent", 0.01),
         ("accuracy.springs.error_percent", max(ERRORS)),
-        ("accuracy.contact.error_percent", CONTACT.error_pair),
-        ("contact.s11_error_percent", CONTACT.error_own),
+        ("accuracy.contact.error_percent", CONTACT.difference_error),
+        ("contact.s11_error_percent", CONTACT.s11_error),
     ],
 )
 def test_error_of_a_solve_is_in_per_cent(key, error):
@@ -168,9 +168,9 @@ def test_relaxation_has_a_row_for_each_modulus_and_the_moment_at_which_a_reading
 
 
 def test_compliance_is_read_back_with_the_error_of_each_of_its_parts():
-    contact = dataclasses.replace(CONTACT, error_pair=1e-4, error_own=3e-4)
+    contact = dataclasses.replace(CONTACT, difference_error=1e-4, s11_error=3e-4)
     found = ContactReport.from_stage(contact).compliance(contact.tips)
-    assert (found.error_pair, found.error_own) == pytest.approx((1e-4, 3e-4), rel=1e-12)
+    assert (found.difference_error, found.s11_error) == pytest.approx((1e-4, 3e-4), rel=1e-12)
     np.testing.assert_array_equal(found.S, contact.S)
 
 

@@ -13,7 +13,7 @@ from pipeline.errors.error_records import ScatterBands
 from pipeline.options import RunOptions
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import listed_files, write_outputs
-from pipeline.report.report import ListedFile, read_data, read_report, report_data, structure_report
+from pipeline.report.report import ListedFile, read_data, read_report, report_data, report_from_data
 from pipeline.storage.digests import file_digest
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -60,7 +60,7 @@ def test_written_report_is_that_of_the_result(tmp_path):
     assert read_data(tmp_path) == json.loads(json.dumps(report_data(report_of_result(result, files))))
     report = read_report(tmp_path)
     np.testing.assert_allclose(report.compliance.S, result.contact.S, rtol=1e-15)
-    assert report.compliance.error_pair == pytest.approx(result.contact.error_pair, rel=1e-12)
+    assert report.compliance.difference_error == pytest.approx(result.contact.difference_error, rel=1e-12)
 
 
 VARIANTS = {
@@ -99,7 +99,7 @@ DAMAGED = [
 
 @pytest.mark.parametrize(("path", "value", "key"), DAMAGED, ids=str)
 def test_damaged_report_names_the_key(path, value, key, report, tmp_path):
-    caught = refusal(structure_report, tmp_path, put(report, path, value))
+    caught = refusal(report_from_data, tmp_path, put(report, path, value))
     assert caught.field == "PATH"
     assert key in caught.bound
 
@@ -145,7 +145,7 @@ def test_unknown_or_missing_key_of_any_table_is_refused_in_one_line(report, tmp_
         damaged = [(put(report, (*path, "unheard_of"), 1.0), "unheard_of")]
         damaged += [(put(report, (*path, key), GONE), key) for key in table if key not in may_be_missing]
         for data, key in damaged:
-            caught = refusal(structure_report, tmp_path, data)
+            caught = refusal(report_from_data, tmp_path, data)
             assert key in caught.bound, path
 
 
@@ -158,7 +158,7 @@ def test_unknown_or_missing_key_of_any_table_is_refused_in_one_line(report, tmp_
     ],
 )
 def test_report_of_0_1_is_refused_in_one_line(path, value, report, tmp_path):
-    assert refusal(structure_report, tmp_path, put(report, path, value)).field == "PATH"
+    assert refusal(report_from_data, tmp_path, put(report, path, value)).field == "PATH"
 
 
 def test_report_of_0_2_is_read_without_the_keys_that_are_gone_or_asked_for_nothing(report, tmp_path):
@@ -174,8 +174,8 @@ def test_report_of_0_2_is_read_without_the_keys_that_are_gone_or_asked_for_nothi
         (("behaviour", "low", "bridge_mV_per_V"), [1.0, None]),
     ):
         before = put(before, path, value)
-    assert structure_report(tmp_path, before) == structure_report(tmp_path, report)
-    caught = refusal(structure_report, tmp_path, put(report, ("design", "print", "leaves"), "spring-steel"))
+    assert report_from_data(tmp_path, before) == report_from_data(tmp_path, report)
+    caught = refusal(report_from_data, tmp_path, put(report, ("design", "print", "leaves"), "spring-steel"))
     assert caught.field == "PATH"
     assert "print.leaves" in caught.bound
 

@@ -10,7 +10,7 @@ from stand_ins import with_compliance
 
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.measurement import RiseModel, seated_level_readings
-from pipeline.reading.over_time import refuse_unsolvable_time
+from pipeline.reading.reading_over_time import refuse_unsolvable_time
 from pipeline.response.contact import contact_scene
 from pipeline.response.scene_press import scene_of
 from pipeline.sensor import refuse_unsolvable
@@ -43,7 +43,7 @@ def contact():
     E = np.geomspace(0.1, 5.0, 13)
     info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
     table = SkinTable(E=E, S=np.array([skinned(each) for each in E]))
-    return FruitCompliance(S=FLESH, error_pair=1e-4, error_own=1e-4, info=info, skin=table)
+    return FruitCompliance(S=FLESH, difference_error=1e-4, s11_error=1e-4, info=info, skin=table)
 
 
 def test_springs_under_a_skin_meet_both_targets_over_the_modulus(contact):

@@ -53,7 +53,7 @@ def test_sag_is_the_weight_that_hangs_over_the_stiffness(springs):
 def test_pin_adds_its_own_weight(springs):
     housing = default_housing(Design(tips=Tips(socket="pin")))
     pinned = replace(springs, fitted=fitted_housing(housing, springs.fitted.stiffness))
-    steel = housing.pin.side**2 * (housing.pin.outside + housing.pin.pocket_depth)
+    steel = housing.pin.side**2 * (housing.pin.protruding_length + housing.pin.pocket_depth)
     plastic = housing.pin.side**2 * housing.pin.pocket_depth
     grams = 7.85 * steel - PETG.density_g_per_cm3 * plastic
     rows = zip(weight_sag(pinned, "down"), weight_sag(springs, "down"), pinned.fitted.stiffness.K, strict=True)

@@ -93,7 +93,7 @@ def test_source_has_to_be_a_regular_file_of_some_size(tmp_path):
 
 def test_flags_name_headers_and_units():
     flagged = ColumnFlags("force=Last, z,travel=Pfad [mm]", "force=KN").applied(QUANTITIES)
-    assert [flagged[name].chosen for name in QUANTITIES] == ["", "Last, z", "Pfad [mm]"]
+    assert [flagged[name].selected_column for name in QUANTITIES] == ["", "Last, z", "Pfad [mm]"]
     assert [flagged[name].flag_unit for name in QUANTITIES] == ["", "kN", ""]
     for columns, units, field in (
         ("Last", None, "--columns"),

@@ -27,7 +27,7 @@ LINE = load_design(
 LIMIT = MADE.printable["low"].strain_limit
 _STRAINED = dataclasses.replace(MADE.springs["low"], root_strain=1.1 * LIMIT, root_strain_error=0.1 / 1.1)
 BENT = dataclasses.replace(MADE, springs=MADE.springs | {"low": _STRAINED})
-_PIN = Pin(side=0.3, is_round=False, outside=1.0, pocket_side=0.4, pocket_depth=0.5)
+_PIN = Pin(side=0.3, is_round=False, protruding_length=1.0, pocket_side=0.4, pocket_depth=0.5)
 GLUED = dataclasses.replace(
     MADE, fitted=dataclasses.replace(MADE.fitted, housing=dataclasses.replace(MADE.fitted.housing, pin=_PIN))
 )

@@ -56,4 +56,4 @@ def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_ask
     low, high = PAPER_SPRINGS.stiffnesses  # exactly as published: the error of P is that of the contact
     K_m = 3.5 * CONTACT.K_m_over_E()
     slope = K_m / (K_m + low) - K_m / (K_m + high)  # d ln P / d ln K_m
-    assert paper[0].error == pytest.approx(paper[0].value * slope * CONTACT.error_pair, rel=1e-3)
+    assert paper[0].error == pytest.approx(paper[0].value * slope * CONTACT.difference_error, rel=1e-3)

@@ -49,7 +49,7 @@ def test_rule_of_the_mesh_four_times_as_strict_stays_within_the_bar(rule, strict
     before = on_mesh(fruit, LEVELS[0])
     monkeypatch.setattr(box, rule, strict * getattr(box, rule))
     after = on_mesh(fruit, LEVELS[0])
-    assert abs(pair(after.S) / pair(before.S) - 1.0) <= before.error_pair
+    assert abs(pair(after.S) / pair(before.S) - 1.0) <= before.difference_error
 
 
 def test_bar_of_the_split_covers_its_error_over_the_step_between_two_meshes():

@@ -102,7 +102,7 @@ def test_plan_of_a_whole_fruit_is_written_only_into_the_text_whose_digest_units_
     design = Design(fruit=Fruit(shape="sphere", radius_mm=30.0, height_mm=40.0))
     assert not {"length_mm", "width_mm"} & design_as_mapping(design)["fruit"].keys()
     whole = DesignTables.from_design(design).design({"fruit.radius_mm": 36.0}).fruit
-    assert (whole.whole, whole.length_mm, whole.width_mm) == (True, 72.0, 72.0)
+    assert (whole.is_whole, whole.length_mm, whole.width_mm) == (True, 72.0, 72.0)
     assert list(design_as_mapping(design, derived=True)["fruit"])[:3] == ["shape", "length_mm", "width_mm"]
 
 

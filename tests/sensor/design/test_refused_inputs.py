@@ -5,11 +5,11 @@ import pytest
 from sensor.design.design_file import design_from_mapping
 from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.parameters import TABLES
-from sensor.gone import GONE
+from sensor.gone import REMOVED
 from sensor.quantity import InputError
 
 
-@pytest.mark.parametrize("name", [name for name in GONE if name.partition(".")[0] in TABLES])
+@pytest.mark.parametrize("name", [name for name in REMOVED if name.partition(".")[0] in TABLES])
 def test_key_that_is_gone_is_refused_with_what_to_use(name):
     """In a table, in a setting, and where a setting unsets it: it is not told as a key that is spelt wrong."""
     table, _, key = name.partition(".")
@@ -17,7 +17,7 @@ def test_key_that_is_gone_is_refused_with_what_to_use(name):
         with pytest.raises(InputError) as error:
             DesignTables(tables=tables).design(settings_of_texts(settings))
         assert error.value.field == name
-        assert str(error.value).endswith(f" {GONE[name]}")
+        assert str(error.value).endswith(f" {REMOVED[name]}")
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_tips_may_reach_the_edge_of_the_fruit():
 
 def test_setting_below_a_key_that_is_no_table_is_refused():
     with pytest.raises(InputError) as error:
-        DesignTables(tables={"targets": 5}).changed({"targets.NL": 0.1})
+        DesignTables(tables={"targets": 5}).with_settings({"targets.NL": 0.1})
     assert error.value.field == "targets"
 
 

@@ -21,13 +21,13 @@ ELLIPSOID = {"shape": "ellipsoid", "radius_mm": 40.0, "radius_across_mm": 30.0, 
 def test_the_plan_of_a_curved_fruit_follows_from_its_radius_and_thickness():
     cap = Fruit(**SPHERE, thickness_mm=12.0)  # its base is a circle of half width sqrt(35^2 - 23^2)
     assert cap.length_mm == cap.width_mm == pytest.approx(2.0 * math.sqrt(35.0**2 - 23.0**2))
-    assert cap.whole
+    assert cap.is_whole
     assert Fruit(**SPHERE, thickness_mm=65.0).length_mm == 70.0
     ellipsoid = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=20.0, thickness_mm=65.0)
     assert (ellipsoid.length_mm, ellipsoid.width_mm) == (70.0, pytest.approx(2.0 * math.sqrt(35.0 * 20.0)))
     piece = Fruit(**SPHERE, length_mm=20.0, width_mm=20.0)
-    assert (piece.length_mm, piece.width_mm, piece.whole) == (20.0, 20.0, False)
-    assert (Fruit().length_mm, Fruit().width_mm, Fruit().whole) == (20.0, 20.0, False)
+    assert (piece.length_mm, piece.width_mm, piece.is_whole) == (20.0, 20.0, False)
+    assert (Fruit().length_mm, Fruit().width_mm, Fruit().is_whole) == (20.0, 20.0, False)
 
 
 @given(u=st.floats(-50.0, 50.0), v=st.floats(-50.0, 50.0), azimuth=st.floats(0.0, 180.0, exclude_max=True))

@@ -99,8 +99,8 @@ def test_a_bent_line_has_the_bar_of_its_parabola_and_of_its_bend(rng):
     deviation = 2.0 * 4.0 * wider * np.sqrt((scatter**2 + (ROUNDED * COARSE) ** 2) * covariance[0, 0]) / slope
     line = fit_line(x, shown, digits)
     assert line.bend.change == pytest.approx(2.0 * 4.0 * parabola[0] / slope, rel=1e-9)
-    assert line.bend.deviation == pytest.approx(deviation, rel=1e-9)
-    assert line.bend.excess == pytest.approx(line.bend.change - 3.0 * deviation, rel=1e-9)
+    assert line.bend.change_deviation == pytest.approx(deviation, rel=1e-9)
+    assert line.bend.unexplained_change == pytest.approx(line.bend.change - 3.0 * deviation, rel=1e-9)
     about = np.hypot(wider * scatter, ROUNDED * FINE) / np.linalg.norm(x - 2.0)
     assert line.slope.error == pytest.approx(np.hypot(about, 0.5 * deviation * slope), rel=1e-9)
 
@@ -111,7 +111,7 @@ def test_a_bend_needs_three_levels_of_x():
     loads = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
     shown = forces + 0.2 * forces**2
     digits = np.full(6, FINE)
-    assert fit_line(forces, shown, digits).bend.excess > 0.1
+    assert fit_line(forces, shown, digits).bend.unexplained_change > 0.1
     assert fit_line(forces, shown, digits, levels=loads).bend.change == 0.0
 
 

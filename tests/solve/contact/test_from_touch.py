@@ -106,7 +106,7 @@ def test_tilt_changes_about_the_middle_of_the_tips():
     """The middle of the faces moves by no more than its depth times the angle; the tips turn about it as one body."""
     change = 0.5
     pose = hand(0.6, tilt_deg=(2.0, 1.0))
-    before, after = domes_in(pose), domes_in(hand(0.6, tilt_deg=(2.0, 1.0), turned_deg=(change, 0.0)))
+    before, after = domes_in(pose), domes_in(hand(0.6, tilt_deg=(2.0, 1.0), tilt_change_deg=(change, 0.0)))
     middles = [poses.centres[0].mean(axis=0) - DOME * poses.frame[0, 2] for poses in (before, after)]
     assert np.linalg.norm(middles[1] - middles[0]) < 1.01 * np.linalg.norm(middles[0]) * math.radians(change)
     lowered = (before.centres - after.centres)[0, :, 2]

@@ -31,7 +31,7 @@ def square_S():
 
 def pressed(fruit=BLOCK, tilt=0.0, roll=0.0, springs=C):
     info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
-    compliance = FruitCompliance(tips=tuple("abcd"), S=square_S(), error_pair=1e-4, error_own=1e-4, info=info)
+    compliance = FruitCompliance(tips=tuple("abcd"), S=square_S(), difference_error=1e-4, s11_error=1e-4, info=info)
     scene = Scene(fruit=fruit, tips=TIPS, press=PressMotion(tilt_deg=tilt, roll_deg=roll))
     return scene_response(scene, compliance, springs, (1.0,), (0.2, 0.6))
 

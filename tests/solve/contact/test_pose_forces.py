@@ -49,7 +49,7 @@ def test_scene_of_a_pose():
     thinner = posed_scene(
         square(fruit=dataclasses.replace(PIECE, length_mm=None, width_mm=None)), Stand(thickness_mm=8.0)
     )
-    assert thinner.fruit.whole
+    assert thinner.fruit.is_whole
     assert thinner.fruit.length_mm == pytest.approx(2.0 * np.sqrt(35.0**2 - 27.0**2))
     piece = dataclasses.replace(PIECE, shape="ellipsoid", radius_across_mm=25.0)
     met = dataclasses.replace(TILTED.stand, azimuth_deg=30.0, thickness_mm=9.0)

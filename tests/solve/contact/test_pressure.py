@@ -33,7 +33,7 @@ def test_sphere_presses_as_hertz_says():
     """p_m = 2/3 p_0 and p_0 = (6 F E*^2 / pi^3 R^2)^(1/3): Johnson (1985), section 4.2."""
     block = Fruit(length_mm=400.0, width_mm=400.0, height_mm=400.0)
     fine = FruitCompliance(
-        S=np.eye(2), error_pair=0.0, error_own=0.0, info=SolveInfo(method="", dofs=0, seconds=0.0, status="")
+        S=np.eye(2), difference_error=0.0, s11_error=0.0, info=SolveInfo(method="", dofs=0, seconds=0.0, status="")
     )
     scene = Scene(fruit=block, tips=Tips(shape="sphere", spacing_mm=100.0), press=PressMotion())
     found = footprint_pressure(scene, fine, np.zeros((2, 2)), E, 0.01)

@@ -32,7 +32,7 @@ def test_flat_level_faces_follow_the_linear_law(block_compliance, shape):
     expected = linear_response(block_compliance.S, SPRINGS, E, X)
     np.testing.assert_array_equal(found.P, expected.P)
     np.testing.assert_array_equal(found.F, expected.F)
-    np.testing.assert_array_equal(found.P_error, block_compliance.error_pair)
+    np.testing.assert_array_equal(found.P_error, block_compliance.difference_error)
 
 
 @pytest.mark.parametrize(("tilt", "roll", "x"), [(0.5, 0.0, 0.4), (-1.0, 0.0, 0.6), (1.0, 0.5, 0.6), (0.0, 2.0, 0.6)])
@@ -103,7 +103,7 @@ def test_error_of_the_compliance_adds(block_compliance, tilt_deg):
     """Whatever the grid: an error of the compliance that is larger by 0.02 is in both errors as it is."""
     scene = scene_of(tilt=tilt_deg)
     known, rough = (
-        scene_response(scene, replace(block_compliance, error_pair=error), SPRINGS, (2.0,), [0.5, 0.6])
+        scene_response(scene, replace(block_compliance, difference_error=error), SPRINGS, (2.0,), [0.5, 0.6])
         for error in (0.01, 0.03)
     )
     np.testing.assert_allclose(rough.F_error - known.F_error, 0.02, rtol=1e-9)

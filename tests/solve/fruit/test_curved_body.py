@@ -84,11 +84,11 @@ def test_finer_mesh_lies_inside_the_bar(fruit, footprints, along_normals, coarse
 def test_rough_meshes_are_taken_where_they_meet_the_tolerance():
     block = split_compliance(SMALL.equivalent_block, Tips())
     rough = curved_compliance(block, SMALL, PAIR, tolerance=0.1)
-    bar = max(rough.error_pair - block.error_pair, rough.error_own - block.error_own)
+    bar = max(rough.difference_error - block.difference_error, rough.s11_error - block.s11_error)
     met, missed_by_little = (curved_compliance(block, SMALL, PAIR, tolerance=bar * by) for by in (1.001, 0.999))
     np.testing.assert_array_equal(met.S, rough.S)
     np.testing.assert_array_equal(missed_by_little.S, curved_compliance(block, SMALL, PAIR).S)
-    assert missed_by_little.error_pair < rough.error_pair
+    assert missed_by_little.difference_error < rough.difference_error
 
 
 def test_compliance_carries_the_change_and_says_how_much(monkeypatch):
@@ -96,7 +96,7 @@ def test_compliance_carries_the_change_and_says_how_much(monkeypatch):
     block = split_compliance(SMALL.equivalent_block, Tips())
     found = curved_compliance(block, SMALL, PAIR)
     np.testing.assert_allclose(found.S - found.shape_change, block.S, rtol=1e-12)
-    assert block.error_pair < found.error_pair <= 1e-3
+    assert block.difference_error < found.difference_error <= 1e-3
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def test_skin_lies_on_the_ellipsoid_and_base_on_the_table(fruit):
     points = bent(fruit)
     assert off_the_ellipsoid(fruit, points[:, :, :, 0]) < 1e-12
     assert np.abs(points[2, :, :, -1] - fruit.depth_mm).max() < 1e-12 * fruit.depth_mm
-    if fruit.whole:
+    if fruit.is_whole:
         sides = points[:, [0, -1]], points[:, :, [0, -1]]
         assert max(off_the_ellipsoid(fruit, side) for side in sides) < 1e-12
 

@@ -56,8 +56,8 @@ def test_tips_on_one_spring_are_one_under_a_skin_too():
     four = FruitCompliance(
         tips=("a", "b", "c", "d"),
         S=S,
-        error_pair=0.0,
-        error_own=0.0,
+        difference_error=0.0,
+        s11_error=0.0,
         info=INFO,
         skin=SkinTable(E=np.array([1.0, 2.0, 3.0]), S=np.array([S, 2.0 * S, 3.0 * S])),
     )

@@ -90,8 +90,8 @@ def test_the_coarsest_mesh_that_meets_the_tolerance_is_taken(tolerance, grading)
     found = split_compliance(BLOCK, TIPS, tolerance)
     error = abs(paired(found.S) / truth.values[0] - 1.0)
     assert found.info.dofs == mesh_dofs(BLOCK, PAIR, grading) == footprint_compliance(BLOCK, PAIR, grading).dofs
-    assert error < found.error_pair + truth.relative_error
-    assert found.error_pair <= tolerance
+    assert error < found.difference_error + truth.relative_error
+    assert found.difference_error <= tolerance
 
 
 def test_a_finer_level_beyond_the_memory_is_left_out(monkeypatch):

@@ -9,7 +9,7 @@ from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import mount_layers
 from sensor.theory.leaf_spring import Flexure, pair_stiffness, root_strain
 from solve.housing import stiffness as flexure
-from solve.housing.clamped_half import BALANCE_LIMIT, SIDES, check_tips, clamped_half
+from solve.housing.clamped_half import BALANCE_LIMIT, SIDES, check_tip_loads, clamped_half
 from solve.housing.elastic_layer import ElasticLayer
 from solve.housing.stiffness import (
     TipCompliance,
@@ -109,14 +109,14 @@ def test_point_above_the_tips_is_reciprocal_and_without_a_lever_their_faces(coar
 
 def test_loads_that_are_not_reciprocal_or_not_carried_are_refused():
     even, carried = np.eye(2), np.array([-0.5, -0.5])
-    check_tips(even, carried)
+    check_tip_loads(even, carried)
     with pytest.raises(SolveError):
-        check_tips(np.array([[1.0, 2.0 * BALANCE_LIMIT], [0.0, 1.0]]), carried)
+        check_tip_loads(np.array([[1.0, 2.0 * BALANCE_LIMIT], [0.0, 1.0]]), carried)
     with pytest.raises(SolveError):
-        check_tips(even, np.array([-0.5, -0.4999]))
+        check_tip_loads(even, np.array([-0.5, -0.4999]))
     with pytest.raises(SolveError):
-        check_tips(even, np.array([-0.5, -0.4999]), round_off=5e-5)
-    check_tips(even, np.array([-0.5, -0.49999]), round_off=5e-5)
+        check_tip_loads(even, np.array([-0.5, -0.4999]), round_off=5e-5)
+    check_tip_loads(even, np.array([-0.5, -0.49999]), round_off=5e-5)
 
 
 def test_longest_titanium_leaves_are_carried_to_their_round_off():

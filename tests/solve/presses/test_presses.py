@@ -11,7 +11,7 @@ from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, LinearForm, 
 from skfem.helpers import ddot, grad, sym_grad, trace
 from stored_presses import STORED, square
 
-from solve.presses.over_time import PressMotionOverTime, creep_of, press_over_time, press_with_creep
+from solve.presses.press_over_time import PressMotionOverTime, creep_of, press_over_time, press_with_creep
 from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone, OuterLayer, SprungDomes
 from solve.presses.pressing import Pressing, press
 

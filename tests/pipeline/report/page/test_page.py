@@ -12,7 +12,7 @@ from stand_ins import result_of
 
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
 from pipeline.report.page.page import make_page
-from pipeline.report.page.page_answer import brief, closest_to_limit
+from pipeline.report.page.page_answer import closest_to_limit, short_value
 from pipeline.report.page.page_template import finite
 from pipeline.report.report import read_data
 from pipeline.storage.digests import file_digest
@@ -125,8 +125,8 @@ def test_closest_to_its_limit():
     ],
 )
 def test_an_error_of_the_reading_has_two_digits_unless_they_would_cross_its_limit(value, passed, text):
-    assert brief(planted("reading.bias", value=value, error=0.24, limit=5.0, passed=passed, unit="%")) == text
-    assert brief(planted("bruise", value=0.04354, error=0.00071)) == "0.04354 ± 0.00071 MPa"
+    assert short_value(planted("reading.bias", value=value, error=0.24, limit=5.0, passed=passed, unit="%")) == text
+    assert short_value(planted("bruise", value=0.04354, error=0.00071)) == "0.04354 ± 0.00071 MPa"
 
 
 def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat_page):

@@ -284,7 +284,7 @@ def contrast_of(level):
     return ContrastLaw(
         weights=contrast_weights(tips.places_mm, tips.springs),
         gaps=(0.0,) * 4,
-        C=(SPRINGS + found.lean).tolist(),
+        C=(SPRINGS + found.inclination_compliance).tolist(),
         S=found.S.tolist(),
         hertz=found.hertz,
     )

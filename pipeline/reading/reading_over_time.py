@@ -17,7 +17,7 @@ from sensor.quantity import Estimate, validation_error
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from sensor.theory.contrast_rise import RiseLaw, read_rise, rise_of
-from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
+from sensor.theory.relaxation import ASSUMED_RELAXATION, STATED_SPREAD, Relaxation
 from solve.contact.linear_response import high_over_low
 from solve.contact.pose_forces import Pose
 from solve.contact.relaxing import elastic_forces, timed_forces
@@ -126,7 +126,7 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     stated = design.fruit.relaxation
     # Readings are corrected for a stated relaxation. `uncorrected` is the fraction of the decrease that remains.
     if stated is None:
-        flesh, uncorrected = MAY_RELAX, 1.0
+        flesh, uncorrected = ASSUMED_RELAXATION, 1.0
     else:
         flesh, uncorrected = Relaxation(stated), STATED_SPREAD
     law = _contrast_law(sensor)

@@ -9,7 +9,7 @@ from refusal import refusal
 from stand_ins import CONTACT, sensor_of, springs_of, with_compliance
 
 from pipeline.options import RunOptions
-from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
+from pipeline.reading.reading_over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.report.parts import RelaxationReport
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdict
