@@ -12,6 +12,7 @@ import twintip
 ROOT = Path(__file__).parents[2]
 GALLERY = loaded_script(ROOT / "docs" / "gallery.py")
 QUICK = ("two_spring_law",)
+STUDIES = ("own_housing",)  # two parts of its own are meshed and solved: 30 s
 OWN_PACKAGES = {"sensor", "cad", "mesh", "solve", "pipeline", "instrument", "reference", "tests"}
 
 
@@ -41,9 +42,14 @@ def test_example_uses_public_names_alone(name):
     assert set(re.findall(r"\btwintip\.(\w+)", text)) <= set(twintip.__all__)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in GALLERY.ORDER]
-)
+def example_marks(name):
+    """Return the marks of the test of an example, by how long it takes."""
+    if name in STUDIES:
+        return pytest.mark.study
+    return () if name in QUICK else pytest.mark.slow
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=example_marks(name)) for name in GALLERY.ORDER])
 def test_example_prints_what_the_page_shows(name, tmp_path, monkeypatch, capsys):
     """The numbers have few digits, so that round-off of another machine does not show.
 

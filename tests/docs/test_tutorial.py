@@ -39,7 +39,7 @@ def shown_as_printed(pattern, printed):
     return list(shown) == [f"{float(value):.{digit}f}" for value, digit in zip(printed, digits, strict=True)]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_press_is_that_of_boundary_elements():
     """The forces of the file, but for their noise and its five digits."""
     forces = np.loadtxt(ROOT / "docs" / "examples" / "press.csv", delimiter=",", skiprows=1)[:, 2:]

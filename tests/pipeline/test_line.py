@@ -40,6 +40,7 @@ def load_report(folder):
     return json.loads((folder / "report.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_line_that_reads_well_passes_by_its_readings_alone(line):
     code, folder = line
     outcomes = {verdict["name"]: verdict["passed"] for verdict in load_report(folder)["verdicts"]}
@@ -47,6 +48,7 @@ def test_line_that_reads_well_passes_by_its_readings_alone(line):
     assert (outcomes, code) == (dict.fromkeys(names, True), 0)
 
 
+@pytest.mark.slow
 def test_report_of_a_line_tells_its_springs_and_nothing_of_a_part(line):
     """1/K of each spring in the order of the tips, high, low, high; off the diagonal a frame would stand."""
     _, folder = line
@@ -70,12 +72,14 @@ def test_files_to_make_a_line_by_are_refused_before_any_work(tmp_path, capsys, m
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("words", [("explain", "leaf", "--out"), pytest.param(("check",), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [("explain", "leaf", "--out"), ("check",)])
 def test_commands_take_the_folder_of_a_line(words, line):
     _, folder = line
     assert main([*words, str(folder)]) == 0
 
 
+@pytest.mark.slow
 def test_nothing_is_drawn_of_a_line(line, tmp_path, capsys):
     _, folder = line
     for flag, name in (("--png", "out"), ("--html", "out.html")):

@@ -32,6 +32,7 @@ open(sys.argv[1], "w").write(json.dumps({"changed": changed, "verdicts": verdict
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cache", ["kept", pytest.param("empty", marks=pytest.mark.study)])
 def test_run_without_a_folder_leaves_no_trace(cache, default_run, tmp_path):
     """The same result as that of the command; its files stood in a temporary folder that is gone."""

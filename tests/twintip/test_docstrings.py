@@ -25,7 +25,8 @@ from solve.solve_error import SolveError
 ROOT = Path(__file__).parents[2]
 FUNCTIONS = [name for name in twintip.__all__ if inspect.isfunction(getattr(twintip, name))]
 SLOW = {"modulus", "CompressionResult"}  # a fruit is solved
-SLOW |= {"process_engine", "run_study", "StudySummary"}  # processes are started
+SLOW |= {"run_study"}  # processes are started
+STUDIES = {"process_engine", "StudySummary"}  # the same study once more
 STUDY = """
 base = "paper"
 how = "grid"
@@ -228,9 +229,14 @@ def test_fault_of_a_docstring_is_raised_and_leaves_no_folder(error, place, call,
     assert sorted(Path().iterdir()) == before
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in twintip.__all__]
-)
+def example_marks(name):
+    """Return the marks of the test of a docstring, by how long its example takes."""
+    if name in STUDIES:
+        return pytest.mark.study
+    return pytest.mark.slow if name in SLOW else ()
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=example_marks(name)) for name in twintip.__all__])
 @pytest.mark.usefixtures("folder", "without_page")
 def test_example_of_a_docstring_runs(name, monkeypatch):
     """On stand-ins of a solved sensor: what is solved is tested elsewhere."""

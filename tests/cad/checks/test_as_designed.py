@@ -90,7 +90,7 @@ def hole_left_out(sensor):
 @pytest.mark.parametrize(
     ("fault", "least", "kind"),
     [
-        pytest.param(leaf_cut_through, 0.3, ".stl", marks=pytest.mark.slow),
+        pytest.param(leaf_cut_through, 0.3, ".stl", marks=pytest.mark.study),
         (leaf_thinner, 0.1, ".3mf"),
         (hole_left_out, 1.7, ".step"),
     ],
@@ -131,9 +131,9 @@ def plate_with(seats):
         ("mount.step", moved_bracket, None, 0.1),
         ("mount.step", bracket_with_other_holes, -0.4, 0.2),
         ("cover.step", cover_with, None, 0.7),  # the middle of a window is half of its slot from any surface
-        ("cover.step", cover_with, {"face_distance": 2.7}, 0.2),
+        pytest.param("cover.step", cover_with, {"face_distance": 2.7}, 0.2, marks=pytest.mark.study),
         ("cover.step", cover_with, {"sensor_level": 8.0}, 0.2),
-        ("cover.step", cover_with, {"window_width": 4.0}, 0.05),
+        pytest.param("cover.step", cover_with, {"window_width": 4.0}, 0.05, marks=pytest.mark.study),
         ("housing.step", plate_with, None, 1.0),
         ("housing.step", plate_with, {"pocket_depth": 0.9}, 0.1),
         ("housing.step", plate_with, {"upper_disc": 9.0}, 0.1),
@@ -172,7 +172,7 @@ def mirrored(shape):
     ("change", "words", "kind"),
     [
         (lambda shape: shape.translate(cq.Vector(0.3, 0, 0)), "moved by (0.3, 0, 0) mm", ".stl"),
-        (lambda shape: shape.moved(QUARTER), "rotated by 90.0 deg", ".3mf"),
+        pytest.param(lambda shape: shape.moved(QUARTER), "rotated by 90.0 deg", ".3mf", marks=pytest.mark.study),
         (lambda shape: shape.moved(TURNED), "rotated by 40.0 deg", ".step"),
         (lambda shape: shape.scale(1.0 / 25.4), "inches", ".step"),
         (mirrored, "mirrored", ".3mf"),
@@ -186,7 +186,7 @@ def test_a_part_in_another_place_or_unit_fails_and_says_so(named, change, words,
     assert words in verdict.reference
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_file_of_another_design_fails(named, tmp_path):
     """Its leaf is 0.4 mm longer, and so is all beyond it."""
     longer = replace(named.housing, low=replace(named.housing.low, length=25.4))

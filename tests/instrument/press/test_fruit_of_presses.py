@@ -145,7 +145,7 @@ def test_an_answer_waits_for_no_press_of_the_next_fruit(ball):
     assert next(fruit_answers(ball.measuring(), stream(), 2)).counted == 2
 
 
-@pytest.mark.parametrize("turns", [(0.0, 90.0), (0.0, 90.0, 180.0)])
+@pytest.mark.parametrize("turns", [(0.0, 90.0), pytest.param((0.0, 90.0, 180.0), marks=pytest.mark.slow)])
 def test_turned_presses_find_a_bruise(turns, mango, monkeypatch):
     """By boundary elements: its press and one turned by 90 degrees differ by more than an uneven skin of 8 % makes."""
     monkeypatch.setattr(MeasuringUnit, "unevenness_deviations", lambda *_: [0.08])

@@ -368,8 +368,8 @@ def bias_on(sensor, fruit, modulus):
     return rise_model(sensor).modulus(press) / modulus - 1.0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("row", [pytest.param(0, marks=pytest.mark.study), -1])
+@pytest.mark.study
+@pytest.mark.parametrize("row", [0, -1])
 def test_flesh_of_another_ratio_moves_a_square_of_domes_as_told(gentle, row, monkeypatch):
     """By presses on flesh of that ratio: within what a piece that ends at its sides differs by from a layer.
 

@@ -67,7 +67,7 @@ def test_bomb_is_refused_or_read_soon(names, tmp_path):
         outcome(shapes[name], tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_many_parted_thousands_are_read_soon(tmp_path):
     """Every second number may be parted or not: that its column shows it is found once, not for each of them."""
     rows = [f'{0.001 * row:.3f},"{1 + row // 1000},{row % 1000:03d}{".5" if row % 2 else ""}"' for row in range(40_000)]

@@ -72,5 +72,6 @@ def test_still_of_a_body_is_printed_and_shown_without_webgl(dome_page, open_page
     assert page.complaints == []
 
 
-def test_validator_finds_no_error(default_run, dome_page):
-    assert validator_findings(default_run.folder / "report.html", dome_page.folder / "report.html") == ""
+@pytest.mark.parametrize("written", ["default_run", pytest.param("dome_page", marks=pytest.mark.study)])
+def test_validator_finds_no_error(written, request):
+    assert validator_findings(request.getfixturevalue(written).folder / "report.html") == ""
