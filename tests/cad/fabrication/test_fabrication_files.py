@@ -127,6 +127,15 @@ def test_sheet_is_true_to_its_mount_and_read_out(is_square, mount, has_seats, to
     assert disagreement(text, told, absent) == ([], [])
 
 
+def test_sheet_tells_how_far_pins_stand_out_of_their_feet(pinned):
+    """As far as the lower ends of the pins lie below the printed part in the assembly."""
+    assembly = assembly_of(pinned)
+    part, pin = (assembly.objects[name] for name in ("housing", "low_pin"))
+    lowest = [each.toCompound().BoundingBox().zmin for each in (part, pin)]
+    (shown,) = re.findall(r"and the feet\n([0-9.]+) mm above the plate", sheet_of(pinned))
+    assert float(shown) == pytest.approx(lowest[0] - lowest[1], abs=0.005)  # two decimals are shown
+
+
 @pytest.mark.parametrize(
     ("bench", "digits"),
     [(None, ["0.001", "0.1", "0.0001", "1"]), (Bench(dial_mm=0.02, balance_g=0.5), ["0.02", "0.5", "0.02", "0.5"])],
