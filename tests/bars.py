@@ -1,6 +1,6 @@
 """The table of error bars as tests take it: groups of cases, of which some are slow and most are a study."""
 
-import pytest
+from marks import cases_by_time
 
 from benchmarks.bars.check import case_outcome
 from benchmarks.bars.table import CASES
@@ -20,13 +20,9 @@ SLOW = (
 def bars(*groups):
     """Return the names of the cases of some groups as parameters of a test."""
     names = [name for name in CASES if name.partition(":")[0] in groups]
-    return [pytest.param(name, marks=_marks(name)) for name in names]
-
-
-def _marks(name):
-    if name.startswith(SLOW):
-        return pytest.mark.slow
-    return () if name.startswith(QUICK) else pytest.mark.study
+    slow = [name for name in names if name.startswith(SLOW)]
+    studies = [name for name in names if not name.startswith((*SLOW, *QUICK))]
+    return cases_by_time(names, slow=slow, studies=studies)
 
 
 def holds(name):

@@ -5,6 +5,7 @@ import runpy
 from pathlib import Path
 
 import pytest
+from marks import cases_by_time
 from scripts import loaded_script
 
 import twintip
@@ -42,14 +43,7 @@ def test_example_uses_public_names_alone(name):
     assert set(re.findall(r"\btwintip\.(\w+)", text)) <= set(twintip.__all__)
 
 
-def example_marks(name):
-    """Return the marks of the test of an example, by how long it takes."""
-    if name in STUDIES:
-        return pytest.mark.study
-    return () if name in QUICK else pytest.mark.slow
-
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=example_marks(name)) for name in GALLERY.ORDER])
+@pytest.mark.parametrize("name", cases_by_time(GALLERY.ORDER, slow={*GALLERY.ORDER} - {*QUICK}, studies=STUDIES))
 def test_example_prints_what_the_page_shows(name, tmp_path, monkeypatch, capsys):
     """The numbers have few digits, so that round-off of another machine does not show.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import cadquery as cq
 import pytest
+from marks import cases_by_time
 from stand_ins import relaxing_result, result_of
 
 import twintip
@@ -229,14 +230,7 @@ def test_fault_of_a_docstring_is_raised_and_leaves_no_folder(error, place, call,
     assert sorted(Path().iterdir()) == before
 
 
-def example_marks(name):
-    """Return the marks of the test of a docstring, by how long its example takes."""
-    if name in STUDIES:
-        return pytest.mark.study
-    return pytest.mark.slow if name in SLOW else ()
-
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=example_marks(name)) for name in twintip.__all__])
+@pytest.mark.parametrize("name", cases_by_time(twintip.__all__, slow=SLOW, studies=STUDIES))
 @pytest.mark.usefixtures("folder", "without_page")
 def test_example_of_a_docstring_runs(name, monkeypatch):
     """On stand-ins of a solved sensor: what is solved is tested elsewhere."""
