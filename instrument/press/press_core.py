@@ -64,9 +64,7 @@ class Unit:
     dome_radius: float  # [mm]
     rolled: float  # distance of two axes divided by the distance of their contacts, on a spherical fruit [1]
     contrast_of_xy: float  # contrast of x y at the axes [mm^2]; the height of a saddle is k_xy x y
-    fixed_fruit_part: list[
-        float
-    ]  # part of `fruit` that does not change as contacts move: fruit minus half-space [1/mm]
+    fixed_fruit_part: list[float]  # part of `fruit` that stays as contacts move: fruit minus half-space [1/mm]
     body: float  # (1 - nu^2) / pi: deflection of a half-space at distance r from a force F, times E r / F [1]
     saddle_steps: int  # maximum number of iterations for the saddle
     settled: float  # largest change of the offset in the last iteration, divided by the springs' part of the contrast

@@ -203,9 +203,8 @@ def _relaxation_note(result: SensorResult) -> Note:
     if over_time is None:
         curve = result.press.curve
         name = result.design.fruit.name
-        remaining = (
-            ASSUMED_RELAXATION.left if name is None else FRUITS[name].relaxes_to
-        )  # fraction of the force that remains
+        # fraction of the force that remains
+        remaining = ASSUMED_RELAXATION.left if name is None else FRUITS[name].relaxes_to
         fruit = "an orange"  # the fruit of `ASSUMED_RELAXATION`
         if name is not None:
             article = "an" if name[0] in "aeiou" else "a"

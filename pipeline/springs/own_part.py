@@ -485,9 +485,8 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     # for comparison, the walls of the screw holes are held instead of the mount
     holes_held = swept_compliance(mesh, scene.material, presses) if layers else None
     neglected_errors += neglected_feature_errors(mesh, fine)
-    volumes = (
-        mesh.length_error * mesh.area
-    )  # volume that the sweep adds or leaves out at each place of the section [mm^3]
+    # volume that the sweep adds or leaves out at each place of the section [mm^3]
+    volumes = mesh.length_error * mesh.area
     largest_place = None
     if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
         x, y, z = extrusion.rotation.T @ mesh.places[:, int(np.argmax(volumes))]  # in the coordinates of the part

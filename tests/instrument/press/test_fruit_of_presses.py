@@ -130,8 +130,8 @@ def test_presses_without_a_modulus_are_told_and_do_not_count(ball):
     ],
 )
 def test_presses_are_taken_as_those_of_one_fruit(names, presses, named, fruits, ball):
-    told = fruit_answers(ball.measuring(), [press(1.0, fruit=name) for name in names], presses, named=named)
-    assert [(each.fruit, len(each.presses)) for each in told] == fruits
+    answers = fruit_answers(ball.measuring(), [press(1.0, fruit=name) for name in names], presses, named=named)
+    assert [(each.fruit, len(each.presses)) for each in answers] == fruits
 
 
 def test_an_answer_waits_for_no_press_of_the_next_fruit(ball):
