@@ -7,8 +7,8 @@ cancel this plane in the travel of the tips,
     travel + tilt . X_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i .
 
 C is the compliance of the springs, S the compliance of the fruit, and h the Hertzian contact of a dome (0 for flat
-tips). The contrast has one unknown, E. It is a cubic in E^(-1/3), whose largest root in E is the modulus. With g(F, E)
-the contrast, the derivative of the modulus with respect to a force is -(dg / dF_i) / (dg / dE).
+tips). The contrast has one unknown, E, and is a cubic in E^(-1/3). The modulus is the largest E at which the contrast
+is zero. Let g(F, E) be the contrast. The derivative of the modulus with respect to a force is -(dg / dF_i) / (dg / dE).
 
 The gaps must be known, as they are for a level pair on its calibration block. On a fruit they are unknown, so a whole
 press is read (`contrast_rise.py`).
@@ -84,35 +84,38 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
             weights.append(-1.0 / springs.count("low"))
     tilt_contrast = np.abs(np.array(weights) @ np.array(positions))  # contrasts of a unit tilt along x and along y
     if tilt_contrast.max() > _ROUND_OFF * np.abs(positions).max():
-        bound = "a line or a square: low and high tips about one middle"
+        bound = "a line or a square, whose low and high tips have the same centre"
         hint = "one reading of a pair cannot separate tilt from stiffness"
-        # The error names a pair, because it is the only layout whose weights do not cancel the tilt.
+        # The message names the pair, because no other layout has weights that do not cancel the tilt.
         raise validation_error("tips.layout", "pair", "", bound, hint)
     return tuple(weights)
 
 
-def pair_law(C: Matrix, own_less_other: float) -> ContrastLaw:
+def pair_law(C: Matrix, self_minus_cross: float) -> ContrastLaw:
     """Return the contrast law of a pair of tips, the low tip first, on springs of compliance C [mm/N].
 
-    Unlike other contrasts, it also depends on the tilt. For flat tips the compliance S of the fruit matters only
-    through `own_less_other` [1/mm], which is s11 - s12, times E.
+    The contrast of a pair depends on its tilt, unlike the contrast of the other layouts. Flat tips have the compliance
+    matrix [[s11, s12], [s12, s11]] / E of the fruit. Only `self_minus_cross` = s11 - s12 [1/mm] affects the contrast.
     """
-    S = ((own_less_other, 0.0), (0.0, own_less_other))
+    # This diagonal matrix gives the same contrast as the full matrix, because the weights add up to 0.
+    S = ((self_minus_cross, 0.0), (0.0, self_minus_cross))
     return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=C, S=S)
 
 
-def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> float:
+def ratio_modulus(C: Matrix, self_minus_cross: float, forces: Sequence[float]) -> float:
     """Return the modulus [MPa] of a fruit from the `forces` [N] on the low and the high tip of a level pair.
 
-    This is equation (4) of the paper, extended to springs that act on each other. C [mm/N] and `own_less_other` [1/mm]
-    are the same as in `pair_law`. Raises ReadingError if no positive modulus is consistent with these forces.
+    This is equation (4) of the paper, extended to springs that act on each other. C [mm/N] is the compliance of the
+    springs, the low tip first. `self_minus_cross` [1/mm] is s11 - s12 of the fruit, times E, as in `pair_law`. Raises
+    ReadingError if no positive modulus is consistent with these forces.
     """
     low, high = forces
-    # The difference of the spring deflections [mm] equals the difference of the indentations of the fruit.
-    difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high
-    if not (difference > 0.0 and high > low):
+    # Both tips of a level pair travel equally. So the low spring bends farther than the high spring by the distance
+    # [mm] by which the high tip indents the fruit deeper than the low tip.
+    deflection_difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high
+    if not (deflection_difference > 0.0 and high > low):
         raise ReadingError(OF_ANOTHER_SENSOR)
-    return own_less_other * (high - low) / difference
+    return self_minus_cross * (high - low) / deflection_difference
 
 
 def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0) -> float:
@@ -140,10 +143,11 @@ class ContrastTerms(NamedTuple):
 
 
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
-    """Return the terms of the contrast for the tip forces F [N]: of the springs, of Hertz's law and of the flesh.
+    """Return the coefficients of the contrast for the tip forces F [N].
 
-    They are w.(C F + gaps), h w.F^(2/3) and w.(S F). The law has the weights w, the compliances C and S, and the
-    Hertzian constant h. Raises ReadingError unless there is one force per tip, and all forces are above 0 and finite.
+    The spring term is w.(C F + gaps), the Hertz term h w.F^(2/3) and the flesh term w.(S F). The law has the weights w,
+    the compliances C and S, and the Hertzian constant h. Raises ReadingError unless there is one force per tip, and all
+    forces are above 0 and finite.
     """
     if len(forces) != len(law.weights):
         msg = f"Got {len(forces)} forces for {len(law.weights)} tips. Check the channels of the sensor."
@@ -227,10 +231,12 @@ def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[f
 def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
     """Fit a plane to the `heights` [mm] of points by least squares.
 
-    Return the mean height [mm], the slope along x [1] and the slope along y [1]. The slope along x is 0 if all points
-    have the same x; the slope along y is None if all points have the same y. The `positions` (x, y) [mm] must be
-    symmetric about their centre, so that the two slopes are independent.
+    Return the mean height [mm], the slope along x [1] and the slope along y [1]. The slope along y is None if all
+    points have the same y, as tips in a row do, because they do not determine it. The slope along x is 0 if all points
+    have the same x. The `positions` (x, y) [mm] must be symmetric about their centre, so that the two slopes are
+    independent.
     """
+    # The heights need not be centred, because each column of `arms` adds up to 0.
     arms = np.array(positions) - np.mean(positions, axis=0)
     x_squares, y_squares = (arms**2).sum(axis=0)
     x_moment, y_moment = np.array(heights) @ arms
@@ -258,7 +264,7 @@ def smallest_root(a: float, b: float, d: float) -> float:
     z = 0.5 * end
     for _ in range(_MAX_STEPS):
         contrast = a + z * z * (b + d * z)
-        if a * contrast > 0.0:
+        if a * contrast > 0.0:  # the sign has not changed yet, so the root is larger
             start = z
         else:
             end = z

@@ -155,15 +155,17 @@ class RollingDomes:
     def S(self, offset: float = 0.0) -> Floats:
         """Return the compliance S between the contacts on a saddle, times E [1/mm], (tips, tips).
 
-        The `offset` [mm] determines the saddle. The contacts are at [[c, r k_xy], [r k_xy, c]]^-1 times the positions
-        of the axes.
+        On a half-space it is (1 - nu^2) / (pi r), where r is the distance between two contacts. The `offset` [mm]
+        determines the saddle. The contacts are at M^-1 times the positions of the axes, with
+        M = [[c, r k_xy], [r k_xy, c]].
         """
-        along = self.rolling_factor
+        c = self.rolling_factor
         saddle = self.saddle(offset) if offset else 0.0  # without an offset, `saddle` could divide 0 by 0
-        across = self.dome_radius * saddle
+        off_diagonal = self.dome_radius * saddle
         x, y = self._between_axes
-        distance = np.hypot(along * x - across * y, along * y - across * x)
-        return np.asarray((1.0 - self.poisson**2) / math.pi * (along**2 - across**2) / (distance + self._self_distance))
+        determinant = c**2 - off_diagonal**2
+        scaled_distance = np.hypot(c * x - off_diagonal * y, c * y - off_diagonal * x)  # distance times the determinant
+        return np.asarray((1.0 - self.poisson**2) / math.pi * determinant / (scaled_distance + self._self_distance))
 
     @cached_property
     def level_S(self) -> Floats:
@@ -172,7 +174,11 @@ class RollingDomes:
 
     @cached_property
     def _self_distance(self) -> Floats:
-        """Return a matrix of zeros with infinity on its diagonal, (tips, tips), so that no contact acts on itself."""
+        """Return a matrix (tips, tips) of zeros with an infinite diagonal.
+
+        It is added to the distances, so that S is 0 on its diagonal: the Hertz term contains the effect of a contact on
+        itself.
+        """
         return np.where(np.eye(len(self.positions)) > 0.0, math.inf, 0.0)
 
     @cached_property
@@ -298,13 +304,13 @@ class _Moments(NamedTuple):
     """The co-moment with the instrument and the mean, (2, channels), of the forces F and of F^(2/3)."""
 
     F: Floats
-    two_thirds: Floats
+    F_two_thirds: Floats
 
 
 def rise_of(
     forces: Floats, tips: int, least_forces: Floats | float = 0.0, *, t: Floats | None = None, lag: int = 1
 ) -> Rise:
-    """Return the samples of a press from which its modulus is read: those of the rise to the deepest sample.
+    """Return the samples of a press from which its modulus is read: the samples of the rise to the deepest one.
 
     `forces` (samples, channels) [N] contain the forces of the tips in the first `tips` channels; the sum of these is
     the instrument. The same number of channels derived from these forces may follow (`RiseLaw.relaxing_law`). The
@@ -331,27 +337,29 @@ def rise_of(
     return Rise(
         instrument=total[begin : deepest + 1 - lag],
         forces=forces[rows],
-        rates=_rates(forces, t, rows),
+        rates=_force_rates(forces, t, rows),
         touch=float(total[begin]),
         largest=float(total[deepest]),
     )
 
 
 def _touch_starts(all_touch: Flags) -> Ints:
-    """Return, for each sample, the index of the first sample since a tip was last out of contact before it.
+    """Return, for each sample, the index of the first sample after the last lift of a tip.
 
-    `all_touch` (samples,) is true in samples in which all tips are in contact.
+    `all_touch` (samples,) is true in samples in which all tips are in contact. A lift in the sample itself is ignored,
+    because a selection of samples by their own forces would favour positive noise.
     """
-    # for each sample, the index of the last sample until then in which a tip is out of contact, or -1
+    # the index of the last sample, up to and including each sample, in which a tip is out of contact; -1 without one
     last_lift = np.maximum.accumulate(np.where(all_touch, -1, np.arange(len(all_touch))))
+    # Shifted by one sample, so that each start depends on earlier samples only. The slice is for an empty press.
     return np.concatenate([[0], last_lift[:-1] + 1])[: len(all_touch)]
 
 
-def _rates(forces: Floats, t: Floats | None, rows: slice) -> Floats:
-    """Return the time derivatives [N/s] of the forces in some `rows`, which do not include the first sample.
+def _force_rates(forces: Floats, t: Floats | None, rows: slice) -> Floats:
+    """Return the time derivatives [N/s] of the `forces` (samples, channels) in some `rows`.
 
-    A rate is the change of a force since the previous sample, divided by the time since then. It is 0 if no time has
-    passed, or without times `t` [s].
+    A rate is the change of a force since the previous sample, divided by the time since then. So the rows must not
+    include the first sample. A rate is 0 if no time has passed, or if `t` [s], the times of all samples, is None.
     """
     rates = np.zeros_like(forces[rows])
     if t is not None:
@@ -488,7 +496,7 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
 def unevenness_sensitivity(
     law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float
 ) -> UnevennessSensitivity:
-    """Return how much uneven skin and flesh change the modulus of a press, which has one channel per tip.
+    """Return the sensitivity of the modulus of a press to uneven skin and flesh. The press has one channel per tip.
 
     `wave_numbers` (waves,) [1/mm] describe the waves of the skin. The contact of a dome of relative radius R* =
     `relative_radius` [mm] has the radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face
@@ -607,7 +615,7 @@ def _solve_press(law: RiseLaw, moments: _Moments) -> _Solution:
     weights, C, S = contrast.arrays
     # the co-moment and the mean of each term: springs (a), Hertzian contact (b) and flesh (d)
     spring_comoment, spring_mean = (moments.F @ (weights @ C)).tolist()
-    hertz_comoment, hertz_mean = (contrast.hertz * moments.two_thirds @ weights).tolist()
+    hertz_comoment, hertz_mean = (contrast.hertz * moments.F_two_thirds @ weights).tolist()
     # The known gaps are the same in all samples, so they change only the mean.
     spring_mean += float(np.dot(weights, contrast.gaps))
     offset = 0.0  # the offset at which S was evaluated
@@ -648,21 +656,22 @@ class _LinearisedLaw:
         self._tips = tips
         z = math.pow(E, -1.0 / 3.0)
         hertz_factors = law.contrast.hertz * z**2 * self._weights
-        F, two_thirds = rise.moments
-        self._inverse_roots = rise.comoment_and_mean(1.0 / np.cbrt(rise.forces))  # of F^(-1/3)
+        F, F_two_thirds = rise.moments
+        # the co-moment and the mean of F^(-1/3)
+        self._inverse_roots = rise.comoment_and_mean(1.0 / np.cbrt(rise.forces))
         # derivative of the residual with respect to each force [mm/N], without Hertzian contact
         self._linear_slope = self._weights @ (self._C + S * z**3)
         # derivative of the Hertz term with respect to each force, times F^(1/3); 1.5 comes from the exponent 2/3
         self._hertz_slope = hertz_factors / 1.5
         # the Hertz term and the flesh term of the law
-        self.hertz = two_thirds @ hertz_factors
+        self.hertz = F_two_thirds @ hertz_factors
         self.flesh = F @ (self._weights @ S) * z**3
         # derivative with respect to -ln E; the terms are proportional to E^(-2/3) and E^(-1)
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
         # Change of the law per relative change of the modulus of the flesh under each tip. A dome indents this flesh by
         # Hertz's law, in proportion to E^(-2/3), and a flat tip in proportion to 1 / E.
         if law.contrast.hertz:
-            self.own_flesh = self._hertz_slope * two_thirds
+            self.own_flesh = self._hertz_slope * F_two_thirds
         else:
             self.own_flesh = self._weights * np.diag(S) * z**3 * F
         # derivative with respect to the offset, which changes S
@@ -707,7 +716,7 @@ class _LinearisedLaw:
         spring that is 1 % stiffer reduces its row and its column of C by 0.5 % each.
         """
         rise = self._rise
-        F, two_thirds = rise.moments
+        F, F_two_thirds = rise.moments
         squares = rise.comoment_and_mean(rise.forces**2)
         index = np.arange(len(rise.forces))[:, None]
         # co-moment of a zero error that grows from 0 at the first sample to 1 at the last
@@ -715,7 +724,7 @@ class _LinearisedLaw:
         # co-moment of the change of each force per second of delay
         rate_comoment, _ = rise.comoment_and_mean(rise.rates)
         # Changes of the law for a relative error of 1 of the gains and of the spring stiffnesses.
-        gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * two_thirds)
+        gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * F_two_thirds)
         spring_slopes = self._weights @ self._C
         springs = self.sum_per_tip(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
         # A zero error is the same in all samples. It changes the co-moment only because the Hertzian slope varies.
@@ -744,7 +753,8 @@ class _LinearisedLaw:
         """
         # In the co-moments, an error k F^2 / 2 acts like a constant relative error k F*. The force F* is
         # cov(u, F^2) / (2 cov(u, F)). In the mean, the error adds c k F^2 / 2.
-        measured = slice(self._tips)  # the channels of the measured forces come first
+        # The channels of the measured forces come first. A co-moment of 0 has no equivalent force, which is then 0.
+        measured = slice(self._tips)
         force_comoment = F[0, measured]
         square_comoment = squares[0, measured]
         equivalent_force = np.divide(

@@ -18,21 +18,23 @@ class Memory:
 
     def __init__(self, relaxation: Relaxation) -> None:
         """Start without any previous force."""
+        # The arrays below have the axes (terms, presses, tips). They are numbers before the first step.
         self._shares = np.array(relaxation.shares)[:, None, None]
-        self._times = np.array(relaxation.times)[:, None]
+        self._times = np.array(relaxation.times)[:, None]  # (terms, 1), divided into the step of each press
         self._known_memory: Floats | float = 0.0  # the part of the next m_i that earlier forces determine
         self._mean_decay: Floats | float = 1.0
         self._memory: Floats | float = 0.0
         self._elastic: Floats | float = 0.0
 
     def step(self, seconds: Floats) -> tuple[Floats, Floats]:
-        """Return `fresh` and `lost` in F = fresh n - lost, the forces of the flesh [N] at the end of a step.
+        """Return `factor` and `loss` in F = factor n - loss, the forces of the flesh [N] at the end of a step.
 
         Here n are the elastic forces [N] at the end of the step. They need not be known yet; pass them to `keep` as
-        soon as they are. `fresh` [1], (presses, 1), is the part of them that has not relaxed. `lost` [N], (presses,
-        tips) or (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the duration of the step.
-        Elastic forces are linear in time during a step, so each term of the series is integrated exactly. With
-        x = step / tau_i and the mean decay c = (1 - exp(-x)) / x, the history variable at the end of the step is
+        soon as they are, before the next step. `factor` [1], (presses, 1), is the part of n that has not relaxed.
+        `loss` [N], (presses, tips) or (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the
+        duration of the step. Elastic forces are linear in time during a step, so each term of the series is integrated
+        exactly. With x = step / tau_i and the mean decay c = (1 - exp(-x)) / x, the history variable at the end of the
+        step is
 
             m_i = exp(-x) m_i(start) + (c - exp(-x)) n(start) + (1 - c) n.
         """
@@ -40,8 +42,9 @@ class Memory:
         decay = np.exp(-duration)
         self._mean_decay = np.divide(-np.expm1(-duration), duration, out=np.ones_like(duration), where=duration > 0.0)
         self._known_memory = decay * self._memory + (self._mean_decay - decay) * self._elastic
-        fresh = 1.0 - (self._shares * (1.0 - self._mean_decay)).sum(axis=0)
-        return fresh, (self._shares * self._known_memory).sum(axis=0)
+        factor = 1.0 - (self._shares * (1.0 - self._mean_decay)).sum(axis=0)
+        loss = (self._shares * self._known_memory).sum(axis=0)
+        return factor, loss
 
     def keep(self, elastic: Floats) -> None:
         """Store the elastic forces [N], (presses, tips), at the end of a step."""

@@ -65,8 +65,8 @@ def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[f
     """
     total_force = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))
-    destabilising = sum(k * x**2 for k, x in zip(stiffness, places, strict=True)) / radius
-    resistance = total_force - destabilising
+    destabilising_force = sum(k * x**2 for k, x in zip(stiffness, places, strict=True)) / radius  # sum(k x^2) / R
+    resistance = total_force - destabilising_force
     rolls_away = not resistance > 0.0
     angle = math.inf if rolls_away else math.degrees(moment / resistance / radius)
     friction = abs(moment) / (2.0 * radius * total_force)

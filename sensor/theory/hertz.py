@@ -45,18 +45,18 @@ def contact_radius(force: float, E: float, poisson: float, radius: float) -> flo
 def contact_reach(force: float, E: float, poisson: float, radius: float, slope: float) -> float:
     """Return the distance from the axis of a dome to the edge of its contact [mm] on a fruit inclined by a slope [1].
 
-    The point of first contact is off the axis by the slope times R*, the relative `radius` [mm].
+    The point of first contact lies at the distance slope times R* from the axis, with R* the relative `radius` [mm].
     """
     return slope * radius + contact_radius(force, E, poisson, radius)
 
 
 def equivalent_radius(radius: float, radius_across: float) -> float:
-    """Return the radius [mm] of the sphere that a plate indents like a body with two given principal radii.
+    """Return the radius [mm] of the sphere that approaches a plate as far as a body with two principal radii.
 
-    `radius` and `radius_across` [mm] are the principal radii, in any order. The contact is an ellipse with half axes
-    a > b: Johnson (4.26) to (4.28). The ratio of the radii determines m = 1 - (b / a)^2, the square of its
-    eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in Carlson's forms
-    (https://dlmf.nist.gov/19.25), which do not subtract nearly equal numbers:
+    Both bodies carry the same force. `radius` and `radius_across` [mm] are the principal radii of the body, in any
+    order. Its contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines
+    m = 1 - (b / a)^2, the square of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in
+    Carlson's forms (https://dlmf.nist.gov/19.25), which do not subtract nearly equal numbers:
 
         K = R_F(0, 1 - m, 1),    K - E = m / 3 R_D(0, 1 - m, 1),    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m).
     """

@@ -12,9 +12,9 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_CURVE = 40  # number of steps of the curve of force loss against depth
+_CURVE_STEPS = 40  # number of steps of the curve of force loss against depth
 # largest sine of the edge angle in contact; at the side wall, where it is 1, the depth tends to infinity
-_WIDEST = 0.999
+_LARGEST_SINE = 0.999
 _POINTS = 48  # points per integral by the midpoint rule; the relative error of the loss is 1e-4
 _MIDPOINTS = (np.arange(_POINTS) + 0.5) / _POINTS
 
@@ -29,7 +29,8 @@ def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
     if radius <= 0.0:
         return np.zeros_like(relative_depth)
     depths, losses = _loss_curve(min(1.0, 2.0 * radius / side))
-    loss_at_touch = np.full_like(relative_depth, losses[1] / depths[1])  # at depth 0, where 0 / 0 is undefined
+    # At depth 0, where loss / depth is 0 / 0, its value at the first point of the curve is used.
+    loss_at_touch = np.full_like(relative_depth, losses[1] / depths[1])
     loss = np.interp(relative_depth, depths, losses)
     return np.divide(loss, relative_depth, out=loss_at_touch, where=relative_depth > 0.0)
 
@@ -38,11 +39,12 @@ def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
 def _loss_curve(edge: float) -> tuple[Floats, Floats]:
     """Return depths [half sides], increasing from 0, and the loss of force at each depth.
 
-    The loss is in units of the force of a sharp tip at a depth of half a side. `edge` is the radius of the edge [half
-    sides]. The results are cached, because a run uses the same curve repeatedly.
+    The loss is in units of the force of a sharp tip at a depth of half a side. Both arrays begin with 0, at first
+    contact. `edge` is the radius of the edge [half sides]. The results are cached, because a run uses the same curve
+    repeatedly.
     """
     # sines of the edge angle up to which the edge is in contact; the contact radius is 1 - edge + edge times the sine
-    sines = _WIDEST * np.arange(_CURVE + 1) / _CURVE
+    sines = _LARGEST_SINE * np.arange(_CURVE_STEPS + 1) / _CURVE_STEPS
     steps = np.diff(sines)
     midpoints = sines[:-1, None] + steps[:, None] * _MIDPOINTS
     depth_integrals = np.cumsum(edge * steps * _depth_of_contact(edge, midpoints).mean(axis=1))

@@ -26,7 +26,7 @@ def slope_factor(poisson: float, slope: float) -> float:
     """
     sine_squared = slope**2 / (1.0 + slope**2)
     share = sine_squared * poisson / (1.0 - poisson)
-    along, r = _stretched(slope)
+    along, r = _step_on_slope(slope)
     return float(np.mean((1.0 + share * (along / r) ** 2) / r))
 
 
@@ -68,11 +68,11 @@ def stretch_factor(slope: float) -> float:
     The load is circular when seen from above, so it is elongated down the slope. The factor is the mean of 1 / r over
     all directions.
     """
-    _, r = _stretched(slope)
+    _, r = _step_on_slope(slope)
     return float(np.mean(1.0 / r))
 
 
-def _stretched(slope: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _step_on_slope(slope: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return the length on the slope of a step of horizontal length 1: its component down the slope, and its total.
 
     Both are arrays over the directions of the step.

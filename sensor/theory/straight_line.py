@@ -151,13 +151,13 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
     )
 
 
-def slope_error_of_resolution(digit: float, largest: float, at: Sequence[float]) -> float:
+def slope_error_of_resolution(digit: float, largest: float, fractions: Sequence[float]) -> float:
     """Return the relative standard deviation of a slope [1] that is caused by the resolution `digit` of the readings.
 
-    The readings lie on a line through zero and have no other error. They are the fractions `at` of the `largest`
+    The readings lie on a line through zero and have no other error. They are the `fractions` [1] of the `largest`
     reading, which has the unit of `digit`.
     """
-    values = largest * np.array(at)
+    values = largest * np.array(fractions)
     return fit_line(values, values, np.full(len(values), digit)).slope.relative
 
 
@@ -234,7 +234,7 @@ class _PointsOfLine(NamedTuple):
         """
         rows = range(len(self.x))
         degrees_of_freedom = len(self.x) - 3  # degrees of freedom of a line through the other rows
-        remaining_spans = [float(np.ptp(np.delete(self.x, row))) for row in rows]  # range of x without each row
+        remaining_spans = [float(np.ptp(np.delete(self.x, row))) for row in rows]  # the range of x without each row
         is_removable = [remaining_span >= _MIN_WIDTH * self.span for remaining_span in remaining_spans]
         if degrees_of_freedom < 1 or not any(is_removable):
             return None
@@ -242,6 +242,7 @@ class _PointsOfLine(NamedTuple):
         one_less_leverage = np.where(is_removable, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
         deleted_residuals = self.residuals / one_less_leverage  # distance of each row from the line through the others
         decreases = self.residuals * deleted_residuals  # decrease of the sum of squares if a row is removed
+        # A decrease is never negative, so a row with -1 is not chosen.
         index = int(np.argmax(np.where(is_removable, decreases, -1.0)))
         variance = max(0.0, float(self.residuals @ self.residuals - decreases[index])) / degrees_of_freedom
         # Any row may be the suspect, so the probability is divided by their number (Bonferroni).

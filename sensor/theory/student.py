@@ -4,8 +4,11 @@ UPPER_END = 0.975
 """Cumulative probability at the upper end of the central 95 % interval."""
 
 
-def student(freedom: int, holds: float = UPPER_END) -> float:
-    """Return the quantile of Student's t distribution, by default at the upper end of the central 95 % interval."""
+def student(freedom: int, probability: float = UPPER_END) -> float:
+    """Return the quantile of Student's t distribution with `freedom` degrees of freedom at a cumulative probability.
+
+    By default, it is the upper end of the central 95 % interval.
+    """
     from scipy.special import stdtrit  # slow to import, and a single press does not need it
 
-    return float(stdtrit(freedom, holds))
+    return float(stdtrit(freedom, probability))

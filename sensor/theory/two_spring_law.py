@@ -173,7 +173,7 @@ def nonlinearity(
     stiffness_ratio: float = 1.0,
     stiffening: Sequence[float] = (),
 ) -> float:
-    """Return NL [1], the deviation of P from a straight line over 0..K_m,max, divided by the rise of P.
+    """Return NL [1], the deviation of P from a straight line between K_m = 0 and K_m,max, divided by the rise of P.
 
     `K_m_max` [N/mm] is the stiffness of the firmest fruit. `definition` is where NL is evaluated: at K_m,max / 2
     ("mid-range", the paper's equation (7)), or where it is largest ("largest"). `stiffness_ratio` [1] is the fruit
@@ -193,7 +193,7 @@ def nonlinearity(
 
 
 def curve_shares(steps: int) -> list[float]:
-    """Return the fractions of E_max [1], (steps + 1,), at which P is evaluated: nearly 0, and then in equal steps."""
+    """Return the fractions of E_max [1] at which P is evaluated: nearly 0, then 1 / steps, 2 / steps, up to 1."""
     return [SOFTEST, *(step / steps for step in range(1, steps + 1))]
 
 
@@ -213,7 +213,8 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
         return deviations[len(P) // 2]
     if not all(map(math.isfinite, deviations)):
         return math.nan
-    # `top` is the index of the largest deviation, moved off the ends so that it has two neighbours.
+    # `top` is the index of the largest deviation. If that is at an end, the index moves by one, so that both neighbours
+    # exist.
     largest = deviations.index(max(deviations))
     top = min(max(largest, 1), len(P) - 2)
     before, here, after = deviations[top - 1 : top + 2]
