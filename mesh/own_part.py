@@ -8,20 +8,30 @@ other walls, which carry no load. `symmetry` is the plane of symmetry if only ha
 import dataclasses
 import functools
 import math
-import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import gmsh
 import numpy as np
 from skfem import MeshHex1, MeshHex2
 
 from mesh.cells import facets_area
-from mesh.housing.profile import Profile
+from mesh.housing.profile import Profile, order_counterclockwise
 from mesh.housing.sweep import check_jacobian, curved_nodes, half_depth_fractions, sweep_profile
-from mesh.session import Ints, MeshError, Nodes, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
+from mesh.session import (
+    CURVE,
+    SURFACE,
+    Ints,
+    MeshError,
+    Nodes,
+    element_nodes,
+    gmsh_session,
+    import_brep,
+    index_by_nodes,
+    stage,
+    used_nodes,
+)
 from sensor.arrays import Flags, Floats
 
 if TYPE_CHECKING:
@@ -52,6 +62,8 @@ _TEST_DISTANCE = 1e-4  # distance of a test point from a corner, as a fraction o
 # Number of passes in which gmsh moves inner nodes to improve the angles.
 _RELOCATION_PASSES = 10
 _FRONTAL_DELAUNAY = 6.0  # gmsh's number for the Frontal-Delaunay algorithm
+_MIN_CURVATURE_PER_MM = 1e-9  # smallest curvature of a curve [1/mm], so that a straight line has a finite radius
+_STRAIGHT_SPANS = 1e3  # smallest radius of curvature of a practically straight curve, as a multiple of the span
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,9 +72,9 @@ class SweptPart:
 
     `depth` (points,) [mm] is the length of the mesh along y at each point of the profile. `area` (quadrilaterals,)
     [mm^2] holds the areas of the quadrilaterals. `cells` (layers, quadrilaterals) holds the indices of the cells in
-    each column. `share` is the fraction of the solid that is meshed, 1 or 0.5. `places` (3, quadrilaterals) [mm] are
-    the centres of the columns. `corner` (quadrilaterals,) is the index of the sharp inner corner that a quadrilateral
-    touches, or -1. `corner_count` is the number of such corners.
+    each column. `meshed_fraction` is the fraction of the solid that is meshed, 1 or 0.5. `centres` (3, quadrilaterals)
+    [mm] are the centres of the columns in the whole solid. `corner` (quadrilaterals,) is the index of the sharp inner
+    corner that a quadrilateral touches, or -1. `corner_count` is the number of such corners.
 
     The mesh leaves out pockets and ribs of the part, so a column may be too long or too short. `length_error` is this
     error in length, and `effective_length_error` is the error in length that has the same effect on the stiffness.
@@ -74,8 +86,8 @@ class SweptPart:
     depth: Floats
     area: Floats
     cells: Ints
-    share: float
-    places: Floats
+    meshed_fraction: float
+    centres: Floats
     corner: Ints
     corner_count: int
 
@@ -151,24 +163,26 @@ def swept_part(
     curved = _curve_edges(straight, profile)
     boundaries = _boundaries(extrusion, profile, straight, is_half=is_half)
     check_jacobian(curved)
-    corners = profile.points[:, profile.quads]
-    # The area of a quadrilateral is half the cross product of its diagonals.
-    area = 0.5 * np.abs(_cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
-    cells = np.arange(straight.t.shape[1]).reshape(len(levels) - 1, -1)  # the sweep numbers the cells layer by layer
-    x, z = corners.mean(axis=1)
+    x, z = profile.points[:, profile.quads].mean(axis=1)
     middle = 0.5 * (extrusion.low + extrusion.high)
     return SweptPart(
         mesh=curved.with_boundaries(boundaries),
         extrusion=extrusion,
         profile=profile,
         depth=high - low,
-        area=area,
-        cells=cells,
-        share=0.5 if is_half else 1.0,
-        places=np.stack([x, np.full_like(x, middle), z]),
+        area=_quadrilateral_areas(profile),
+        cells=np.arange(straight.t.shape[1]).reshape(len(levels) - 1, -1),  # the sweep numbers cells layer by layer
+        meshed_fraction=0.5 if is_half else 1.0,
+        centres=np.stack([x, np.full_like(x, middle), z]),
         corner=section.corner,
         corner_count=section.corner_count,
     )
+
+
+def _quadrilateral_areas(profile: Profile) -> Floats:
+    """Return the area of each quadrilateral of a profile [mm^2]: half the cross product of its diagonals."""
+    corners = profile.points[:, profile.quads]
+    return np.asarray(0.5 * np.abs(_cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])))
 
 
 def _curve_edges(straight: MeshHex1, profile: Profile) -> MeshHex2:
@@ -187,7 +201,7 @@ def _can_mesh_half(
     [mm] are the ends of the sweep.
     """
     middle = 0.5 * (extrusion.low + extrusion.high)
-    is_loaded_in_plane = all(abs(direction[1]) < _NEAR for direction in load_directions)
+    is_loaded_in_plane = all(abs(y) < _NEAR for _, y, _ in load_directions)
     has_symmetric_faces = all(extrusion.has_centred_faces(name) for name in extrusion.part.faces)
     has_symmetric_ends = bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)  # each end may deviate by _NEAR
     return is_loaded_in_plane and has_symmetric_faces and has_symmetric_ends
@@ -201,7 +215,8 @@ def _layer_boundaries(layers: int, *, is_half: bool) -> Floats:
     # The boundaries are first measured from the middle of the depth, in units of half the depth.
     from_middle = half_depth_fractions(layers)
     if not is_half:
-        from_middle = np.concatenate([-from_middle[:0:-1], from_middle])
+        mirrored = -from_middle[:0:-1]  # in increasing order, without the middle, which would be repeated
+        from_middle = np.concatenate([mirrored, from_middle])
     return 0.5 + 0.5 * from_middle
 
 
@@ -213,7 +228,7 @@ def _sweep_between(profile: Profile, levels: Floats, low: Floats, high: Floats) 
     """
     relative_mesh = sweep_profile(profile, levels)
     points = relative_mesh.p.copy()
-    relative_y = points[1].reshape(len(levels), -1)
+    relative_y = points[1].reshape(len(levels), -1)  # one row per level
     points[1] = (low + relative_y * (high - low)).ravel()
     return MeshHex1(points, relative_mesh.t)
 
@@ -236,14 +251,15 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
         r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
         shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
         corners = profile.quads[:, quads]
+        # The indices are i for x and z, j for the corner, k for the quadrilateral and q for the line.
         x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
         _, _, part_length = extrusion.material_spans(x, z)
         mesh_length = (depth[corners].T @ shapes).ravel()
         # A line can miss the part only just outside a curved outline. The final, curved elements follow that outline,
         # so such a line has no error.
         errors = np.where(part_length > 0.0, np.abs(mesh_length - part_length), 0.0)
-        significant = np.where(errors > _NEAR, errors, 0.0)  # smaller errors are round-off
-        mean_errors[quads] = significant.reshape(len(quads), -1).mean(axis=1)
+        significant_errors = np.where(errors > _NEAR, errors, 0.0)  # smaller errors are round-off
+        mean_errors[quads] = significant_errors.reshape(len(quads), -1).mean(axis=1)
     return mean_errors
 
 
@@ -253,15 +269,10 @@ def _feature_length_errors(
     """Return the errors in column length that neglected pockets and ribs cause, and their equivalents in stiffness.
 
     The faces of these features are taken from the solid, in small pieces, because a narrow feature may lie between the
-    lines of `_sampled_length_errors`. Along y, the mesh has the length L [mm] at a piece, and the part the length l
-    [mm]. The piece adds two errors [mm] to the quadrilateral in which it lies:
-
-        error in length     d A_p / A         with d = |L - l|
-        equivalent error    f d A_p / A       with f = max(1, d / w) L / l if L > l, and f = 1 otherwise
-
-    Here A_p is the area of the piece, A is the area of the quadrilateral [mm^2], and w [mm] is the width of the
-    feature. If L > l, the mesh fills a pocket of the part. A pocket that is deeper than wide weakens the part as much
-    as one that is as wide as deep. The stress in the remaining depth is L / l times as large.
+    lines of `_sampled_length_errors`. At a piece, the lengths of the mesh and of the part along y differ by d [mm]. The
+    piece adds two errors [mm] to the quadrilateral in which it lies: d A_p / A to its length error, and f d A_p / A to
+    its equivalent error. Here A_p is the area of the piece, A is the area of the quadrilateral [mm^2], and f is given
+    by `_weakening`.
 
     `depth` (points,) [mm] is the length of the mesh along y, and `area` (quadrilaterals,) [mm^2] the area of each
     quadrilateral. Both results [mm] have shape (quadrilaterals,).
@@ -275,31 +286,45 @@ def _feature_length_errors(
     piece_areas = np.array([piece_area for _, piece_area, _ in pieces])
     widths = np.array([width for _, _, width in pieces])
     corners = profile.points[:, profile.quads]
-    _, _, part_length = extrusion.material_spans(*positions)
-    for i in np.flatnonzero(part_length > 0.0):
+    _, _, part_lengths = extrusion.material_spans(*positions)
+    # A piece is left out if the line along y through its position misses the part.
+    for i in np.flatnonzero(part_lengths > 0.0):
         quad = _quadrilateral_at(positions[:, i], corners)
         if quad is None:
             continue
         corner_depths = depth[profile.quads[:, quad]]
         mesh_length = float(corner_depths.mean())
-        difference = abs(mesh_length - float(part_length[i]))
+        part_length = float(part_lengths[i])
+        difference = abs(mesh_length - part_length)
         # Where the depth of the mesh varies, it follows a slanted face. `_sampled_length_errors` covers its error.
         follows_slanted_face = np.ptp(corner_depths) > _NEAR
         if follows_slanted_face or difference <= _NEAR:
             continue
         length_errors[quad] += difference * piece_areas[i] / area[quad]
-        weakening = 1.0
-        if mesh_length > part_length[i]:
-            weakening = max(1.0, difference / widths[i]) * mesh_length / part_length[i]
+        weakening = _weakening(mesh_length, part_length, float(widths[i]))
         equivalent_errors[quad] += weakening * difference * piece_areas[i] / area[quad]
     return length_errors, equivalent_errors
+
+
+def _weakening(mesh_length: float, part_length: float, width: float) -> float:
+    """Return the factor f [1] that converts the length error of a neglected feature to the error of equal stiffness.
+
+    `mesh_length` L and `part_length` l [mm] are the lengths of the mesh and of the part along y, and `width` [mm] is
+    the width of the feature. If L <= l, the feature is a rib, and f is 1. If L > l, the mesh fills a pocket of the part
+    that is L - l deep. A pocket that is deeper than wide weakens the part as much as one that is as wide as deep. The
+    stress in the remaining depth is L / l times as large.
+    """
+    if mesh_length <= part_length:
+        return 1.0
+    pocket_depth = abs(mesh_length - part_length)
+    return max(1.0, pocket_depth / width) * mesh_length / part_length
 
 
 def _quadrilateral_at(position: Floats, corners: Floats) -> int | None:
     """Return the index of the quadrilateral that contains a position (2,) [mm], or None if none of them does.
 
     `corners` (2, 4, quadrilaterals) [mm] are in counterclockwise order. A position inside a quadrilateral is therefore
-    on the left of all its sides.
+    on the left of all its sides. The tolerance [mm^2] includes positions on a side.
     """
     sides = np.roll(corners, -1, axis=1) - corners
     cross_products = _cross_product(sides, position[:, None, None] - corners)  # positive on the left of a side
@@ -321,19 +346,14 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
     with gmsh_session():
         surfaces = _import_section(extrusion)
         with stage("size", _HINT):
-            gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
-            gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1.0)
-            # Triangles are recombined to quadrilaterals by the blossom algorithm. Then all elements are divided into
-            # quadrilaterals, because some triangles may remain.
-            gmsh.option.setNumber("Mesh.RecombineAll", 1.0)
-            gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1.0)
-            gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1.0)
+            _request_quadrilaterals()
             outline = _Outline(surfaces)
             sizes = GradedSizes(*outline.element_sizes(scale, fine), _GROWTH)
 
             def size_at(dimension: int, _tag: int, x: float, _y: float, z: float, default_size: float) -> float:
+                """Return the element size [mm] that gmsh requests at a position on an entity of this dimension."""
                 # Inside a surface, gmsh by default interpolates the sizes on the outline.
-                return default_size if dimension > 1 else sizes.at(x, z)
+                return default_size if dimension > CURVE else sizes.at(x, z)
 
             gmsh.model.mesh.setSizeCallback(size_at)
         with stage("generate", _HINT):
@@ -344,31 +364,45 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
             return _read_section(surfaces, outline.concave, outline.corners)
 
 
+def _request_quadrilaterals() -> None:
+    """Set gmsh's options so that it divides surfaces into quadrilaterals only.
+
+    Triangles are recombined to quadrilaterals by the blossom algorithm. Then all elements are divided into
+    quadrilaterals, because some triangles may remain. Inside a surface, the element size follows the outline.
+    """
+    gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1.0)
+    gmsh.option.setNumber("Mesh.RecombineAll", 1.0)
+    gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1.0)
+    gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1.0)
+
+
 def _import_section(extrusion: "Extrusion") -> list[int]:
     """Load the section into gmsh, split it along the edges of slanted faces, and return the tags of its surfaces."""
     occ = gmsh.model.occ
-    # The BREP file is kept in memory, because a file on disk would remain if the process were killed.
-    with os.fdopen(os.memfd_create("section.brep")) as in_memory, stage("import", _HINT):
-        path = Path(f"/proc/self/fd/{in_memory.fileno()}")
-        extrusion.section.exportBrep(str(path))
-        imported = occ.importShapes(str(path), format="brep")
-        section = [pair for pair in imported if pair[0] == 2]  # noqa: PLR2004 - the dimension of a surface
-        dividing_lines = []  # pairs of the dimension of a curve, 1, and gmsh's tag
-        for (x0, z0), (x1, z1) in extrusion.lines:
-            ends = [occ.addPoint(x, extrusion.plane, z) for x, z in ((x0, z0), (x1, z1))]
-            dividing_lines.append((1, occ.addLine(*ends)))
+    imported = import_brep(lambda path: extrusion.section.exportBrep(str(path)), _HINT)
+    with stage("import", _HINT):
+        section = [(dimension, tag) for dimension, tag in imported if dimension == SURFACE]
+        dividing_lines = []
+        for ends in extrusion.lines:
+            start, end = (occ.addPoint(x, extrusion.plane, z) for x, z in ends)
+            dividing_lines.append((CURVE, occ.addLine(start, end)))
         if dividing_lines:
             occ.fragment(section, dividing_lines)  # cuts the section along the lines into several surfaces
         occ.synchronize()
-        surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
-        bounding_curves = {
-            curve for _, curve in gmsh.model.getBoundary([(2, tag) for tag in surfaces], combined=False, oriented=False)
-        }
+        surfaces = [tag for _, tag in gmsh.model.getEntities(SURFACE)]
+        bounding_curves = set(_bounding_curves(surfaces))
         # Pieces of the lines that lie outside the section are not the boundary of any surface.
-        unused_curves = [pair for pair in gmsh.model.getEntities(1) if pair[1] not in bounding_curves]
+        unused_curves = [(CURVE, tag) for _, tag in gmsh.model.getEntities(CURVE) if tag not in bounding_curves]
         occ.remove(unused_curves, recursive=True)
         occ.synchronize()
     return surfaces
+
+
+def _bounding_curves(surfaces: Sequence[int]) -> list[int]:
+    """Return gmsh's tags of the curves that bound surfaces. A curve between two of the surfaces is listed twice."""
+    boundary = gmsh.model.getBoundary([(SURFACE, tag) for tag in surfaces], combined=False, oriented=False)
+    return [tag for _, tag in boundary]
 
 
 class GradedSizes:
@@ -380,19 +414,20 @@ class GradedSizes:
     """
 
     def __init__(self, points: Floats, sizes: Floats, growth: float) -> None:
-        """Keep only the points that affect the size.
+        """Store the points that affect the size.
 
-        `sizes` (n,) [mm] are required at `points` (dim, n) [mm], and grow with distance by `growth` [mm per mm]. A
-        point is dropped if the other points already imply its size to within 5 %.
+        `sizes` (n,) [mm] are required at `points` (dim, n) [mm], in a plane or in space, and grow with distance by
+        `growth` [mm per mm]. A point is redundant, and is not stored, if the other points already imply its size to
+        within 5 %.
         """
-        kept = np.zeros(0, dtype=np.int64)
+        relevant = np.zeros(0, dtype=np.int64)  # indices of the points that affect the size
         for i in np.argsort(sizes):  # the smallest size first, because it can make others redundant
-            distance = np.linalg.norm(points[:, kept] - points[:, i, None], axis=0)
-            if not len(kept) or (sizes[kept] + growth * distance).min() > _REDUNDANCY_RATIO * sizes[i]:
-                kept = np.append(kept, i)
+            distance = np.linalg.norm(points[:, relevant] - points[:, i, None], axis=0)
+            if not len(relevant) or (sizes[relevant] + growth * distance).min() > _REDUNDANCY_RATIO * sizes[i]:
+                relevant = np.append(relevant, i)
         # Points in a plane get 0 as their third coordinate.
-        self._points = np.vstack([points[:, kept], np.zeros((3 - len(points), len(kept)))])
-        self._sizes = sizes[kept]
+        self._points = np.vstack([points[:, relevant], np.zeros((3 - len(points), len(relevant)))])
+        self._sizes = sizes[relevant]
         self._growth = growth
         self._bin_size = _BIN_FRACTION * float(np.ptp(points, axis=1).max())
         self._bins: dict[tuple[int, int, int], list[tuple[float, float, float, float]]] = {}
@@ -439,11 +474,13 @@ class _CurveEnd:
 class _SampledCurve:
     """One curve of the outline, approximated by n chords, with one sample at the middle of each chord.
 
-    `chords` (2, 2, n) [mm] are the start points and the end points of the chords, and `points` (2, n) [mm] their
-    middles. `tangents` (2, n) are the unit tangents of the curve. `radii` (n,) [mm] are its radii of curvature,
-    positive if the curve turns left. `ends` are its two end points [mm], each with the unit tangent into the curve.
+    `tag` is gmsh's tag of the curve. `chords` (2, 2, n) [mm] are the start points and the end points of the chords, and
+    `points` (2, n) [mm] their middles. `tangents` (2, n) are the unit tangents of the curve. `radii` (n,) [mm] are its
+    radii of curvature, positive if the curve turns left. `ends` are its two end points [mm], each with the unit tangent
+    into the curve.
     """
 
+    tag: int
     chords: Floats
     points: Floats
     tangents: Floats
@@ -452,38 +489,25 @@ class _SampledCurve:
 
 
 class _Outline:
-    """The outline of a section, sampled at points, and the element size required at each sample.
+    """The outline of a section, sampled at n points, with the wall thickness at each sample.
 
     `points` (2, n) [mm] are the samples. `corners` (2, m) [mm] are the sharp inner corners. `concave` is the set of
-    gmsh's tags of the curves that are round inner corners, which `element_sizes` determines.
+    gmsh's tags of the curves that are round inner corners.
     """
 
     def __init__(self, surfaces: list[int]) -> None:
-        """Sample the outline of the section whose surfaces have these gmsh tags, and find its sharp inner corners."""
-        dim_tags = [(2, tag) for tag in surfaces]
-        bounding_curves = [tag for _, tag in gmsh.model.getBoundary(dim_tags, combined=False, oriented=False)]
-        # A curve that bounds two surfaces is listed twice. It lies inside the section, not on its outline.
-        tags = [tag for tag in dict.fromkeys(bounding_curves) if bounding_curves.count(tag) == 1]
-        lengths = {tag: gmsh.model.occ.getMass(1, tag) for tag in tags}  # the mass of a curve is its length [mm]
-        sample_spacing = sum(lengths.values()) / _OUTLINE_SAMPLES
-        curves: list[_SampledCurve] = []
-        curve_ends: list[_CurveEnd] = []
-        first_sample = 0  # index of the first sample on the curve
-        for tag in tags:
-            count = max(_MIN_CURVE_SAMPLES, int(np.ceil(lengths[tag] / sample_spacing)))
-            curve = _sample_curve(tag, count)
-            curves.append(curve)
-            end_samples = (first_sample, first_sample + count - 1)
-            for (position, direction), sample in zip(curve.ends, end_samples, strict=True):
-                curve_ends.append(_CurveEnd(position, direction, sample))
-            first_sample += count
+        """Sample the outline of the section whose surfaces have these gmsh tags, and find its inner corners."""
+        curves = _sample_outline(surfaces)
         self.points = np.hstack([curve.points for curve in curves])
         self._tangents = np.hstack([curve.tangents for curve in curves])
         self._chords = np.concatenate([curve.chords for curve in curves], axis=2)
         self._radii = np.hstack([curve.radii for curve in curves])
-        self._curve_tags = np.repeat(tags, [len(curve.radii) for curve in curves])
-        self.concave: set[int] = set()
-        self.corners, self._samples_at_corners = self._find_sharp_corners(curve_ends)
+        self._curve_tags = np.repeat([curve.tag for curve in curves], [len(curve.radii) for curve in curves])
+        self._thickness, is_part_left = self._wall_thickness()
+        # At a round inner corner, the centre of curvature and the part lie on opposite sides of the outline.
+        self._is_concave = (self._radii > 0.0) != is_part_left
+        self.concave = self._round_inner_corners()
+        self.corners, self._samples_at_corners = self._find_sharp_corners(_curve_ends(curves))
 
     def _find_sharp_corners(self, ends: list[_CurveEnd]) -> tuple[Floats, Ints]:
         """Return the sharp inner corners (2, n) [mm], and the indices (2, n) of the samples on both sides of each.
@@ -493,7 +517,7 @@ class _Outline:
         """
         corners, samples = [], []
         for i, curve_end in enumerate(ends):
-            for other_end in ends[:i]:
+            for other_end in ends[:i]:  # every pair of ends once
                 if np.linalg.norm(other_end.position - curve_end.position) > _NEAR * self.span:
                     continue
                 # Both directions lead away from the corner, so they are opposite if the outline does not turn there.
@@ -507,49 +531,55 @@ class _Outline:
         return np.array(corners).reshape(-1, 2).T, np.array(samples, dtype=np.int64).reshape(-1, 2).T
 
     def _is_inside(self, point: Floats) -> bool:
-        """Return whether a point [mm] is in the section: a ray along x crosses the outline an odd number of times."""
+        """Return whether a point (x, z) [mm] is in the section.
+
+        The ray from such a point in the direction of x crosses the outline an odd number of times.
+        """
+        x, z = point
         (x0, z0), (x1, z1) = self._chords
-        crosses = (z0 > point[1]) != (z1 > point[1])
-        x_crossing = x0[crosses] + (point[1] - z0[crosses]) / (z1 - z0)[crosses] * (x1 - x0)[crosses]
-        return bool((x_crossing > point[0]).sum() % 2)
+        crosses = (z0 > z) != (z1 > z)  # whether the line through the point along x crosses a chord
+        x_crossing = x0[crosses] + (z - z0[crosses]) / (z1 - z0)[crosses] * (x1 - x0)[crosses]
+        return bool((x_crossing > x).sum() % 2)
 
     def element_sizes(self, scale: float, fine: FineCorners) -> tuple[Floats, Floats]:
         """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides the elements.
 
         The points are the samples of the outline and the corners in `fine`. The size at a sample is the thickness of
         the part there. On a curve it is at most a quarter of the circle of curvature, and at a round inner corner at
-        most a third of this length. All sizes are multiplied by `scale` [1]. This method also sets `concave`.
+        most a third of this length. All sizes are multiplied by `scale` [1].
         """
-        # The thickness at a sample is the distance to the opposite side of the outline, along the normal through the
-        # part. The part lies to the left if a ray to the left crosses the outline an odd number of times.
-        left_normals = np.stack([-self._tangents[1], self._tangents[0]])
-        to_left, is_part_left = self._ray_distances(left_normals)
-        to_right, _ = self._ray_distances(-left_normals)
-        thickness = np.where(is_part_left, to_left, to_right)
-        sizes = thickness / _QUADS_PER_THICKNESS
-        # At a round inner corner, the centre of curvature and the part lie on opposite sides of the outline.
-        is_concave = (self._radii > 0.0) != is_part_left
-        self.concave = self._round_inner_corners(is_concave)
+        sizes = self._thickness / _QUADS_PER_THICKNESS
         quarter_arc = 0.5 * np.pi * np.abs(self._radii)
-        sizes = np.minimum(sizes, np.where(is_concave, quarter_arc / _QUADS_PER_QUARTER_ARC, quarter_arc))
+        sizes = np.minimum(sizes, np.where(self._is_concave, quarter_arc / _QUADS_PER_QUARTER_ARC, quarter_arc))
         sizes *= scale
         # At a refined corner, `fine.size` multiplies the size without refinement or the wall thickness, whichever is
         # smaller.
         refined = list(fine.numbers)
         corners = self.corners[:, refined]
-        distance = np.linalg.norm(corners[:, :, None] - self.points[:, None], axis=0)
+        distance = np.linalg.norm(corners[:, :, None] - self.points[:, None], axis=0)  # (refined corners, samples)
         unrefined_sizes = (sizes + _GROWTH * distance).min(axis=1, initial=np.inf)
-        wall_thickness = thickness[self._samples_at_corners[:, refined]].min(axis=0)
+        wall_thickness = self._thickness[self._samples_at_corners[:, refined]].min(axis=0)
         refined_sizes = fine.size * np.minimum(unrefined_sizes, wall_thickness)
         return np.hstack([self.points, corners]), np.concatenate([sizes, refined_sizes])
 
-    def _round_inner_corners(self, is_concave: Flags) -> set[int]:
-        """Return the tags of the curves that are round inner corners. `is_concave` (n,) is given for each sample."""
+    def _wall_thickness(self) -> tuple[Floats, Flags]:
+        """Return the thickness of the part at each sample [mm], and whether the part lies to the left there, (n,) each.
+
+        The thickness is the distance to the opposite side of the outline, along the normal through the part. The part
+        lies to the left of the curve if a ray to the left crosses the outline an odd number of times.
+        """
+        left_normals = np.stack([-self._tangents[1], self._tangents[0]])
+        to_left, is_part_left = self._ray_distances(left_normals)
+        to_right, _ = self._ray_distances(-left_normals)
+        return np.where(is_part_left, to_left, to_right), is_part_left
+
+    def _round_inner_corners(self) -> set[int]:
+        """Return the tags of the curves that are round inner corners: all their samples are concave."""
         tags = set()
         for tag in np.unique(self._curve_tags):
             on_curve = self._curve_tags == tag
-            # A curve whose radius exceeds a thousand spans counts as a straight line.
-            if is_concave[on_curve].all() and (np.abs(self._radii)[on_curve] < 1e3 * self.span).all():
+            is_curved = np.abs(self._radii)[on_curve] < _STRAIGHT_SPANS * self.span
+            if self._is_concave[on_curve].all() and is_curved.all():
                 tags.add(int(tag))
         return tags
 
@@ -567,9 +597,10 @@ class _Outline:
         """
         start, end = self._chords
         chord_vectors = end - start
-        distance = np.full(self.points.shape[1], np.inf)
-        crossings = np.zeros(self.points.shape[1], dtype=int)
-        for i in range(self.points.shape[1]):
+        sample_count = self.points.shape[1]
+        distance = np.full(sample_count, np.inf)
+        crossings = np.zeros(sample_count, dtype=int)
+        for i in range(sample_count):
             # Solve origin + t ray = start + s chord for all chords. t is the distance, and 0 <= s < 1 on a chord.
             origin, ray = self.points[:, i, None], direction[:, i, None]
             determinant = _cross_product(np.broadcast_to(ray, chord_vectors.shape), chord_vectors)
@@ -585,27 +616,56 @@ class _Outline:
         return distance, crossings % 2 == 1
 
 
+def _sample_outline(surfaces: list[int]) -> list[_SampledCurve]:
+    """Return samples of the curves on the outline of the section whose surfaces have these gmsh tags.
+
+    The samples are evenly spaced, except that each curve has at least `_MIN_CURVE_SAMPLES`.
+    """
+    bounding_curves = _bounding_curves(surfaces)
+    # A curve that is listed twice bounds two surfaces. It lies inside the section, not on its outline.
+    tags = [tag for tag in dict.fromkeys(bounding_curves) if bounding_curves.count(tag) == 1]
+    lengths = {tag: gmsh.model.occ.getMass(CURVE, tag) for tag in tags}  # the mass of a curve is its length [mm]
+    sample_spacing = sum(lengths.values()) / _OUTLINE_SAMPLES
+    curves = []
+    for tag in tags:
+        count = max(_MIN_CURVE_SAMPLES, int(np.ceil(lengths[tag] / sample_spacing)))
+        curves.append(_sample_curve(tag, count))
+    return curves
+
+
+def _curve_ends(curves: list[_SampledCurve]) -> list[_CurveEnd]:
+    """Return both ends of each curve, with the number of the nearest sample among the samples of all curves."""
+    ends = []
+    first_sample = 0  # number of the first sample on the curve
+    for curve in curves:
+        last_sample = first_sample + len(curve.radii) - 1
+        for (position, direction), sample in zip(curve.ends, (first_sample, last_sample), strict=True):
+            ends.append(_CurveEnd(position, direction, sample))
+        first_sample = last_sample + 1
+    return ends
+
+
 def _sample_curve(tag: int, count: int) -> _SampledCurve:
     """Approximate the curve with this gmsh tag by `count` chords, and return its samples."""
-    (start,), (end,) = gmsh.model.getParametrizationBounds(1, tag)
+    (start,), (end,) = gmsh.model.getParametrizationBounds(CURVE, tag)
     # Positions with even indices are the ends of chords. Those with odd indices lie on the curve between them.
     parameters = np.linspace(start, end, 2 * count + 1)
     # The section is normal to y, so only x and z are kept.
-    positions = np.reshape(gmsh.model.getValue(1, tag, parameters), (-1, 3))[:, [0, 2]].T
-    derivatives = np.reshape(gmsh.model.getDerivative(1, tag, parameters), (-1, 3))[:, [0, 2]].T
-    curvature = np.asarray(gmsh.model.getCurvature(1, tag, parameters))
+    positions = np.reshape(gmsh.model.getValue(CURVE, tag, parameters), (-1, 3))[:, [0, 2]].T
+    derivatives = np.reshape(gmsh.model.getDerivative(CURVE, tag, parameters), (-1, 3))[:, [0, 2]].T
+    curvature = np.asarray(gmsh.model.getCurvature(CURVE, tag, parameters))
     chord_ends = positions[:, ::2]
     ends = []
-    for end_index, sign in ((0, 1.0), (-1, -1.0)):
+    for end_index, sign in ((0, 1.0), (-1, -1.0)):  # the derivative leads out of the curve at its last point
         inward = sign * derivatives[:, end_index]
         ends.append((positions[:, end_index], inward / np.linalg.norm(inward)))
     return _SampledCurve(
+        tag=tag,
         chords=np.stack([chord_ends[:, :-1], chord_ends[:, 1:]]),
         # The samples lie on the chords. From a point beside its own chord, a ray could hit that chord.
         points=chord_ends[:, :-1] + 0.5 * np.diff(chord_ends, axis=1),
         tangents=derivatives[:, 1::2] / np.linalg.norm(derivatives[:, 1::2], axis=0),
-        # The lower limit of the curvature [1/mm] avoids a division by zero on a straight line.
-        radii=1.0 / np.maximum(curvature[1::2], 1e-9) * _turning_signs(positions),
+        radii=1.0 / np.maximum(curvature[1::2], _MIN_CURVATURE_PER_MM) * _turning_signs(positions),
         ends=ends,
     )
 
@@ -626,51 +686,73 @@ def _read_section(surfaces: list[int], concave: set[int], sharp_corners: Floats)
     are round inner corners. `sharp_corners` (2, n) [mm] are the sharp inner corners. Raises MeshError if an element is
     not a quadrilateral.
     """
-    tags_of_quads, regions = [], []
-    for region, tag in enumerate(surfaces):
-        element_types = gmsh.model.mesh.getElementTypes(2, tag)
-        if list(element_types) != [gmsh.model.mesh.getElementType("Quadrangle", 2)]:
-            raise MeshError("read", "the section has elements other than quadrilaterals", _HINT)
-        corner_tags = element_nodes("Quadrangle", 2, tag)[:4]
-        tags_of_quads.append(corner_tags)
-        regions.append(np.full(corner_tags.shape[1], region))
-    tags = np.hstack(tags_of_quads)
+    tags, regions = _read_quadrilaterals(surfaces)
     nodes = used_nodes(tags)
     points = np.ascontiguousarray(nodes.points[[0, 2]])  # x and z, because the section is normal to y
-    gmsh_quads = nodes.index[tags]  # numbered clockwise or counterclockwise
-    corners = points[:, gmsh_quads]
-    # The cross product of the diagonals is negative if the corners are numbered clockwise.
-    is_clockwise = _cross_product(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) < 0.0
-    quads = np.where(is_clockwise, gmsh_quads[::-1], gmsh_quads)
-    arcs, midpoints, fillets = _read_boundary_edges(surfaces, nodes, concave)
-    profile = Profile(points=points, quads=quads, arcs=arcs, midpoints=midpoints, surfaces={FILLETS: fillets})
+    quads = order_counterclockwise(points, nodes.index[tags])
+    edges = _read_boundary_edges(surfaces, nodes, concave)
+    profile = Profile(
+        points=points,
+        quads=quads,
+        arcs=edges.ends,
+        midpoints=edges.midpoints,
+        surfaces={FILLETS: edges.fillets},
+    )
     # The node at a sharp corner is the one nearest to it.
     corner_of_quad = np.full(quads.shape[1], -1)
     for corner, position in enumerate(sharp_corners.T):
         node = int(np.argmin(np.linalg.norm(points - position[:, None], axis=0)))
         corner_of_quad[(quads == node).any(axis=0)] = corner
-    return _Section(
-        profile=profile, region=np.hstack(regions), corner=corner_of_quad, corner_count=sharp_corners.shape[1]
-    )
+    return _Section(profile=profile, region=regions, corner=corner_of_quad, corner_count=sharp_corners.shape[1])
 
 
-def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> tuple[Ints, Floats, Ints]:
-    """Return the edges on the curves that bound the surfaces, their midpoints, and the edges on round inner corners.
+def _read_quadrilaterals(surfaces: list[int]) -> tuple[Ints, Ints]:
+    """Return gmsh's node tags (4, m) at the corners of all quadrilaterals, and the region (m,) of each.
 
-    Edges (2, k) are pairs of indices in `nodes`. Their midpoints (2, k) [mm] are gmsh's midside nodes, which lie on the
-    curves. `concave` holds the tags of the curves that are round inner corners.
+    `surfaces` are gmsh's tags of the surfaces, each of which is one region. Raises MeshError if an element is not a
+    quadrilateral.
     """
-    bounding_curves = gmsh.model.getBoundary([(2, tag) for tag in surfaces], combined=False, oriented=False)
+    tags, regions = [], []
+    for region, surface in enumerate(surfaces):
+        element_types = gmsh.model.mesh.getElementTypes(SURFACE, surface)
+        if list(element_types) != [gmsh.model.mesh.getElementType("Quadrangle", 2)]:
+            raise MeshError("read", "the section has elements other than quadrilaterals", _HINT)
+        corner_tags = element_nodes("Quadrangle", 2, surface)[:4]  # the midside nodes and the centre follow
+        tags.append(corner_tags)
+        regions.append(np.full(corner_tags.shape[1], region))
+    return np.hstack(tags), np.hstack(regions)
+
+
+class _BoundaryEdges(NamedTuple):
+    """The edges on the curves that bound the surfaces of a section.
+
+    `ends` (2, k) are pairs of node indices. `midpoints` (2, k) [mm] are the points (x, z) halfway along the edges on
+    the curves. `fillets` (2, j) are the ends of the edges on round inner corners.
+    """
+
+    ends: Ints
+    midpoints: Floats
+    fillets: Ints
+
+
+def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> _BoundaryEdges:
+    """Return the edges on the curves that bound the surfaces with these gmsh tags, as indices in `nodes`.
+
+    Their midpoints are gmsh's midside nodes, which lie on the curves. `concave` holds the tags of the curves that are
+    round inner corners.
+    """
+    bounding_curves = _bounding_curves(surfaces)
     edges, midpoints = [], []
     fillets = [np.zeros((2, 0), dtype=np.int64)]  # not empty, because `hstack` needs at least one array
-    line_nodes = used_nodes(np.hstack([element_nodes("Line", 2, tag) for _, tag in bounding_curves]))
-    for tag in dict.fromkeys(curve for _, curve in bounding_curves):  # a curve between two surfaces is listed twice
-        line = element_nodes("Line", 2, tag)
-        edges.append(nodes.index[line[:2]])
-        midpoints.append(line_nodes.points[:, line_nodes.index[line[2]]][[0, 2]])
+    line_nodes = used_nodes(np.hstack([element_nodes("Line", 2, tag) for tag in bounding_curves]))
+    for tag in dict.fromkeys(bounding_curves):  # each curve once
+        *end_tags, midside_tags = element_nodes("Line", 2, tag)
+        ends = nodes.index[np.stack(end_tags)]
+        edges.append(ends)
+        midpoints.append(line_nodes.points[:, line_nodes.index[midside_tags]][[0, 2]])  # x and z
         if tag in concave:
-            fillets.append(nodes.index[line[:2]])
-    return np.hstack(edges), np.hstack(midpoints), np.hstack(fillets)
+            fillets.append(ends)
+    return _BoundaryEdges(ends=np.hstack(edges), midpoints=np.hstack(midpoints), fillets=np.hstack(fillets))
 
 
 def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:
@@ -680,8 +762,7 @@ def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floa
     such as necks and tips, at least half of the quadrilaterals have less than the full depth. There the sweep ends at
     the surface of the part. Raises MeshError if a point of such a region lies outside the part.
     """
-    profile = section.profile
-    points, quads = profile.points, profile.quads
+    points, quads = section.profile.points, section.profile.quads
     centres = points[:, quads].mean(axis=1)
     _, _, part_depth = extrusion.material_spans(*centres)
     low = np.full(points.shape[1], extrusion.low)
@@ -691,19 +772,27 @@ def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floa
         in_region = section.region == region
         if (part_depth[in_region] > full_depth - _NEAR).mean() > _FULL_DEPTH_FRACTION:
             continue
-        # A line through a node on the outline may miss the part. The depth is therefore measured slightly inside, on
-        # the way to the centre of an adjacent quadrilateral.
-        region_quads = quads[:, in_region]
-        nodes, flat_index = np.unique(region_quads, return_index=True)
-        # The remainder converts the index of a node in the flattened array to the column of its quadrilateral.
-        adjacent_centres = centres[:, in_region][:, flat_index % region_quads.shape[1]]
-        probes = points[:, nodes] + _INWARD_FRACTION * (adjacent_centres - points[:, nodes])
+        nodes, probes = _probes_inside(points, quads[:, in_region])
         lower, upper, length = extrusion.material_spans(*probes)
         if (length <= 0.0).any():
             raise MeshError("depth", "the sweep leaves the part", _HINT)
+        # On the border of two regions, the sweep ends where the shallower region ends.
         low[nodes] = np.maximum(low[nodes], lower)
         high[nodes] = np.minimum(high[nodes], upper)
     return low, high
+
+
+def _probes_inside(points: Floats, quads: Ints) -> tuple[Ints, Floats]:
+    """Return the nodes (n,) of quadrilaterals, and a position (2, n) [mm] near each node at which to measure the depth.
+
+    `quads` (4, m) are indices into `points` (2, k) [mm]. A line through a node on the outline may miss the part. The
+    position is therefore slightly inside, on the way to the centre of an adjacent quadrilateral.
+    """
+    centres = points[:, quads].mean(axis=1)
+    nodes, flat_index = np.unique(quads, return_index=True)
+    # The remainder converts the index of a node in the flattened array to the column of its quadrilateral.
+    adjacent_centres = centres[:, flat_index % quads.shape[1]]
+    return nodes, points[:, nodes] + _INWARD_FRACTION * (adjacent_centres - points[:, nodes])
 
 
 def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *, is_half: bool) -> dict[str, Ints]:
@@ -713,10 +802,11 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     If `is_half` is true, level 0 is the plane of symmetry. Raises MeshError if a named face of the part has no facets,
     or if its area differs from the area of its facets.
     """
-    # The node number of each corner of a facet gives the level and the profile point of that corner.
     n = profile.points.shape[1]
     boundary_facets = straight.boundary_facets()
     corners = straight.facets[:, boundary_facets]
+    # A node number is the level times n, plus the number of the profile point.
+    profile_points = corners % n
     lowest_level, highest_level = corners.min(axis=0) // n, corners.max(axis=0) // n
     top_level = straight.p.shape[1] // n - 1
     is_level = lowest_level == highest_level  # whether all corners of the facet are at the same level
@@ -729,18 +819,17 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     if not is_half:
         on_end |= is_level & (lowest_level == 0) & (np.abs(y - extrusion.low).max(axis=0) < _NEAR)
     boundaries[SIDES] = boundary_facets[on_end]
-    profile_points = corners % n
     fillets = profile.surfaces[FILLETS]
     if fillets.shape[1]:
         edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
         boundaries[FILLETS] = boundary_facets[~is_level & (index_by_nodes(fillets, edge_ends) >= 0)]
     middles = _facet_middles(profile, straight, boundary_facets, profile_points)
-    meshed_to_whole = 2.0 if is_half else 1.0
+    copies = 2.0 if is_half else 1.0  # the whole part consists of two copies of the meshed half
     for name in extrusion.part.faces:
         boundaries[name] = boundary_facets[extrusion.are_on_face(name, middles, _ON_FACE)]
         if not len(boundaries[name]):
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "choose another face")
-        _check_face_area(extrusion, name, meshed_to_whole * facets_area(straight, boundaries[name]))
+        _check_face_area(extrusion, name, copies * facets_area(straight, boundaries[name]))
     named_facets = np.concatenate(list(boundaries.values()))
     boundaries[WALLS] = np.setdiff1d(boundary_facets[~is_level], named_facets)
     return boundaries
@@ -766,8 +855,9 @@ def _facet_middles(profile: Profile, straight: MeshHex1, facets: Ints, profile_p
     """
     middles = straight.p[:, straight.facets[:, facets]].mean(axis=1)
     ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
-    arc = index_by_nodes(profile.arcs, ends)
-    # The corners of a facet that is swept from an edge are at only two different points of the profile.
+    arc = index_by_nodes(profile.arcs, ends)  # index of the arc edge with these ends, or -1
+    # The corners of a facet that is swept from an edge are at only two different points of the profile. A facet at the
+    # end of the sweep has four.
     has_two_points = np.array([len(set(points)) == 2 for points in profile_points.T.tolist()])  # noqa: PLR2004
     from_arc = (arc >= 0) & has_two_points
     middles[0, from_arc] = profile.midpoints[0, arc[from_arc]]

@@ -4,8 +4,6 @@ The elements are small where a wall is thin.
 """
 
 import dataclasses
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import gmsh
@@ -16,7 +14,17 @@ from skfem.refdom import RefTet
 
 from mesh.cells import cell_jacobian, determinant
 from mesh.own_part import GradedSizes
-from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
+from mesh.session import (
+    SURFACE,
+    Ints,
+    MeshError,
+    element_nodes,
+    gmsh_session,
+    import_brep,
+    index_by_nodes,
+    stage,
+    used_nodes,
+)
 from sensor.arrays import Floats
 
 if TYPE_CHECKING:
@@ -40,18 +48,16 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
     largest_size = _LARGEST_SIZE_FRACTION * float(np.ptp(walls.points, axis=1).max())
 
     def size_at(dimension: int, _tag: int, x: float, y: float, z: float, default_size: float) -> float:
-        if dimension > 2:  # noqa: PLR2004 - in the volume, gmsh by default interpolates the sizes on the surface
+        """Return the element size [mm] that gmsh requests at a position on an entity of this dimension."""
+        if dimension > SURFACE:  # in the volume, gmsh by default interpolates the sizes on the surface
             return default_size
         return min(largest_size, sizes.at(x, y, z))
 
     with gmsh_session():
-        # The BREP file is kept in memory, because a file on disk would remain if the process were killed.
-        with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", _HINT):
-            path = Path(f"/proc/self/fd/{in_memory.fileno()}")
-            part.write_brep(path)
-            gmsh.model.occ.importShapes(str(path), format="brep")
+        import_brep(part.write_brep, _HINT)
+        with stage("import", _HINT):
             gmsh.model.occ.synchronize()
-            tags = [tag for _, tag in gmsh.model.getEntities(2)]
+            tags = [tag for _, tag in gmsh.model.getEntities(SURFACE)]  # in the order of the part's faces
         with stage("generate", _HINT):
             gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1.0)
             gmsh.model.mesh.setSizeCallback(size_at)
@@ -62,7 +68,7 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
             nodes = used_nodes(cells)
             faces = {}
             for name, indices in part.faces.items():
-                # The first three nodes of a quadratic triangle are its corners.
+                # The first three of the six nodes of a quadratic triangle are its corners.
                 corner_tags = np.hstack([element_nodes("Triangle", 2, tags[index])[:3] for index in indices])
                 faces[name] = nodes.index[corner_tags]
     return _quadratic_mesh(nodes.points, nodes.index[cells], faces)
@@ -77,7 +83,7 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
     """
     # scikit-fem numbers the corners from 0 without gaps, followed by one node at the middle of each edge.
     corners, corner_index = np.unique(cells[:4], return_inverse=True)
-    new_index = np.full(points.shape[1], -1, dtype=np.int64)
+    new_index = np.full(points.shape[1], -1, dtype=np.int64)  # the new number of each corner, and -1 of other nodes
     new_index[corners] = np.arange(len(corners))
     straight = MeshTet1(np.ascontiguousarray(points[:, corners]), corner_index.reshape(4, -1))
     boundaries = {}
@@ -85,18 +91,18 @@ def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> Mesh
         boundaries[name] = index_by_nodes(straight.facets, new_index[triangles])
     straight_quadratic = MeshTet2.from_mesh(straight)
 
-    # Each of gmsh's midside nodes replaces scikit-fem's node on the edge with the same ends. The midside nodes of a
-    # cell in gmsh are in the order of these edges.
+    # Each of gmsh's midside nodes replaces scikit-fem's node on the edge with the same ends. In gmsh, nodes 4 to 9 of a
+    # cell are the midside nodes of the edges between these corners, in this order.
     edges_of_cell = [cells[[0, 1]], cells[[1, 2]], cells[[2, 0]], cells[[3, 0]], cells[[2, 3]], cells[[1, 3]]]
     edge_ends = new_index[np.hstack(edges_of_cell)]
     midside_nodes = np.concatenate([cells[row] for row in range(4, 10)])
     edge = index_by_nodes(straight.edges, edge_ends)
     curved_nodes = straight_quadratic.doflocs.copy()
     curved_nodes[:, len(corners) + edge] = points[:, midside_nodes]
-    return _without_folds(straight_quadratic, curved_nodes).with_boundaries(boundaries)
+    return _straighten_folded_cells(straight_quadratic, curved_nodes).with_boundaries(boundaries)
 
 
-def _without_folds(straight: MeshTet2, curved_nodes: Floats) -> MeshTet2:
+def _straighten_folded_cells(straight: MeshTet2, curved_nodes: Floats) -> MeshTet2:
     """Return the mesh with curved edges, except that the edges of folded cells are straight.
 
     `straight` has straight edges only, and `curved_nodes` (3, n) [mm] are its nodes after curving. A cell is folded if
@@ -109,7 +115,7 @@ def _without_folds(straight: MeshTet2, curved_nodes: Floats) -> MeshTet2:
     nodes = curved_nodes.copy()
     for _ in range(_MAX_PASSES):
         curved = dataclasses.replace(straight, doflocs=nodes)
-        determinants = determinant(cell_jacobian(curved, sample_points))
+        determinants = determinant(cell_jacobian(curved, sample_points))  # (cells, sample points)
         folded = np.flatnonzero((determinants * np.sign(determinants[:, -1:])).min(axis=1) <= 0.0)
         if not len(folded):
             return curved

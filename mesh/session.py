@@ -3,10 +3,11 @@
 This module also converts gmsh's errors to exceptions, and its meshes to arrays.
 """
 
+import os
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,8 @@ from sensor.arrays import Floats
 from sensor.machine_error import MachineError
 
 Ints = NDArray[np.int64]
+
+CURVE, SURFACE = 1, 2  # gmsh identifies an entity by its dimension, 1 for a curve or 2 for a surface, and its tag
 
 OPTIONS = {
     "General.Terminal": 0.0,
@@ -117,7 +120,7 @@ def _preserved_signal_handlers() -> Iterator[None]:
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
     previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, ())  # blocks no signal; it only returns the current mask
     try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, handlers)
+        signal.pthread_sigmask(signal.SIG_BLOCK, handlers)  # from here on, signals wait
         yield
     finally:
         if threading.current_thread() is threading.main_thread():  # Python can set handlers only in the main thread
@@ -145,9 +148,23 @@ def stage(name: str, hint: str) -> Iterator[None]:
         raise MachineError(msg) from error
 
 
+def import_brep(write: Callable[[Path], object], hint: str) -> list[tuple[int, int]]:
+    """Load a shape into gmsh as a BREP file, and return gmsh's (dimension, tag) of each imported entity.
+
+    `write` writes the shape to a path. The file is kept in memory, because a file on disk would remain if the process
+    were killed. `hint` says what to do if gmsh fails, which raises MachineError. The caller must synchronise gmsh's
+    model.
+    """
+    with os.fdopen(os.memfd_create("shape.brep")) as in_memory, stage("import", hint):
+        path = Path(f"/proc/self/fd/{in_memory.fileno()}")
+        write(path)
+        imported: list[tuple[int, int]] = gmsh.model.occ.importShapes(str(path), format="brep")
+        return imported
+
+
 @dataclass(frozen=True)
 class Nodes:
-    """Nodes of a mesh.
+    """The nodes of a mesh.
 
     `points` (3, n) [mm] are their positions. `index` maps each gmsh tag to the column of its node in `points`, and each
     unused tag to -1.
@@ -172,15 +189,17 @@ def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
 def used_nodes(elements: Ints) -> Nodes:
     """Return the nodes of the given elements in ascending order of their tags.
 
-    `elements` (nodes, elements) holds gmsh's node tags.
+    `elements` (nodes, elements) holds gmsh's node tags. Nodes that none of them uses are left out.
     """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    used = np.unique(elements)
+    used_tags = np.unique(elements)
+    # Both arrays below have one entry for each tag, from 0 to the largest.
     index = np.full(int(np.max(tags)) + 1, -1, dtype=np.int64)
-    index[used] = np.arange(len(used))
-    row = np.empty_like(index)  # row of each tag in gmsh's coordinate array, which is not sorted by tag
-    row[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
-    return Nodes(np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[row[used]].T), index)
+    index[used_tags] = np.arange(len(used_tags))
+    row_of_tag = np.empty_like(index)  # the row in gmsh's coordinate array, which is not sorted by tag
+    row_of_tag[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
+    positions = np.reshape(coordinates, (-1, 3))[row_of_tag[used_tags]]
+    return Nodes(np.ascontiguousarray(positions.T), index)
 
 
 def index_by_nodes(facets: Ints, queries: Ints) -> Ints:
@@ -189,9 +208,12 @@ def index_by_nodes(facets: Ints, queries: Ints) -> Ints:
     `facets` (nodes, n) and `queries` (nodes, k) hold node indices, one facet or edge per column. The order of the nodes
     in a column does not matter. The index is -1 for a column of `queries` that is not in `facets`.
     """
+    # The nodes of each column are sorted, so that the order of the nodes does not matter.
     nodes = np.sort(np.concatenate([facets, queries], axis=1), axis=0)
     # Columns with the same nodes get the same label.
-    _, label = np.unique(nodes, axis=1, return_inverse=True)
-    column = np.full(nodes.shape[1], -1, dtype=np.int64)  # column in `facets` that has each label, or -1
-    column[label[: facets.shape[1]]] = np.arange(facets.shape[1])
-    return column[label[facets.shape[1] :]]
+    _, labels = np.unique(nodes, axis=1, return_inverse=True)
+    facet_count = facets.shape[1]
+    facet_labels, query_labels = labels[:facet_count], labels[facet_count:]
+    facet_of_label = np.full(nodes.shape[1], -1, dtype=np.int64)  # -1 for a label that only a query has
+    facet_of_label[facet_labels] = np.arange(facet_count)
+    return facet_of_label[query_labels]

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import gmsh
@@ -14,12 +12,23 @@ import numpy as np
 from skfem import MeshTet1
 
 from mesh.quality import check_quality, compare, named_facets
-from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
+from mesh.session import (
+    SURFACE,
+    Ints,
+    MeshError,
+    element_nodes,
+    gmsh_session,
+    import_brep,
+    index_by_nodes,
+    stage,
+    used_nodes,
+)
 
 if TYPE_CHECKING:
     from cad.parts.part import Part
 
-_LOST = "the order of the faces was lost; write the BREP file of the same solid"
+_CHECK_SOLID = "check that the solid is valid"
+_LOST_ORDER = "the order of the faces was lost; write the BREP file of the same solid"
 _FINER = "use smaller elements on curved faces, or check the solid"
 # Allowed relative difference between a face in gmsh and in CadQuery. They agree only to the digits of the BREP file.
 _FACE_TOLERANCE = 1e-6
@@ -56,7 +65,8 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
             raise MeshError("names", f"part {part.name!r} has no face {name!r}", f"its faces: {names}")
     with gmsh_session():
         tags = _import_part(part)
-        _set_size(size, {name: [tags[i] for i in indices] for name, indices in part.faces.items()})
+        tags_of_names = {name: [tags[i] for i in indices] for name, indices in part.faces.items()}
+        _set_size(size, tags_of_names)
         with stage("generate", "use smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
@@ -82,7 +92,7 @@ def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> 
     boundaries = {}
     for name, indices in part.faces.items():
         triangles_on_face = np.hstack([triangles[i] for i in indices])
-        position = index_by_nodes(mesh.facets[:, boundary_facets], triangles_on_face)
+        position = index_by_nodes(mesh.facets[:, boundary_facets], triangles_on_face)  # in `boundary_facets`, or -1
         if (position < 0).any():
             raise MeshError("read", "a triangle of a face is not an outer facet of the mesh", "check the solid")
         boundaries[name] = boundary_facets[position]
@@ -105,13 +115,10 @@ def _import_part(part: Part) -> list[int]:
 
     Raises MeshError if gmsh's surfaces differ from these faces.
     """
-    # The BREP file is kept in memory, because a file on disk would remain if the process were killed.
-    with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", "check that the solid is valid"):
-        path = Path(f"/proc/self/fd/{in_memory.fileno()}")
-        part.write_brep(path)
-        gmsh.model.occ.importShapes(str(path), format="brep")
+    import_brep(part.write_brep, _CHECK_SOLID)
+    with stage("import", _CHECK_SOLID):
         gmsh.model.occ.synchronize()
-        tags = [tag for _, tag in gmsh.model.getEntities(2)]
+        tags = [tag for _, tag in gmsh.model.getEntities(SURFACE)]
     _check_faces(part, tags)
     return tags
 
@@ -124,15 +131,15 @@ def _check_faces(part: Part, tags: Sequence[int]) -> None:
     faces = part.shape.Faces()
     if len(tags) != len(faces):
         reason = f"gmsh has {len(tags)} faces, but the solid has {len(faces)}"
-        raise MeshError("import", reason, "check that the solid is valid")
+        raise MeshError("import", reason, _CHECK_SOLID)
     for index, (face, tag) in enumerate(zip(faces, tags, strict=True)):
-        area = gmsh.model.occ.getMass(2, tag)
+        area = gmsh.model.occ.getMass(SURFACE, tag)  # the mass of a surface is its area
         expected = face.Area()
-        shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
+        shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(SURFACE, tag))
         # The square root of the area is a typical length of the face.
         if abs(area - expected) > _FACE_TOLERANCE * expected or shift > _FACE_TOLERANCE * math.sqrt(expected):
             difference = f"area {area:.6g} mm^2 instead of {expected:.6g} mm^2, centroid {shift:.3g} mm away"
-            raise MeshError("import", f"gmsh's face {index} is not the solid's face {index}: {difference}", _LOST)
+            raise MeshError("import", f"gmsh's face {index} is not the solid's face {index}: {difference}", _LOST_ORDER)
 
 
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
@@ -143,11 +150,12 @@ def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
     field = gmsh.model.mesh.field
 
     def bounding_curves(names: Sequence[str]) -> set[int]:
-        surfaces = [(2, tag) for name in names for tag in tags[name]]
+        """Return gmsh's tags of the curves around the faces with these names."""
+        surfaces = [(SURFACE, tag) for name in names for tag in tags[name]]
         return {curve for _, curve in gmsh.model.getBoundary(surfaces, combined=False, oriented=False)}
 
     with stage("size", "check the sizes"):
-        formula = repr(size.largest_mm)
+        formula = repr(size.largest_mm)  # a constant size
         if size.faces:
             # The size is the smaller of the largest size and a size that increases with the distance from the outline.
             outline = bounding_curves(size.faces) - bounding_curves(size.cuts)

@@ -79,7 +79,7 @@ def swept_compliance(
     half = clamped_half(part.mesh, *material, layers)
     # A column of `means` (dofs, loads) is a load of 1 N; its product with displacements is the mean over the face.
     means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
-    u = half.factor.solve(part.share * means)  # if only half the part is meshed, half of each load acts on it
+    u = half.factor.solve(part.meshed_fraction * means)  # if only half the part is meshed, half of each load acts on it
     C = means.T @ u
     _check_reciprocal(C)
     strains = [_corner_strain(half.basis, column) for column in u.T]

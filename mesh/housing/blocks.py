@@ -127,10 +127,10 @@ def elements_between(a: float, b: float, fans: Sequence[Fan], counts: ElementCou
 
     If both levels lie in a fan, they enclose one sector, which has its own number of elements.
     """
-    return counts.sector if in_fan(a, b, fans) else frame_elements(b - a, counts)
+    return counts.sector if is_in_fan(a, b, fans) else frame_elements(b - a, counts)
 
 
-def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
+def is_in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
     """Return whether the levels a <= b [mm] lie in the same fan."""
     for fan in fans:
         lower, _, upper = fan.levels
@@ -159,13 +159,15 @@ def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, counts: ElementCounts) -> Block:
     """Return the block of the fan at the root of a leaf.
 
-    The face of the solid is at `x` [mm]. The fan's box extends from there into the solid by `depth` [mm], whose sign is
-    the direction along x. `fan` is the extent of the box in z. The block has four sides: the end of the straight leaf,
-    a fillet and face above the leaf, the edges of the box, and a fillet and face below the leaf.
+    The face of the solid is at `x` [mm]. The fan's box extends from there into the solid by `depth` [mm], which is
+    negative if the solid lies in the direction of -x. `fan` is the extent of the box in z. The block has four sides:
+    the end of the straight leaf, a fillet and face above the leaf, the edges of the box, and a fillet and face below
+    the leaf.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness
     leaf_end = x - math.copysign(arm.flexure.fillet, depth)  # x where the straight leaf ends and the fillets begin
+    # The edges of the box are the outer ends of the four sectors.
     corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
     box_side = tuple(Segment(start=a, end=b, count=counts.sector) for a, b in pairwise(corners))
     leaf_side = Segment(
@@ -176,24 +178,26 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, counts: ElementCounts)
     return Block(sides=((leaf_side,), upper_side, box_side, lower_side), smooth=True)
 
 
-def _fan_side(arm: Arm, edge: Point, start: float, level: float, counts: ElementCounts) -> tuple[Segment, Segment]:
+def _fan_side(arm: Arm, edge: Point, leaf_end: float, level: float, counts: ElementCounts) -> tuple[Segment, Segment]:
     """Return one curved side of a fan: the fillet from the leaf to the face of the solid, and the face beyond it.
 
-    The straight part of the leaf at z = `level` [mm] ends at x = `start` [mm]. The face ends at `edge` [mm], a corner
-    of the fan's box. Both segments lie on the same side of the leaf as `edge`.
+    The straight part of the leaf with its mid-plane at z = `level` [mm] ends at x = `leaf_end` [mm]. The face ends at
+    `edge` [mm], a corner of the fan's box. Both segments lie on the same side of the leaf as `edge`, above it or below.
     """
-    direction = math.copysign(1.0, edge[1] - level)
+    face_x, edge_z = edge
+    direction = math.copysign(1.0, edge_z - level)  # 1 above the leaf, -1 below it
     leaf_z = level + direction * 0.5 * arm.flexure.thickness
     root_z = level + direction * (0.5 * arm.flexure.thickness + arm.flexure.fillet)
-    tangent_point = (edge[0], root_z)  # where the fillet meets the face
+    tangent_point = (face_x, root_z)  # where the fillet meets the face
     fillet = Segment(
-        start=(start, leaf_z),
+        start=(leaf_end, leaf_z),
         end=tangent_point,
         count=counts.along_fillet,
-        centre=(start, root_z),
+        centre=(leaf_end, root_z),
         surface=f"{arm.name}_leaves",
     )
-    return fillet, Segment(start=tangent_point, end=edge, count=counts.beside_fillet)
+    face = Segment(start=tangent_point, end=edge, count=counts.beside_fillet)
+    return fillet, face
 
 
 def straight_ends(arm: Arm) -> tuple[float, float]:
@@ -209,8 +213,8 @@ def leaf_blocks(arm: Arm, counts: ElementCounts) -> Iterator[Block]:
     """Yield two blocks: the straight parts of the lower and the upper leaf of an arm."""
     half_thickness = 0.5 * arm.flexure.thickness
     start, end = straight_ends(arm)
-    # Anticlastic bending decays within half the leaf's depth of a root. On a long leaf, the elements are concentrated
-    # there.
+    # Anticlastic bending decays within half the leaf's depth from each root. If a leaf is longer than its depth, a bump
+    # below 1 concentrates the elements there.
     bump = min(1.0, arm.flexure.depth / abs(end - start))
     for level in arm.levels:
         lower_face = Segment(
@@ -234,13 +238,13 @@ def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
     The side from the first to the second corner and the side opposite have `along` elements. The other two sides have
     `across` elements.
     """
-    a, b, c, d = corners
+    first, second, third, fourth = corners
     return Block(
         sides=(
-            (Segment(start=a, end=b, count=along),),
-            (Segment(start=b, end=c, count=across),),
-            (Segment(start=c, end=d, count=along),),
-            (Segment(start=d, end=a, count=across),),
+            (Segment(start=first, end=second, count=along),),
+            (Segment(start=second, end=third, count=across),),
+            (Segment(start=third, end=fourth, count=along),),
+            (Segment(start=fourth, end=first, count=across),),
         )
     )
 
@@ -261,19 +265,21 @@ def shuttle_blocks(housing: Housing, arm: Arm, counts: ElementCounts) -> Iterato
     The column on the side of the leaves is replaced by fans at the levels of the leaf roots.
     """
     fans = leaf_fans(arm, housing.neck_level, arm.top_level)
-    # These widths have a sign. Adding them to x leads away from the leaves.
+    # Both widths have the sign of the direction away from the leaves.
     width = -arm.sign * housing.shuttle_width
     half_tip = -arm.sign * 0.5 * housing.tip_side
-    near_x = arm.shuttle
+    near_x = arm.shuttle  # the face to which the leaves are attached
     middle_x = arm.shuttle + 0.5 * width
     far_x = arm.shuttle + width
     for fan in fans:
         yield fan_block(arm, near_x, fan, middle_x - near_x, counts)
-    for z0, z1 in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
-        elements = elements_between(z0, z1, fans, counts)
-        yield rectangle((middle_x, far_x), (z0, z1), counts.sector, elements)
-        if not in_fan(z0, z1, fans):
-            yield rectangle((near_x, middle_x), (z0, z1), counts.sector, elements)
+    lower_fan, upper_fan = fans
+    levels = [housing.neck_level, *lower_fan.levels, *upper_fan.levels, arm.top_level]
+    for lower, upper in pairwise(levels):
+        elements = elements_between(lower, upper, fans, counts)
+        yield rectangle((middle_x, far_x), (lower, upper), counts.sector, elements)
+        if not is_in_fan(lower, upper, fans):
+            yield rectangle((near_x, middle_x), (lower, upper), counts.sector, elements)
     yield from _neck_blocks(housing, (near_x, middle_x), (middle_x - half_tip, middle_x), counts)
     yield from _neck_blocks(housing, (middle_x, far_x), (middle_x, middle_x + half_tip), counts)
 
@@ -281,17 +287,17 @@ def shuttle_blocks(housing: Housing, arm: Arm, counts: ElementCounts) -> Iterato
 def _neck_blocks(housing: Housing, x_top: Interval, x_bottom: Interval, counts: ElementCounts) -> Iterator[Block]:
     """Yield the block of the neck and the block of the tip in one of the two columns of a shuttle.
 
-    The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip.
+    The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip. Both
+    intervals run in the same direction along x.
     """
-    # The corners of the neck, in order around the block.
-    a = (x_bottom[0], housing.tip_height)
-    b = (x_bottom[1], housing.tip_height)
-    c = (x_top[1], housing.neck_level)
-    d = (x_top[0], housing.neck_level)
-    lower = Segment(start=a, end=b, count=counts.sector)
-    upper = Segment(start=c, end=d, count=counts.sector)
+    bottom_start = (x_bottom[0], housing.tip_height)
+    bottom_end = (x_bottom[1], housing.tip_height)
+    top_start = (x_top[0], housing.neck_level)
+    top_end = (x_top[1], housing.neck_level)
+    bottom = Segment(start=bottom_start, end=bottom_end, count=counts.sector)
+    top = Segment(start=top_end, end=top_start, count=counts.sector)
     # Both flanks run upwards, because their elements grow from the tip to the shuttle.
-    flank = Segment(start=b, end=c, count=counts.neck, growth=_NECK_GROWTH)
-    opposite_flank = Segment(start=a, end=d, count=counts.neck, growth=_NECK_GROWTH)
-    yield Block(sides=((lower,), (flank,), (upper,), (opposite_flank,)))
+    end_flank = Segment(start=bottom_end, end=top_end, count=counts.neck, growth=_NECK_GROWTH)
+    start_flank = Segment(start=bottom_start, end=top_start, count=counts.neck, growth=_NECK_GROWTH)
+    yield Block(sides=((bottom,), (end_flank,), (top,), (start_flank,)))
     yield rectangle(x_bottom, (0.0, housing.tip_height), counts.sector, counts.sector)

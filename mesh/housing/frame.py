@@ -59,7 +59,7 @@ class _Wall:
         self.housing = housing
         self.arm = arm
         self.counts = counts
-        self.radius = 0.5 * housing.hole_diameter
+        self.hole_radius = 0.5 * housing.hole_diameter
         fillet_level = housing.cavity_level - housing.corner  # lower end of the fillet under the top bar
         self.fans = blocks.leaf_fans(arm, housing.protrusion, fillet_level)
         lower_fan, upper_fan = self.fans
@@ -70,9 +70,9 @@ class _Wall:
         self.upper_ring_bottom = self._ring_end_level(upper_hole, -1.0, levels)
         self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
-        # Both fans have the same extent in x, which has a sign and leads away from the cavity. If the wall is no wider
-        # than its post, arm.wall = arm.post, and the rings begin where the fans end.
-        largest_extent = _MAX_FAN_FRACTION * (abs(lower_hole[0] - arm.post) - self.radius)
+        # Both fans have the same extent in x, with the sign of the direction away from the cavity. If the wall is no
+        # wider than its post, arm.wall = arm.post, and the rings begin where the fans end.
+        largest_extent = _MAX_FAN_FRACTION * (abs(lower_hole[0] - arm.post) - self.hole_radius)
         fan_extent = arm.sign * min(max(lower_fan.height, upper_fan.height), largest_extent)
         self.fan_end_x = arm.wall + fan_extent
         self.ring_start_x = arm.post + fan_extent
@@ -92,7 +92,7 @@ class _Wall:
         for fan in self.fans:
             yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.counts)
         for a, b in pairwise(self.levels):
-            if not blocks.in_fan(a, b, self.fans):
+            if not blocks.is_in_fan(a, b, self.fans):
                 yield self._cavity_cell(a, b)
 
     def _plain_blocks(self) -> Iterator[Block]:
@@ -118,6 +118,7 @@ class _Wall:
         return pairwise(level for level in self.levels if start <= level <= end)
 
     def _elements(self, a: float, b: float) -> int:
+        """Return the number of elements between levels a and b [mm]."""
         return blocks.elements_between(a, b, self.fans, self.counts)
 
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
@@ -127,11 +128,12 @@ class _Wall:
         hole, a new one is returned. A new level inside a fan is moved to the edge of the fan, because the sectors of a
         fan must not be divided.
         """
-        for level in sorted(levels, reverse=sign < 0.0):  # outwards from the hole
-            distance_ratio = sign * (level - hole[1]) / self.radius
+        _, hole_z = hole
+        for level in sorted(levels, reverse=sign < 0.0):  # the levels beyond the hole then begin with the nearest
+            distance_ratio = sign * (level - hole_z) / self.hole_radius  # negative on the other side of the hole
             if _MIN_RING_RATIO <= distance_ratio <= _MAX_RING_RATIO:
                 return level
-        new_level = hole[1] + sign * _NEW_EDGE_RATIO * self.radius
+        new_level = hole_z + sign * _NEW_EDGE_RATIO * self.hole_radius
         for fan in self.fans:
             lower, _, upper = fan.levels
             if lower < new_level < upper:
@@ -155,9 +157,10 @@ class _Wall:
         cell = blocks.straight_block(corners, self.counts.sector, elements)
         if b != ceiling:
             return cell
-        # The arc replaces the second side, from the lower to the upper corner at the cavity.
+        # The arc replaces the second side, which runs along the cavity from the lower to the upper corner.
+        lower_side, _, upper_side, fan_side = cell.sides
         fillet = _half_fillet(self.housing, self.arm, (wall_x, a), elements)
-        return Block(sides=(cell.sides[0], (fillet,), *cell.sides[2:]))
+        return Block(sides=(lower_side, (fillet,), upper_side, fan_side))
 
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
         """Yield the blocks between a hole and the rectangle around it, which extends from `start` to `end` [mm] in z.
@@ -177,12 +180,14 @@ class _Wall:
             edges.append((corner, next_corner, self.counts.sector))
 
         for edge_start, edge_end, elements in edges:
-            arc_start = _nearest_on_circle(hole, self.radius, edge_start)
-            arc_end = _nearest_on_circle(hole, self.radius, edge_end)
+            arc_start = _nearest_on_circle(hole, self.hole_radius, edge_start)
+            arc_end = _nearest_on_circle(hole, self.hole_radius, edge_end)
             quadrilateral = (edge_start, edge_end, arc_end, arc_start)
-            sides = blocks.straight_block(quadrilateral, elements, self.counts.ring).sides
+            straight_sided = blocks.straight_block(quadrilateral, elements, self.counts.ring)
+            edge_side, end_side, _, start_side = straight_sided.sides
+            # The arc replaces the third side, which is its chord.
             arc = Segment(start=arc_start, end=arc_end, count=elements, centre=hole, surface="mounting_holes")
-            yield Block(sides=(sides[0], sides[1], (arc,), sides[3]))
+            yield Block(sides=(edge_side, end_side, (arc,), start_side))
 
 
 def _nearest_on_circle(centre: Point, radius: float, point: Point) -> Point:

@@ -134,17 +134,14 @@ def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
     The edges in gmsh are straight. For edges on arcs, the point halfway along the arc is added, so that the elements
     can be curved later. Raises MeshError if an element is not a quadrilateral.
     """
+    # The profile must have one type of element, the four-node quadrilateral.
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
     node_tags = element_nodes("Quadrangle")
     nodes = used_nodes(node_tags)
     points = np.ascontiguousarray(nodes.points[[0, 2]])  # x and z, because the profile lies in the plane y = 0
 
-    gmsh_quads = nodes.index[node_tags]  # numbered clockwise or counterclockwise
-    (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, gmsh_quads]
-    is_clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0  # sign of the cross product of the diagonals
-    quads = np.where(is_clockwise, gmsh_quads[::-1], gmsh_quads)
-
+    quads = order_counterclockwise(points, nodes.index[node_tags])
     arcs = []
     midpoints = []
     surfaces: dict[str, list[Ints]] = {}
@@ -164,6 +161,17 @@ def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
         midpoints=np.hstack(midpoints),
         surfaces={name: np.hstack(surfaces[name]) for name in sorted(surfaces)},
     )
+
+
+def order_counterclockwise(points: Floats, quads: Ints) -> Ints:
+    """Return quadrilaterals (4, m) with their corners in counterclockwise order; gmsh may number them clockwise.
+
+    `quads` (4, m) are indices into `points` (2, n) [mm].
+    """
+    (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, quads]
+    # The cross product of the diagonals is negative if the corners are numbered clockwise.
+    is_clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0
+    return np.where(is_clockwise, quads[::-1], quads)
 
 
 def _arc_midpoints(points: Floats, edges: Ints, start: Point, centre: Point) -> Floats:

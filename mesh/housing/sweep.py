@@ -85,8 +85,8 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
         flexures[old_arm.name] = dataclasses.replace(old_arm.flexure, length=new_arm.flexure.length)
     if made_for.with_flexures(flexures) != wanted:
         raise MeshError("stretch", "the housings differ in more than their leaf lengths", "make a new mesh")
-    old_knots = _knots(made_for)
-    new_knots = _knots(wanted)
+    old_knots = _stretch_knots(made_for)
+    new_knots = _stretch_knots(wanted)
     if len(old_knots) != len(new_knots):  # only one of the housings has a wall with plain cells
         return None
     ratios = np.diff(new_knots) / np.diff(old_knots)
@@ -104,7 +104,7 @@ def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
 
     The values of the mesh are doubled, because it is half the housing. Relative differences of 1e-4 in volume and 2e-3
     in area are allowed. The check of the surface area also detects adjacent elements that do not share a facet, because
-    their facets count as surface.
+    their facets are counted as surface.
     """
     points, weights = get_quadrature(RefHex, _VOLUME_ORDER)
     volume = 2.0 * float((np.abs(determinant(cell_jacobian(mesh, points))) * weights).sum())
@@ -187,9 +187,10 @@ def curved_nodes(mesh: MeshHex2, profile: Profile) -> Floats:
     centres = profile.points[:, profile.quads].mean(axis=1)
     centre_shifts = np.zeros_like(centres)
     for side in range(4):
-        arc = index_by_nodes(profile.arcs, profile.quads[[side, (side + 1) % 4]])
-        on_arc = arc >= 0
-        centre_shifts[:, on_arc] += 0.5 * edge_shifts[:, arc[on_arc]]
+        next_corner = (side + 1) % 4  # the last side ends at the first corner
+        arc = index_by_nodes(profile.arcs, profile.quads[[side, next_corner]])  # -1 for a straight side
+        is_arc = arc >= 0
+        centre_shifts[:, is_arc] += 0.5 * edge_shifts[:, arc[is_arc]]
 
     # Each node of the swept mesh gets the shift of the edge middle or centre of the profile that has the same x and z.
     # If there is none, the node stays where it is.
@@ -210,7 +211,7 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     boundary_facets = mesh.boundary_facets()
     corners = mesh.facets[:, boundary_facets]
     x, y, z = mesh.p[:, corners]  # each of shape (4, facets), for the four corners of a facet
-    # The facets at z = 0 are those of the tip faces. Each belongs to the nearest tip.
+    # The tip faces consist of the facets at z = 0. Each facet belongs to the nearest tip.
     is_tip_facet = np.abs(z).max(axis=0) < _NEAR
     nearest_arm = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
     boundaries = {}
@@ -220,7 +221,8 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     # On necks and tips, the side of the housing does not lie in the side face.
     y_solid = y * _depth_fraction(housing, x, z)
     boundaries["side_faces"] = boundary_facets[(np.abs(y_solid - 0.5 * housing.depth) < _NEAR).all(axis=0)]
-    # The corners of a facet that is swept from an edge of the profile are the two ends of this edge, at two levels.
+    # The corners of a facet that is swept from an edge of the profile are the two ends of this edge, at two levels. The
+    # remainder of a node number is the number of its point in the profile.
     profile_points = corners % n
     edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
     for name, edges in profile.surfaces.items():
@@ -228,11 +230,11 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     return boundaries
 
 
-def _knots(housing: Housing) -> list[float]:
+def _stretch_knots(housing: Housing) -> list[float]:
     """Return the knots of the map that stretches a mesh along x: its x coordinates [mm], from left to right.
 
     The map is linear between two knots. The knots are the outer faces of the housing, and both ends of each part that
-    may be stretched: the straight leaves, and the plain cells of a wall that is wider than its post.
+    may be stretched. These parts are the straight leaves, and the plain cells of a wall that is wider than its post.
     """
     ends: list[float] = []
     for arm in housing.arms:

@@ -489,7 +489,7 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     volumes = mesh.length_error * mesh.area
     largest_place = None
     if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
-        x, y, z = extrusion.rotation.T @ mesh.places[:, int(np.argmax(volumes))]  # in the coordinates of the part
+        x, y, z = extrusion.rotation.T @ mesh.centres[:, int(np.argmax(volumes))]  # in the coordinates of the part
         largest_place = (float(x), float(y), float(z))
     return PartStiffness(
         faces=_pressed_faces(scene.presses, (coarse, fine), neglected_errors, holes_held),
