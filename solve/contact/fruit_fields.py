@@ -30,7 +30,7 @@ COARSEST = 0.1  # largest mesh step [longest edge of the block]
 # Distance [sides of a contact] within which the patches of a tip are used; farther away, point forces replace them.
 NEAR = 1.5
 PATCHES = 24  # maximum number of patches per side of a footprint
-NODES = 3  # number of point forces per side that replace the patches of a tip
+NODES = 3  # number of point forces per side of the square that replace the patches of a tip
 # Depth at which the surface stress is evaluated [sides of a patch]. On the surface itself, the stress is infinite at
 # the corners of patches. At this depth, differences between patches have decayed by exp(-pi), whereas variations as
 # wide as a tip have not.
@@ -82,11 +82,11 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
     block = fruit.equivalent_block
     loads = []
     for tip in range(len(pressure.forces)):
-        patches = _patches(pressure, tip)
+        patches = _loaded_patches(pressure, tip)
         if len(patches.forces):  # a tip out of contact has no load
-            loads.append(_TipLoad(patches, _point_forces(patches)))
+            loads.append(_TipLoad(patches, _equivalent_point_forces(patches)))
     mesh = _viewing_mesh(block, [load.patches for load in loads])
-    points = np.stack([mesh.p[0], mesh.p[1], -mesh.p[2]])  # with z down
+    points = np.stack([mesh.p[0], mesh.p[1], -mesh.p[2]])  # with z down, as in the half-space solution
 
     # All fields are for E = 1 MPa and z down. Stress does not depend on E; displacement is proportional to 1 / E.
     u_remainder, gradient = _remainder(block, loads, points)
@@ -94,19 +94,19 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
     sigma = sigma + stress(gradient, 1.0, block.poisson)
 
     displacement = (u + u_remainder).T * UPWARD / pressure.E
-    sigma = sigma * np.multiply.outer(UPWARD, UPWARD)[:, :, None]
+    sigma = sigma * np.multiply.outer(UPWARD, UPWARD)[:, :, None]  # reverses the sign of the xz and yz components
     return mesh, NodalFields(displacement=displacement, stress=sigma, strain=strain(sigma, pressure.E, block.poisson))
 
 
 def _remainder(block: Fruit, loads: Sequence[_TipLoad], points: Floats) -> tuple[Floats, Floats]:
     """Return the remainder (3, n) [mm] at points (3, n) [mm] and its gradient (3, 3, n), for E = 1 MPa.
 
-    The remainder is smooth, so point forces are accurate enough as loads. Raises SolveError if the solve does not
-    converge.
+    The remainder is the displacement that the finite size of the block adds to a half-space. It is smooth, so point
+    forces are accurate enough as loads. Raises SolveError if the solve does not converge.
     """
     load_points = np.concatenate([load.point_forces.centres for load in loads])
     forces = np.concatenate([load.point_forces.forces for load in loads])
-    lines = block_lines(block, load_points, (False, False), FINE)
+    lines = block_lines(block, load_points, (False, False), FINE)  # the whole block, without mirror planes
     basis, v = remainder_field(box_mesh(lines), block.poisson, load_points, forces)
     return _evaluate_field(basis, lines, v, points)
 
@@ -122,21 +122,24 @@ def _half_space_fields(poisson: float, loads: Sequence[_TipLoad], points: Floats
     stress_depth = STRESS_DEPTH * min(float(load.patches.sides.min()) for load in loads)
     potentials = _half_space_potentials(np.stack([x, y, np.maximum(z, stress_depth)]), loads)
     u = halfspace.displacement(potentials, 1.0, poisson)
+    # Replace the displacements of the points on the surface, which are now those at the depth for the stress.
     on_top = z == 0.0
     near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), DISPLACEMENT_DEPTH * stress_depth)])
     u[:, on_top] = halfspace.displacement(_half_space_potentials(near_top, loads), 1.0, poisson)
     return u, halfspace.stress(potentials, poisson)
 
 
-def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
-    """Return the loaded patches of one tip, which is given by its index.
+def _loaded_patches(pressure: FootprintPressure, tip: int) -> _Patches:
+    """Return the patches of one tip that carry a force; `tip` is the index of the tip.
 
-    A patch is a block of neighbouring cells, and carries their total force. There are at most 24 x 24 patches.
+    A patch is a block of neighbouring cells, and carries their total force. Merging the cells limits the cost of the
+    potentials: there are at most 24 x 24 patches.
     """
     cells_per_side = len(pressure.edges) - 1
     cells_per_patch = -(-cells_per_side // PATCHES)  # the quotient, rounded up
     first_cells = np.arange(0, cells_per_side, cells_per_patch)  # the first cell of each patch along a side
     edges = np.append(pressure.edges[first_cells], pressure.edges[-1])
+    # Add the forces of the cells in each patch, first along x and then along y.
     row_forces = np.add.reduceat(pressure.cell_forces[tip], first_cells, axis=0)
     forces = np.add.reduceat(row_forces, first_cells, axis=1).ravel()
     is_loaded = forces > 0.0
@@ -149,7 +152,7 @@ def _pairs(values: Floats) -> Floats:
     return np.stack(np.meshgrid(values, values, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def _point_forces(patches: _Patches) -> _Patches:
+def _equivalent_point_forces(patches: _Patches) -> _Patches:
     """Return forces at nine points that have the same moments as the patches of a tip."""
     middle = 0.5 * (patches.low + patches.high)
     side = float((patches.high - patches.low).max())
@@ -161,7 +164,7 @@ def _point_forces(patches: _Patches) -> _Patches:
 def _viewing_mesh(block: Fruit, patches_of_tips: Sequence[_Patches]) -> MeshHex:
     """Return the mesh for display [mm], with z up: fine under the contacts of the tips, and coarse elsewhere.
 
-    `patches_of_tips` holds the patches of each tip in contact.
+    `patches_of_tips` holds the patches of each tip in contact. The boundaries of the mesh are named "top" and "base".
     """
     smallest_step = FINEST * min(float((patches.high - patches.low).max()) for patches in patches_of_tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
@@ -170,10 +173,12 @@ def _viewing_mesh(block: Fruit, patches_of_tips: Sequence[_Patches]) -> MeshHex:
     def grid_line(start: float, end: float, spans: Sequence[Floats]) -> Floats:
         """Return grid coordinates from `start` to `end` [mm], densest in the spans (2,) [mm] of the contacts."""
 
-        def step_size(s: Floats) -> Floats:
-            distance = np.full_like(s, np.inf)
+        def step_size(coordinates: Floats) -> Floats:
+            """Return the largest step [mm] at coordinates along the line, which grows with the distance from a span."""
+            distance = np.full_like(coordinates, np.inf)
             for low, high in spans:
-                distance = np.minimum(distance, np.maximum(np.maximum(low - s, s - high), 0.0))
+                outside = np.maximum(np.maximum(low - coordinates, coordinates - high), 0.0)  # 0 inside the span
+                distance = np.minimum(distance, outside)
             return np.minimum(smallest_step + GROWTH * distance, largest_step)
 
         return graded_line(start, end, step_size)
@@ -181,24 +186,26 @@ def _viewing_mesh(block: Fruit, patches_of_tips: Sequence[_Patches]) -> MeshHex:
     lines = []
     for axis in (0, 1):
         spans = [np.array([patches.low[axis], patches.high[axis]]) for patches in patches_of_tips]
-        start = -0.5 * extent[axis]
+        start = -0.5 * extent[axis]  # the block is centred at x = y = 0
         lines.append(grid_line(start, start + extent[axis], spans))
     depths = grid_line(0.0, block.height_mm, [np.zeros(2)])  # densest at the top face
     tolerance = 1e-9 * block.height_mm  # for round-off in the coordinates of a face
-    return MeshHex.init_tensor(lines[0], lines[1], -depths[::-1]).with_boundaries(
+    heights = -depths[::-1]  # z increases from the base to the top face at z = 0
+    return MeshHex.init_tensor(lines[0], lines[1], heights).with_boundaries(
         {"top": lambda point: point[2] > -tolerance, "base": lambda point: point[2] < tolerance - block.height_mm}
     )
 
 
 def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """Return a displacement field (3, n) and its gradient (3, 3, n) at points (3, n) [mm].
+    """Return a displacement field (3, n) [mm] and its gradient (3, 3, n) [1] at points (3, n) [mm].
 
-    `v` (dofs,) holds the displacements in the `basis` of the box of hexahedra between the grid `lines`. The second axis
-    of the gradient is the coordinate of differentiation.
+    `v` (dofs,) [mm] holds the displacements in the `basis` of a box of hexahedra, called bricks, between the grid
+    `lines`. The second axis of the gradient is the coordinate of differentiation. A brick is found from the grid lines,
+    which is faster than the search in a general mesh.
     """
     mesh = basis.mesh
-    # Find the brick that contains each point from the grid intervals along each axis. `brick_index` maps three
-    # intervals to the index of a brick in the mesh.
+    # `brick_index` maps the grid intervals along the three axes to the index of a brick in the mesh. It is filled by
+    # locating the centres of all bricks.
     brick_index = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
     brick_index[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
     bricks = brick_index[_intervals(lines, points)]
@@ -223,21 +230,23 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
     intervals = []
     for line, coordinates in zip(lines, points, strict=True):
         interval = np.searchsorted(line, coordinates, side="right") - 1
-        intervals.append(np.clip(interval, 0, len(line) - 2))
+        intervals.append(np.clip(interval, 0, len(line) - 2))  # a point on the last grid line is in the last interval
     return tuple(intervals)
 
 
 def _half_space_potentials(points: Floats, loads: Sequence[_TipLoad]) -> halfspace.Potentials:
     """Return the potentials of the half-space at points (3, n) [mm], with z down, under the pressures of all tips.
 
-    The patches of a tip are used near it, and its point forces elsewhere.
+    The patches of a tip are used near it. Elsewhere its nine point forces are used, which are accurate at a distance
+    and cost much less.
     """
     x, y, z = points
     potential_sums = np.zeros((len(fields(halfspace.Potentials)), len(x)))
     potential_sums[0] = z  # the first field of the potentials is the depth; the others are sums over the loads
     for patches, point_forces in loads:
         middle = point_forces.centres.mean(axis=0)
-        reach = NEAR * float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
+        contact_side = float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
+        reach = NEAR * contact_side
         is_near = np.maximum(np.maximum(np.abs(x - middle[0]), np.abs(y - middle[1])), z) <= reach
         potential_sums[1:, is_near] += _summed_potentials(x[is_near], y[is_near], z[is_near], patches)
         potential_sums[1:, ~is_near] += _summed_potentials(x[~is_near], y[~is_near], z[~is_near], point_forces)
@@ -255,9 +264,9 @@ def _summed_potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floa
         dy = y - centre[1]
         if a > 0.0:
             unit_potentials = halfspace.rectangle_load(dx, dy, z, a, b)  # for a pressure of 1 MPa
-            intensity = force / (a * b)
+            intensity = force / (a * b)  # pressure [MPa]
         else:  # the force acts at a point
             unit_potentials = halfspace.point_load(dx, dy, z)  # for a force of 1 N
-            intensity = force
+            intensity = force  # [N]
         potential_sums += intensity * np.asarray(astuple(unit_potentials)[1:])
     return potential_sums

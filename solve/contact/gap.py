@@ -12,12 +12,12 @@ from sensor.tips.tip_shape import Arc, TipShape
 def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
     """Return the height [mm] of a tip's face above its lowest point; it is infinite outside the face.
 
-    The points x (along the tips) and y (across) [mm] are relative to the centre of the tip. The face is a surface of
-    revolution, or a square face whose sections along x and y are the same meridian. A meridian consists of arcs and
-    straight pieces.
+    The points x (along the tips) and y (across) [mm] are relative to the centre of the tip. The height depends on one
+    coordinate r of the meridian, which consists of arcs and straight pieces. On a round tip, r is the distance from the
+    axis. On a square tip, it is the larger of |x| and |y|.
     """
-    distance_from_axis = np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y))
-    r = np.asarray(distance_from_axis)
+    meridian_coordinate = np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y))
+    r = np.asarray(meridian_coordinate)
     gap = np.full_like(r, np.inf)
     for piece in shape.meridian:
         on_piece = (r >= piece.start.r) & (r <= piece.end.r)

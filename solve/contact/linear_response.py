@@ -22,7 +22,7 @@ from sensor.record import Record
 from sensor.tips.layouts import SpringGroups
 from solve.error_estimate import SolveInfo
 
-PAIR = SpringGroups(low=(0,), high=(-1,))
+PAIR = SpringGroups(low=(0,), high=(-1,))  # two tips: the first is on the soft spring, the last on the stiff one
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -31,13 +31,13 @@ class SensorResponse(Record):
 
     The travel is measured at the middle of the tips, from the first touch of a level sensor.
 
-    All other arrays except `mean_pressure` have shape (moduli, travels). P is the mean force on the tips with high
-    springs divided by the mean force on the tips with low springs [1]. `slope_ratio` is the same ratio for the
-    derivatives of the forces with respect to the travel [1]. Both are nan if any tip is out of contact. `F_error` [1]
-    is the relative error of the nonzero forces, nan if there are none. `P_error` [1] is the relative error of P.
-    `P_step` [1] is the relative increase of P from a coarser grid of cells. `cells` is the number of contact cells.
-    `cells` and `P_step` are 0 if no cells are needed. `mean_pressure` [MPa] is the mean pressure under each dome, with
-    the same shape as F. For other tips, it is None.
+    All other arrays except `mean_pressure` have shape (moduli, travels). High springs are the stiff ones, and low
+    springs the soft ones. P is the mean force on the tips with high springs divided by the mean force on the tips with
+    low springs [1]. `slope_ratio` is the same ratio for the derivatives of the forces with respect to the travel [1].
+    Both are nan if any tip is out of contact. `F_error` [1] is the relative error of the nonzero forces, nan if there
+    are none. `P_error` [1] is the relative error of P. `P_step` [1] is the relative increase of P from a coarser grid
+    of cells. `cells` is the number of contact cells. `cells` and `P_step` are 0 if no cells are needed. `mean_pressure`
+    [MPa] is the mean pressure under each dome, with the same shape as F. For other tips, it is None.
     """
 
     E: Floats
@@ -132,6 +132,7 @@ def linear_response(
     start = time.perf_counter()
     moduli = np.asarray(E, dtype=np.float64)
     x = np.asarray(x, dtype=np.float64)
+    # A tip that is retracted from the fruit has a negative height offset, so it travels less; (travels, tips) [mm].
     travel = x[:, None] + np.broadcast_to(np.asarray(height_offsets, dtype=np.float64), (len(S),))
     F = np.zeros((len(moduli), len(x), len(S)))
     rates = np.zeros_like(F)
@@ -149,15 +150,17 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     the travel of each tip. The forces of the tips in contact solve compliance F = travel.
     """
     is_touching = _find_contacts(compliance, travel)
-    # All travels at which the same tips touch have the same stiffness matrix.
     F = np.zeros(is_touching.shape)
     rates = np.zeros(is_touching.shape)
+    # All travels at which the same tips touch have the same stiffness matrix, and are solved together. Each row of
+    # `np.unique` marks one combination of touching tips.
     for touching_tips in np.unique(is_touching, axis=0):
         rows = (is_touching == touching_tips).all(axis=1)
         entries = np.ix_(rows, touching_tips)
         stiffness = np.linalg.inv(compliance[np.ix_(touching_tips, touching_tips)])
+        # A tip at the limit of contact may have a negative force by round-off, which is set to 0.
         F[entries] = np.maximum(travel[entries] @ stiffness.T, 0.0)
-        rates[entries] = stiffness.sum(axis=1)
+        rates[entries] = stiffness.sum(axis=1)  # all tips travel at the same rate
     return F, rates
 
 
@@ -166,7 +169,8 @@ def _find_contacts(compliance: Floats, travel: Floats) -> Flags:
 
     `compliance` (tips, tips) [mm/N] is the compliance of springs and fruit in series. `travel` (travels, tips) [mm] is
     the travel of each tip. Contact is unilateral: F >= 0 and compliance F >= travel, and for each tip one of the two
-    holds with equality. If not all tips touch, nonnegative least squares on the Cholesky factor solves for F.
+    holds with equality. If not all tips touch, nonnegative least squares on the Cholesky factor solves for F. A tip
+    touches if its force is positive.
     """
     # All tips touch if the forces are compressive under the assumption that all tips touch.
     is_touching = travel @ np.linalg.inv(compliance).T > 0.0

@@ -101,7 +101,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     fruit at more than 20 deg, or a pose is outside the domain of the contact solver. Also raises InputError if the skin
     is too stiff or too soft for the model, and SolveError if a solve does not converge.
     """
-    # Many poses share a stand, so the scene of each stand is made only once.
+    # Many poses share a stand, so the scene of each stand is made and checked only once.
     scenes_of_stands: dict[Stand, Scene] = {}
     for pose in poses:
         if pose.stand not in scenes_of_stands:
@@ -126,8 +126,8 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
     off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
     tilt, roll = stand.tilt_deg
     if stand.from_touch and any(off_centre) and scene.curved:
-        # The tilt of the hand is relative to the normal under the sensor. The tilt of a scene is relative to the normal
-        # at the apex.
+        # The tilt of the hand is relative to the normal under the sensor, but the tilt of a scene is relative to the
+        # normal at the apex. The angles between the two normals are added: along the tips, and across them.
         normal_deg = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
         tilt = tilt + float(normal_deg[0])
         roll = roll + float(normal_deg[1])
@@ -155,7 +155,7 @@ def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thi
     """Return a copy of the fruit with the given radii [mm], azimuth [deg] and thickness [mm].
 
     If an argument is None, the fruit keeps its own value. A sphere uses only the first radius, and a block uses
-    neither. The result is cached, because many poses share one fruit.
+    neither. The result is cached, so that all poses on the same fruit share one object.
     """
     changes: dict[str, Any] = {}
     if radii is not None and fruit.radius_mm is not None:
@@ -209,7 +209,8 @@ def _cell_forces(
     solved on a finer grid.
     """
     largest_travel = max(pose.travel for pose in poses)
-    # An overlap is farthest from the centre of its tip in the steepest pose, which therefore determines the footprints.
+    # In the steepest pose, the overlaps are farthest from the centres of their tips. This pose determines the
+    # footprints.
     tilts = [float(np.hypot(*scene_of_pose.tilt_tangents)) for scene_of_pose in scenes]
     steepest_scene = scenes[tilts.index(max(tilts))]
     grid_scene = dataclasses.replace(scene, press=steepest_scene.press)
@@ -228,7 +229,7 @@ def _cell_forces(
     largest_difference, total_difference = _grid_differences(F, fine_F, compared_poses, moduli)
     relative_error = ERROR_RATIO * largest_difference + compliance.difference_error
     common_relative_error = ERROR_RATIO * total_difference + compliance.difference_error
-    mean_pressure = F / np.where(area > 0.0, area, 1.0)
+    mean_pressure = F / np.where(area > 0.0, area, 1.0)  # 0 without contact, where F is 0
     return PoseForces(
         F=F,
         F_error=relative_error * F,
@@ -252,7 +253,8 @@ def _grid_differences(F: Floats, fine_F: Floats, compared_poses: Ints, moduli: F
     differences = np.divide(np.abs(fine_F - F[compared_poses]), fine_F, out=np.zeros_like(fine_F), where=fine_F > 0.0)
 
     # The common error of all tips is estimated from their total force. A tip that has just touched has a large relative
-    # error of its own, which does not act like an error in the modulus of the flesh.
+    # error of its own, which does not act like an error in the modulus of the flesh. For the same reason, differences
+    # are relative to the largest total force at the same modulus.
     total_force = F.sum(axis=1)
     largest_total = np.array([total_force[moduli == E].max(initial=TINY_FORCE) for E in moduli[compared_poses]])
     total_differences = np.abs(fine_F.sum(axis=1) - total_force[compared_poses]) / largest_total
@@ -267,14 +269,7 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
     corresponds to the increase e at which, to first order, the total force of a level press vanishes. The caller
     multiplies the result by the actual error. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
     """
-    softening = {}  # the increase e at which the total force of a level press vanishes, for each modulus
-    for E in np.unique(moduli).tolist():
-        flesh_compliance = compliance.S / E
-        level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # forces per unit travel
-        # (C + s)^-1 s F, the decrease of these forces for e = 1
-        decrease_per_softening = np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces)
-        softening[E] = level_forces.sum() / decrease_per_softening.sum()
-
+    softening = {E: _softening_without_force(compliance.S / E, C) for E in np.unique(moduli).tolist()}
     # Only the tips in contact contribute. `decrease_of_pose` is a view of a row, so assignments to it fill `decrease`.
     decrease = np.zeros_like(F)
     for decrease_of_pose, E, forces in zip(decrease, moduli.tolist(), F, strict=True):
@@ -287,6 +282,18 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
     return decrease
 
 
+def _softening_without_force(flesh_compliance: Floats, C: Floats) -> float:
+    """Return the relative increase in compliance of the flesh [1] at which the total force of a level press vanishes.
+
+    The force is assumed to decrease linearly at its initial rate. `flesh_compliance` and the compliance C of the
+    springs are (tips, tips) [mm/N]. All tips touch.
+    """
+    level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # forces per unit travel
+    # With s = `flesh_compliance` and F = `level_forces`, the forces decrease by (C + s)^-1 s F per unit increase.
+    decrease_per_softening = np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces)
+    return float(level_forces.sum() / decrease_per_softening.sum())
+
+
 def _grid_forces(
     grid_scene: Scene, grid: SceneCells, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> tuple[Floats, Floats]:
@@ -297,7 +304,7 @@ def _grid_forces(
     """
     cells = grid.cells
     contact = UnilateralContact(cells)
-    # Many poses share a scene, so its gap is computed only once. Scenes that are equal are the same dictionary key.
+    # The gap depends only on the scene, and many poses share a scene. Equal scenes are the same dictionary key.
     grid_of_scene = {}
     for scene in dict.fromkeys(scenes):
         grid_of_scene[scene] = dataclasses.replace(grid, gap=initial_gap(scene, grid_scene, cells))
@@ -316,17 +323,17 @@ def _forces_under_skin(scene: Scene, compliance: FruitCompliance, C: Floats, pos
     """Return the forces on flesh under a skin, whose compliance times E depends on the modulus of the flesh.
 
     The compliance is tabulated against the modulus, so poses with the same modulus are solved together. C (tips, tips)
-    [mm/N] is the compliance of the springs.
+    [mm/N] is the compliance of the springs. The results are in the order of `poses`.
     """
     moduli = np.array([pose.E for pose in poses])
-    arrays: dict[str, Any] = {}
+    arrays: dict[str, Any] = {}  # the fields of `PoseForces`, each with one row per pose
     for E in np.unique(moduli):
-        at_E = np.flatnonzero(moduli == E)
-        forces = pose_forces(scene, compliance.at(float(E)), C, [poses[i] for i in at_E.tolist()])
-        # Each array is created with the first modulus, and filled in the rows of each modulus.
+        poses_at_E = np.flatnonzero(moduli == E)
+        forces = pose_forces(scene, compliance.at(float(E)), C, [poses[i] for i in poses_at_E.tolist()])
+        # The first modulus creates each array, and every modulus fills its own rows.
         for field in dataclasses.fields(PoseForces):
             values = getattr(forces, field.name)
             if field.name not in arrays:
                 arrays[field.name] = np.zeros((len(poses), *values.shape[1:]), dtype=values.dtype)
-            arrays[field.name][at_E] = values
+            arrays[field.name][poses_at_E] = values
     return PoseForces(**arrays)

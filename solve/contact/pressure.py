@@ -35,9 +35,10 @@ class FootprintPressure:
 def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: float, x: float) -> FootprintPressure:
     """Return the pressure under all tips at the modulus E [MPa] and the travel x [mm].
 
-    `compliance` is the compliance of the fruit, and C (tips, tips) [mm/N] is the compliance of the springs. Raises
-    InputError if E is not above 0, or a tip meets the fruit at more than 20 deg. Also raises InputError if the scene is
-    outside the domain of the contact solver, and SolveError if a solve does not converge.
+    The contact is solved on the finer of the two grids of cells of a scene. `compliance` is the compliance of the
+    fruit, and C (tips, tips) [mm/N] is the compliance of the springs. Raises InputError if E is not above 0, or a tip
+    meets the fruit at more than 20 deg. Also raises InputError if the scene is outside the domain of the contact
+    solver, and SolveError if a solve does not converge.
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
@@ -50,6 +51,8 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     per_side = len(grid.edges) - 1
     cell_forces = E * (contact.pressure * grid.cells.areas)  # [N]
     cell_forces = cell_forces.reshape(len(contact.F), per_side, -1)  # (tips, along, across)
-    if grid.is_half:  # the scene is symmetric about y = 0: only y > 0 was solved, with doubled areas
+    if grid.is_half:
+        # Only the cells at y > 0 were solved, and each carries the force of both sides. Half of it is moved to the
+        # mirror image at y < 0, which comes first along the last axis.
         cell_forces = 0.5 * np.concatenate([cell_forces[..., ::-1], cell_forces], axis=2)
     return FootprintPressure(E=E, centres=grid.cells.centres, edges=grid.edges, cell_forces=cell_forces)

@@ -37,9 +37,10 @@ GAUSS = 4  # Gauss points along each side of a cell
 class ContactCells:
     """The cells on all footprints, and the compliance between them.
 
-    `points` (cells, 2) [mm] are the centres of the cells, and `areas` (cells,) [mm^2] their areas. `owner` (cells,) is
-    the index of each cell's tip, and `centres` (tips, 2) [mm] are the centres of the footprints. `compliance` (cells,
-    cells) [1/mm] is the mean displacement of one cell per force on another, times E.
+    The cells are ordered by tip, then by x, then by y. `points` (cells, 2) [mm] are the centres of the cells, and
+    `areas` (cells,) [mm^2] their areas. `owner` (cells,) is the index of each cell's tip, and `centres` (tips, 2) [mm]
+    are the centres of the footprints. `compliance` (cells, cells) [1/mm] is the mean displacement of one cell per force
+    on another, times E.
     """
 
     points: Floats
@@ -79,9 +80,10 @@ def contact_cells(
     unit_areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
     cell_centres = np.stack(np.meshgrid(interval_centres, interval_centres, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    # The smooth parts are known between nodes. The nodal polynomials average them over cells.
+    # The smooth part is known between the nodes of a punch table. The matrix `to_cells` (cells, nodes) interpolates
+    # nodal values with the nodal polynomials, and takes their means over the cells. Along x and y it is the same.
     cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
-    to_cells_of_tip = np.kron(cell_means, cell_means)  # means over the cells, along both sides of a footprint
+    to_cells_of_tip = np.kron(cell_means, cell_means)
     to_cells = block_diag(*[to_cells_of_tip] * len(footprints))
     part_within_tips = _compliance_within_tips(fruit, sides, edges, cell_centres, layer)
     smooth_part = smooth_compliance(fruit, tuple(footprints), grading)
@@ -104,7 +106,7 @@ def _compliance_within_tips(
     It is 0 between cells under different tips. `sides` (tips,) [mm] are the sides of the footprints. `edges` and
     `cell_centres` [1] are fractions of a side. `layer` is the skin on the half-space, or None.
     """
-    # Galerkin's method: the mean displacement of one cell per force on another, for E* = 1 and side 1.
+    # Galerkin's method: the mean displacement of one cell per force on another, for E* = E / (1 - nu^2) = 1 and side 1.
     unit_areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
     influence_integrals = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(unit_areas), len(unit_areas))
     half_space = influence_integrals / np.outer(unit_areas, unit_areas)
@@ -121,10 +123,10 @@ def _compliance_within_tips(
 def _cell_means(nodes: Floats, edges: Floats) -> Floats:
     """Return the mean of each nodal polynomial over each interval between `edges` [1], shape (intervals, nodes).
 
-    `nodes` and `edges` lie between -1/2 and 1/2.
+    `nodes` and `edges` lie between -1/2 and 1/2. The means are computed by Gauss quadrature.
     """
     middle = 0.5 * (edges[1:] + edges[:-1])
-    point, weight = np.polynomial.legendre.leggauss(GAUSS)
+    point, weight = np.polynomial.legendre.leggauss(GAUSS)  # for the interval from -1 to 1, whose weights add up to 2
     gauss_points = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
     polynomials = lagrange(nodes, gauss_points.ravel()).reshape(*gauss_points.shape, -1)
     return np.asarray(np.einsum("cgk,g->ck", polynomials, 0.5 * weight))
@@ -137,7 +139,8 @@ def half_cells(cells: ContactCells) -> ContactCells:
     cells per side must be even. The area of a combined cell is the area of both cells.
     """
     is_kept = cells.points[:, 1] > 0.0
-    # Cells are stored in rows along y, so reversing each row yields the mirror images.
+    # Each row of `rows` holds the indices of the cells with the same x, in the order of y. The reversed row therefore
+    # holds the indices of their mirror images.
     per_side = round((len(cells.owner) / len(cells.centres)) ** 0.5)
     rows = np.arange(len(is_kept)).reshape(-1, per_side)
     mirror_image = rows[:, ::-1].ravel()
@@ -146,7 +149,7 @@ def half_cells(cells: ContactCells) -> ContactCells:
     return replace(
         cells,
         points=cells.points[is_kept],
-        areas=2.0 * cells.areas[is_kept],  # of the cell and its mirror image
+        areas=2.0 * cells.areas[is_kept],  # area of the cell and its mirror image
         owner=cells.owner[is_kept],
         compliance=combined_compliance[np.ix_(is_kept, is_kept)],
     )
@@ -168,6 +171,7 @@ def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: 
     mirror_x = all(footprint.x == 0.0 for footprint in footprints)
     mirror_y = all(footprint.y == 0.0 for footprint in footprints)
     lines = block_lines(fruit, nodes, (mirror_x, mirror_y), grading)
+    # A sign is 1 for even loads and -1 for odd loads about a mirror plane. It is 0 if the plane is not used.
     signs_x = (1, -1) if mirror_x else (0,)
     signs_y = (1, -1) if mirror_y else (0,)
     parities = list(itertools.product(signs_x, signs_y))

@@ -47,14 +47,15 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
 
     `law` holds the gaps and compliances of the sensor, and `relaxation` is the Prony series of the flesh. `times` [s]
     and `travel` [mm] have shape (presses, times), and the first time is the first touch. The travel is linear between
-    the times. Raises SolveError if no equilibrium between springs and flesh is found, or if the contact of a dome
-    shrinks.
+    the times. The forces are solved with these time steps and with half of them, and extrapolated to steps of 0. The
+    error is the size of this extrapolation. Raises SolveError if no equilibrium between springs and flesh is found, or
+    if the contact of a dome shrinks.
     """
     coarse_forces = _forces_of_growing_contacts(law, relaxation, E, times, travel)
     fine_times = _with_midpoints(times)
     fine_forces = _forces_of_growing_contacts(law, relaxation, E, fine_times, _with_midpoints(travel))
     fine_forces = fine_forces[:, ::2]  # without the midpoints
-    # Richardson extrapolation for an error proportional to the step squared.
+    # Richardson extrapolation: half the step leaves a quarter of the error, which is a third of the difference.
     correction = (fine_forces - coarse_forces) / 3.0
     return TimedForces(F=fine_forces + correction, error=np.abs(correction))
 
@@ -69,6 +70,7 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
     A tip out of contact has no force. `travel_reduction` (presses, tips) [mm] is subtracted from the travel of each
     tip. Raises SolveError if Newton's method does not converge.
     """
+    # Arrays are (presses, tips) or, for compliances, (presses, tips, tips).
     modulus = E[:, None]
     compliance = np.array(law.C) + np.array(law.S) / modulus[..., None]
     hertz = law.hertz * modulus ** (-2.0 / 3.0)
@@ -85,25 +87,26 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
         residual = np.where(is_touching, overlap - deflection, 0.0)
         if np.abs(residual).max() <= tolerance:
             return F
-        # Derivative of the flattening h (F / E)^(2/3) with respect to F.
+        # Derivative of the flattening h (F / E)^(2/3) with respect to F. Flat tips have h = 0.
         divisor = np.where(is_touching, 1.5 * cube_root, 1.0)  # avoids division by zero
         hertz_slope = np.where(is_touching & (hertz > 0.0), hertz / divisor, 0.0)
         tangent = compliance + hertz_slope[..., None] * identity
         tangent = np.where(is_touching[..., None], tangent, identity)  # a tip out of contact keeps a force of 0
         F = F + np.linalg.solve(tangent, residual[..., None])[..., 0]
-        is_touching = is_touching & (F > 0.0)
+        is_touching = is_touching & (F > 0.0)  # a contact cannot pull, so a tip with a negative force is released
         F = np.where(is_touching, F, 0.0)
     largest_residual = np.abs(residual).max()
-    msg = f"tips over time: residual {largest_residual:.1e} mm must be at most {tolerance:.0e} mm; press less deeply"
+    msg = f"tips over time: residual {largest_residual:.1e} mm must be at most {tolerance:.0e} mm. Press less deeply."
     raise SolveError(msg)
 
 
 def _guess_forces(overlap: Floats, hertz: Floats, compliance: Floats) -> Floats:
     """Return initial forces (presses, tips) [N] below the solution, and 0 for tips without overlap.
 
-    `overlap` (presses, tips) [mm] is the overlap of the undeformed tips with the fruit. A force F flattens the contact
-    by `hertz` F^(2/3), with `hertz` (presses, 1) [mm/N^(2/3)]. `compliance` (presses, tips, tips) [mm/N] is the
-    compliance of springs and fruit.
+    Each tip is treated separately. The guess is a fraction of the force at which the flattening and the springs, acting
+    in series, would close the overlap. `overlap` (presses, tips) [mm] is the overlap of the undeformed tips with the
+    fruit. A force F flattens the contact by `hertz` F^(2/3), with `hertz` (presses, 1) [mm/N^(2/3)]. `compliance`
+    (presses, tips, tips) [mm/N] is the compliance of springs and fruit.
     """
     is_touching = overlap > 0.0
     positive_overlap = np.where(is_touching, overlap, 1.0)  # avoids division by zero
@@ -123,7 +126,7 @@ def forces_over_time(
     contacts grow, which the caller must check. Raises SolveError if no equilibrium is found.
     """
     C = np.array(law.C)
-    F = np.zeros_like(tip_travel)
+    F = np.zeros_like(tip_travel)  # at the first touch, all forces are 0
     elastic = np.zeros_like(tip_travel)
     memory = Memory(relaxation)
     # At the end of a step, F = modulus_factor * n - relaxed_force, where `relaxed_force` is known from the previous
@@ -148,11 +151,13 @@ def _forces_of_growing_contacts(
     """Return the forces (presses, times, tips) [N] at times [s] and travels [mm], both (presses, times).
 
     The arguments are described in `timed_forces`. Raises SolveError if no equilibrium is found. Also raises SolveError
-    if the contact of a dome shrinks, because the law is valid only for growing contacts.
+    if the contact of a dome shrinks, because the law is valid only for growing contacts. The contact of a flat tip is
+    its whole face, which cannot shrink.
     """
     F, elastic = forces_over_time(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
+    # The contact of a dome grows and shrinks with its elastic force.
     if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - LARGEST_DECREASE) * elastic[:, :-1]).any():
-        msg = "domes over time: a contact shrinks, but only growing contacts can be solved; hold for less time"
+        msg = "domes over time: a contact shrinks, but only growing contacts can be solved. Hold for less time."
         raise SolveError(msg)
     return F
 

@@ -43,7 +43,9 @@ def scene_response(
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)
     x = np.asarray(x, dtype=np.float64)
-    if compliance.skin is not None:  # under a skin, the compliance differs for each modulus
+    if compliance.skin is not None:
+        # Under a skin, the compliance differs for each modulus. `at` returns a compliance without a table, so this
+        # branch is not entered again.
         return _join_responses([scene_response(scene, compliance.at(E_i), C, [E_i], x) for E_i in moduli.tolist()])
     if scene.linear:  # exact, so the only error is the error of the compliance
         response = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, scene.tips.spring_groups)
@@ -56,13 +58,17 @@ def scene_response(
 
 
 def _join_responses(responses: Sequence[SensorResponse]) -> SensorResponse:
-    """Return one response that joins several responses at different moduli and the same travels."""
-    columns: dict[str, Any] = {}
+    """Return one response that joins several responses at different moduli and the same travels.
+
+    The wall-clock times are added. The travels, the number of cells and the status are those of the first response.
+    """
+    joined_arrays: dict[str, Any] = {}
+    # The first axis of these arrays is the modulus. `mean_pressure` is None unless the tips are domes.
     for name in ("E", "F", "P", "slope_ratio", "F_error", "P_error", "P_step", "mean_pressure"):
         values = [getattr(response, name) for response in responses]
-        columns[name] = None if values[0] is None else np.concatenate(values)
+        joined_arrays[name] = None if values[0] is None else np.concatenate(values)
     seconds = sum(response.info.seconds for response in responses)
-    return replace(responses[0], **columns, info=replace(responses[0].info, seconds=seconds))
+    return replace(responses[0], **joined_arrays, info=replace(responses[0].info, seconds=seconds))
 
 
 def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
@@ -77,23 +83,7 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     coarse_grid, fine_grid = scene_cells(scene, compliance, float(x.max(initial=0.0)))
     coarse_response = _grid_response(scene, coarse_grid, C, moduli, x)
     fine_response = _grid_response(scene, fine_grid, C, moduli, x)
-
-    is_touching = fine_response.F > 0.0
-    # A tip out of contact has the difference -1, which the maximum over tips ignores.
-    F_differences = np.divide(
-        np.abs(fine_response.F - coarse_response.F),
-        fine_response.F,
-        out=np.full(fine_response.F.shape, -1.0),
-        where=is_touching,
-    )
-    # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P is used, so that
-    # the error is large.
-    coarse_P = np.where(np.isnan(coarse_response.P), 2.0 * fine_response.P, coarse_response.P)
-    P_differences = np.nan_to_num(np.abs(fine_response.P / coarse_P - 1.0))
-    # The differences change sign within the table, so a small value may be accidental. Each value is therefore replaced
-    # by the largest value among itself and its neighbours.
-    F_difference = _neighbour_maximum(F_differences.max(axis=2))
-    P_difference = _neighbour_maximum(P_differences)
+    F_difference, P_difference = _response_differences(fine_response, coarse_response)
     info = fine_response.info
     status = _cell_status(scene, fine_response.cells)
     return replace(
@@ -103,6 +93,28 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
         P_step=1.0 - coarse_response.P / fine_response.P,
         info=replace(info, seconds=time.perf_counter() - start, status=status),
     )
+
+
+def _response_differences(fine_response: SensorResponse, coarse_response: SensorResponse) -> tuple[Floats, Floats]:
+    """Return the relative differences between two grids in the forces F and in their ratio P [1].
+
+    Both have shape (moduli, travels). The difference in F is the largest one of all tips in contact. The differences
+    change sign within the table, so a small value may be accidental. Each value is therefore replaced by the largest
+    value among itself and its neighbours.
+    """
+    is_touching = fine_response.F > 0.0
+    # A tip out of contact has the difference -1, which the maximum over tips ignores.
+    F_differences = np.divide(
+        np.abs(fine_response.F - coarse_response.F),
+        fine_response.F,
+        out=np.full(fine_response.F.shape, -1.0),
+        where=is_touching,
+    )
+    # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P is used, so that
+    # the error is large. Where the fine P is undefined too, the difference is 0.
+    coarse_P = np.where(np.isnan(coarse_response.P), 2.0 * fine_response.P, coarse_response.P)
+    P_differences = np.nan_to_num(np.abs(fine_response.P / coarse_P - 1.0))
+    return _neighbour_maximum(F_differences.max(axis=2)), _neighbour_maximum(P_differences)
 
 
 def _neighbour_maximum(table: Floats) -> Floats:
@@ -117,6 +129,7 @@ def _cell_status(scene: Scene, cells: int) -> str:
     if scene.fruit.shape != "block":
         status += f"; the fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips"
     steepest = scene.steepest_deg + scene.tips.tip_shape.flank_deg
+    # The small-slope approximation replaces the cosine of the angle by 1.
     percent = 100.0 * (1.0 / np.cos(np.radians(steepest)) - 1.0)
     if percent > 0.0:
         status += f"; tips meet the fruit at up to {steepest:.3g} deg, a small slope with an error of {percent:.2g} %"
@@ -133,7 +146,7 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     """
     start = time.perf_counter()
     check_scene(scene)
-    # The dome law expects one modulus and one travel per press.
+    # The dome law expects one modulus and one travel per press, so all pairs of both are solved as separate presses.
     modulus_grid, travel_grid = np.meshgrid(moduli, x, indexing="ij")
     E = modulus_grid.ravel()
     travel = travel_grid.ravel()
@@ -161,7 +174,7 @@ def _check_faces(scene: Scene, face_diameters: Floats) -> None:
     """Raise InputError if a contact needs a wider tip face than the domes have.
 
     `face_diameters` (presses, tips) [mm] are the face diameters that the contacts need. They should include only moduli
-    in the fruit's range, because softer flesh is pressed only to find a limit.
+    in the fruit's range, because softer flesh is pressed only to find a limit. The message states a sufficient face.
     """
     needed_diameter = float(face_diameters.max(initial=0.0))
     if needed_diameter > scene.tips.side_mm:
@@ -195,10 +208,10 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
 
 
 def _edge_error(cells: ContactCells, solution: ContactState) -> float:
-    """Return the largest relative error [1] of a force because the edge of its contact crosses cells.
+    """Return the largest relative error [1] of a force that arises because the edge of its contact crosses cells.
 
     The edge crosses cells only under tips whose face touches in part. The error is RIM divided by the number of
-    touching cells.
+    touching cells. It is 0 if every face touches completely or not at all.
     """
     tip_count = len(cells.centres)
     touching_cells = np.bincount(cells.owner, solution.pressure > 0.0, minlength=tip_count)

@@ -41,10 +41,11 @@ class LateralCompliance:
 class Scene:
     """The fruit, the tips, and the motion that presses the tips against the fruit.
 
-    `height_offset_mm` is the height of each tip, at most 0, relative to the level plane of the sensor. It is caused by
-    the sag of the springs, and is empty for level tips. The designed protrusion of the tips is part of `tips`; travel
-    starts at the first touch with this protrusion. `off_centre_mm` is the position error of the sensor on the fruit,
-    along the tips and across. `sideways` is used only for domes.
+    `height_offset_mm` is the offset of each tip from the level plane of the sensor. It is at most 0, and a negative
+    offset retracts the tip from the fruit. It is caused by the sag of the springs, and is empty for level tips. The
+    designed protrusion of the tips is part of `tips`; travel starts at the first touch with this protrusion.
+    `off_centre_mm` is the position error of the sensor on the fruit, along the tips and across. `sideways` is used only
+    for domes.
 
     With `from_touch`, travel is along the axis of the sensor, and starts at the first touch in this pose. Since the
     first touch, the sensor has rotated about the middle of the tips. `tilt_change_deg` is the change in tilt, along the
@@ -84,9 +85,12 @@ class Scene:
 
     @cached_property
     def height_offsets_mm(self) -> tuple[float, ...]:
-        """Return the height of each tip relative to the level plane of the sensor [mm], including its sag."""
-        sag = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
-        return tuple(design + spring for design, spring in zip(self.tips.height_offset_mm, sag, strict=True))
+        """Return the offset of each tip from the level plane of the sensor [mm]: its designed offset plus its sag.
+
+        A negative offset retracts the tip from the fruit.
+        """
+        sags = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
+        return tuple(designed + sag for designed, sag in zip(self.tips.height_offset_mm, sags, strict=True))
 
     @property
     def slopes_deg(self) -> tuple[float, ...]:
@@ -158,27 +162,28 @@ def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]
 def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
     """Return the smallest gap [mm] between a fruit and the face of a level tip, by the Nelder-Mead method.
 
-    The tip is at `centre` [mm], and its lowest point is on the plane at the apex. The gap is a convex function of the
-    position, so it has a single minimum. The result is cached, because many scenes have the same tips on the same
-    fruit.
+    The tip is at `centre` [mm] relative to the apex, and its lowest point is on the plane at the apex. The gap is a
+    convex function of the position on the face, so it has a single minimum. The result is cached, because many scenes
+    have the same tips on the same fruit.
     """
     from scipy.optimize import minimize  # rarely needed, and slow to load
 
     side = tips.side_mm
 
+    # Points are relative to the centre of the tip, in units of `side`. The face has a radius or a half side of 0.5.
     def nearest_on_face(point: Floats) -> Floats:
-        """Return the point of the face that replaces a trial point outside the face [sides]."""
+        """Return a trial point itself if it is on the face, and otherwise the point of the face that replaces it."""
         if tips.tip_shape.is_round:
             return point / max(1.0, 2.0 * float(np.hypot(*point)))
         return np.clip(point, -0.5, 0.5)
 
     def relative_gap(point: Floats) -> float:
-        """Return the gap at a point, both in units of `side`."""
+        """Return the gap at a point, divided by `side`."""
         x, y = side * nearest_on_face(point)
         return float(_gap_under(fruit, tips, centre, x, y)) / side
 
-    # The simplex starts on the half of the face nearer to the apex, where the gap is smallest. Its size of 0.2 sides
-    # keeps it on the face.
+    # The first corner of the simplex is moved from the centre towards the apex, because the gap is smallest there. A
+    # size of 0.2 sides keeps all three corners on the face.
     towards_apex = -0.1 * np.sign(centre)
     simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
     minimum = minimize(
@@ -201,7 +206,10 @@ def _gap_under(fruit: Fruit, tips: Tips, centre: Point, x: Floats, y: Floats) ->
 
 
 def check_scene(scene: Scene) -> None:
-    """Raise InputError if a tip meets the fruit at more than 20 deg, where the small-slope approximation fails."""
+    """Raise InputError if a tip meets the fruit at more than 20 deg, where the small-slope approximation fails.
+
+    The message also states the slopes of the fruit, because they can cause a large angle even in a level press.
+    """
     if scene.steepest_deg > STEEPEST_DEG:
         bound = (
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "

@@ -1,7 +1,8 @@
 """Contact cells on the footprints of a scene, with the initial gap between each cell and the fruit.
 
-For a curved fruit, the cells lie on the block of the same plan and thickness. The curvature adds a gap under each tip,
-and a change in compliance that is computed for a level press.
+A footprint is the square on the fruit that contains the contact of one tip. For a curved fruit, the cells lie on the
+block of the same plan and thickness. The curvature adds a gap under each tip, and a change in compliance that is
+computed for a level press.
 """
 
 import functools
@@ -100,12 +101,14 @@ def scene_cells(
 ) -> tuple[SceneCells, SceneCells]:
     """Return a coarse and a fine grid of cells for travels up to `largest_travel` [mm].
 
-    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. By
-    default, this is done if the scene is symmetric about y = 0. Raises InputError if a tip meets the fruit at more than
-    20 deg, or the scene is outside the domain of the `split` method. Raises SolveError if a solve does not converge.
+    The two grids differ only in their number of cells, so that the caller can estimate the grid error. `compliance` is
+    the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. By default, this is
+    done if the scene is symmetric about y = 0. Raises InputError if a tip meets the fruit at more than 20 deg, or its
+    footprint is too large or too near an edge (`check_domain`). Raises SolveError if a solve does not converge.
     """
     footprints = scene_footprints(scene, largest_travel)
     block = scene.fruit.equivalent_block
+    # `flesh_E` is the modulus of the flesh under a skin; it is None for a fruit without a skin.
     layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
     middle = np.mean(scene.centres, axis=0)
     solve_half = scene.is_symmetric if is_half is None else is_half
@@ -132,9 +135,10 @@ def scene_cells(
 
 
 def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_GridLayout]:
-    """Return the layouts of the coarse and the fine grid of cells, which are the same for all tips.
+    """Return the layouts of the coarse and the fine grid of cells, in this order. They are the same for all tips.
 
-    With `is_half`, only the cells at y > 0 are solved.
+    With `is_half`, only the cells at y > 0 are solved. Half as many unknowns allow more cells per side. A rough
+    compliance does not justify a fine grid, so it uses fewer cells in both cases.
     """
     shape = scene.tips.tip_shape
     grading_of_flat_face = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
@@ -156,7 +160,8 @@ def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> l
 def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
     """Return the compliance of level tips on these cells, times E [1/mm], if all cells in `faces` (cells,) touch."""
     tips = cells.tips[faces]
-    # Forces of the cells for a unit travel of each tip. Their sums are the stiffness matrix of the tips.
+    # The columns are the forces of the cells for a unit travel of one tip. Their sums over the cells of each tip are
+    # the stiffness matrix of the tips.
     forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
     return np.linalg.inv(tips.T @ forces)
 
@@ -190,26 +195,28 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
     fruit = scene.fruit
     layer = layer_on(fruit, E)
     footprints = scene_footprints(scene, scene.press.travel_mm)
-    edges = graded_edges(ROUGH_CELLS[0], SQUARE_GRADING)
+    edges = graded_edges(ROUGH_CELLS[0], SQUARE_GRADING)  # few cells, because each trial assembles a new matrix
 
-    def is_solvable(modulus: float) -> bool:
-        """Return whether the compliance of cells under a skin of this relative modulus is positive definite."""
-        cells = contact_cells(fruit.equivalent_block, footprints, edges, replace(layer, modulus=modulus), ROUGH)
-        return bool(np.linalg.eigvalsh(cells.compliance)[0] > 0.0)
+    def is_solvable(modulus_ratio: float) -> bool:
+        """Return whether the compliance of the cells under a skin with this modulus is positive definite."""
+        cells = contact_cells(fruit.equivalent_block, footprints, edges, replace(layer, modulus=modulus_ratio), ROUGH)
+        smallest_eigenvalue = np.linalg.eigvalsh(cells.compliance)[0]
+        return bool(smallest_eigenvalue > 0.0)
 
-    # Ratios of skin modulus to flesh modulus: one that can be solved and one that cannot. The first is for a skin with
-    # the shear modulus of the flesh, where the modulus is proportional to 1 + nu.
+    # All ratios are the modulus of the skin divided by the modulus of the flesh. Two materials with the same shear
+    # modulus E / (2 (1 + nu)) have moduli in the ratio of their 1 + nu.
     solvable_ratio = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
     unsolvable_ratio = layer.modulus
     if not is_solvable(solvable_ratio):
         return None
     for _ in range(HALVINGS):
+        # The ratios can differ by orders of magnitude, so the interval is halved on a logarithmic scale.
         middle_ratio = (solvable_ratio * unsolvable_ratio) ** 0.5
         if is_solvable(middle_ratio):
             solvable_ratio = middle_ratio
         else:
             unsolvable_ratio = middle_ratio
-    # The bound is stated for the flesh of the table on which it is strictest: the softest or the stiffest.
+    # An upper bound is strictest on the softest flesh of the fruit, and a lower bound on the stiffest.
     softest, *_, stiffest = table_moduli(fruit)
     if unsolvable_ratio > solvable_ratio:
         largest = solvable_ratio / BOUND_MARGIN * softest
@@ -221,8 +228,8 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
 def scene_footprints(scene: Scene, largest_travel: float) -> tuple[Footprint, ...]:
     """Return square footprints that contain the contact of each tip at all travels up to `largest_travel` [mm].
 
-    They are found from the geometry only. Raises InputError if a tip meets the fruit at more than 20 deg, or the scene
-    is outside the domain of the `split` method.
+    They follow from the geometry only, before any contact is solved. Raises InputError if a tip meets the fruit at more
+    than 20 deg, or its footprint is too large or too near an edge (`check_domain`).
     """
     check_scene(scene)
     centres: Sequence[Point]
@@ -240,12 +247,13 @@ def initial_gap(scene: Scene, grid_scene: Scene, cells: ContactCells) -> Floats:
     """Return the initial gap of each cell at first touch (cells,) [mm], for the tip positions of `scene`.
 
     The cells lie under the tips of `grid_scene`, the scene for which they were made. Its tips may have other positions
-    on the fruit.
+    on the fruit. The cells then keep their places under the tips, and only the gap to the fruit changes.
     """
-    centres = np.array(grid_scene.centres)
-    shift = (np.array(scene.centres) - centres)[cells.owner]
-    local = cells.points - centres[cells.owner]
-    return scene.fruit_gap(*(cells.points + shift).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
+    grid_centres = np.array(grid_scene.centres)
+    shift = (np.array(scene.centres) - grid_centres)[cells.owner]
+    from_tip_centre = cells.points - grid_centres[cells.owner]
+    fruit_part = scene.fruit_gap(*(cells.points + shift).T)
+    return fruit_part + tip_gap(scene.tips.tip_shape, *from_tip_centre.T) - scene.first_touch_mm
 
 
 # A run presses a scene on its own springs, on the paper's springs, and at full travel. The cells are cached, because
@@ -264,7 +272,8 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
     """Return the side [mm] and the centres [mm] of squares that contain the contact of each curved tip.
 
     The contact is smaller than the overlap between the undeformed tip and the undeformed fruit at the largest travel
-    [mm]. The squares of domes are centred on these overlaps, and other squares on the tips.
+    [mm]. All squares have the same side, because all tips share one layout of cells. The squares of domes are centred
+    on these overlaps, and other squares on the tips.
     """
     side = scene.tips.side_mm
     step = side / (SAMPLES - 1)  # spacing of the points at which the overlap is sampled
@@ -273,7 +282,7 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
     overlap_centres = []
     for centre in scene.centres:
         overlap = _overlap_bounds(scene, centre, largest_travel)
-        if overlap is None:  # the tip does not touch, but still has a square
+        if overlap is None:  # the tip does not touch, but still needs a square
             overlap_centres.append(centre)
             continue
         low, high = overlap
@@ -283,7 +292,7 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
         overlap_centres.append((centre[0] + float(offset[0]), centre[1] + float(offset[1])))
 
     # An overlap may extend beyond its outermost samples, by less than a step on each side.
-    if scene.tips.tip_shape.touches_beside_centre:
+    if scene.tips.tip_shape.touches_beside_centre:  # domes
         return OVERLAP_FRACTION * (width + 2.0 * step), overlap_centres
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)
 
@@ -291,16 +300,17 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
 def _overlap_bounds(scene: Scene, centre: Point, largest_travel: float) -> tuple[Floats, Floats] | None:
     """Return the smallest and the largest x, y [mm] at which a tip overlaps the fruit, or None if it does not.
 
-    Tip and fruit are undeformed, and x and y are relative to `centre` [mm], the centre of the tip. The travel of the
-    sensor is `largest_travel` [mm]. The overlap is sampled on a square grid of points over the face of the tip.
+    Both are arrays (2,), and x and y are relative to `centre` [mm], the centre of the tip. Tip and fruit are
+    undeformed. The travel of the sensor is `largest_travel` [mm]. The overlap is sampled on a square grid of points
+    over the face of the tip.
     """
     offsets = 0.5 * scene.tips.side_mm * np.linspace(-1.0, 1.0, SAMPLES)
     x, y = np.meshgrid(offsets, offsets, indexing="ij")
-    along, across = centre
+    centre_x, centre_y = centre
     middle = np.mean(scene.centres, axis=0)
-    # Travel of each point of the face, which depends on its position because the sensor is tilted.
+    # The tilted sensor rotates about the middle of the tips, so the travel of a point depends on its position.
     tilt, roll = scene.tilt_tangents
-    travel = largest_travel + (along - middle[0] + x) * tilt + (across - middle[1] + y) * roll
+    travel = largest_travel + (centre_x - middle[0] + x) * tilt + (centre_y - middle[1] + y) * roll
     overlaps = travel > scene.gap_under(centre, x, y) - scene.first_touch_mm
     if not overlaps.any():
         return None

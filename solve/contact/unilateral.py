@@ -31,8 +31,8 @@ class IndefiniteCellsError(SolveError):
 
     def __init__(self) -> None:
         """Compose the message, which includes a hint for the user."""
-        hint = "use a fruit with a smaller height relative to its length and width, or use larger tips"
-        super().__init__(f"unilateral contact: the compliance of the cells must be positive definite; {hint}")
+        hint = "Use a fruit with a smaller height relative to its length and width, or larger tips."
+        super().__init__(f"unilateral contact: the compliance of the cells must be positive definite. {hint}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +69,9 @@ class UnilateralContact:
         """Return the contact for a given interference (cells,) [mm], which is the travel of the tip minus the gap.
 
         The interference is -inf for a cell outside the face of its tip. `compliance` (tips, tips) [1/mm] is the
-        compliance of the springs times E. Raises SolveError if the solution violates a contact condition by more than
-        1e-8 of the largest value. Raises IndefiniteCellsError if the compliance of the cells is not positive definite.
+        compliance of the springs times E. The factor of the compliance of the touching cells is kept for the next call.
+        Raises SolveError if the solution violates a contact condition by more than 1e-8 of the largest value. Raises
+        IndefiniteCellsError if the compliance of the cells is not positive definite.
         """
         is_on_face = np.isfinite(interference)
         b = np.where(is_on_face, interference, -1.0)  # cells outside the faces never touch, so any value below 0 serves
@@ -93,9 +94,10 @@ class UnilateralContact:
     def _solve_by_active_sets(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats | None:
         """Return the forces of the cells divided by E (cells,) [mm^2], or None if the active-set method cycles.
 
-        The method starts from the cells that touched in the last solve. `is_on_face` (cells,) marks the cells on the
-        faces of tips. `b` (cells,) [mm] is the interference, and `compliance` (tips, tips) [1/mm] is the compliance of
-        the springs times E.
+        The active cells are those assumed to touch. In each step, the cells whose force or gap contradicts this
+        assumption change sides, until none is left. The method starts from the cells that touched in the last solve.
+        `is_on_face` (cells,) marks the cells on the faces of tips. `b` (cells,) [mm] is the interference, and
+        `compliance` (tips, tips) [1/mm] is the compliance of the springs times E.
         """
         overlaps = is_on_face & (b > 0.0)
         active = self._touching & overlaps
@@ -104,8 +106,8 @@ class UnilateralContact:
         for _ in range(MOST_STEPS):
             f = self._closing_forces(active, b, compliance)
             gap = self._gap(f, b, compliance)
-            stays_in_contact = f > 0.0  # an active cell whose force is compressive
-            comes_into_contact = gap < -COMPLEMENTARITY * np.abs(b)  # another cell whose gap is negative
+            stays_in_contact = f > 0.0  # for an active cell: its force is compressive
+            comes_into_contact = gap < -COMPLEMENTARITY * np.abs(b)  # for any other cell: it penetrates the fruit
             touching = is_on_face & np.where(active, stays_in_contact, comes_into_contact)
             if np.array_equal(touching, active):
                 return f
@@ -142,9 +144,10 @@ class UnilateralContact:
     def _solve_by_least_squares(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return the forces f >= 0 (cells,) [mm^2], divided by E, that minimise f.M f / 2 - b.f.
 
-        Only cells marked in `is_on_face` may carry a force. M is the combined compliance of cells and springs;
-        `compliance` (tips, tips) [1/mm] is the compliance of the springs times E. With the Cholesky factor L of M, M =
-        L L^T, the problem is to minimise |L^T f - L^-1 b| by nonnegative least squares.
+        The minimum satisfies the contact conditions. This method is slower than the active sets, but always ends. Only
+        cells marked in `is_on_face` may carry a force. M is the combined compliance of cells and springs, and
+        `compliance` (tips, tips) [1/mm] is the compliance of the springs times E. L is the Cholesky factor of M. The
+        objective has the same minimum as |L^T f - L^-1 b|, which is a problem of nonnegative least squares.
         """
         from scipy.optimize import nnls  # rarely needed, and slow to load
 
@@ -162,17 +165,19 @@ def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
     """Raise SolveError if a cell violates the contact conditions by more than 1e-8.
 
     The possible violations are a negative force, a negative gap, and a force across an open gap. They are relative to
-    the largest force in `f` [mm^2] and the largest interference in `b` [mm]. `gap` [mm] has the shape (cells,) of both.
+    the largest force in `f` [mm^2] and the largest interference in `b` [mm]. Like both, `gap` [mm] has shape (cells,).
     """
-    largest_length = float(np.abs(b).max()) or 1.0  # 1 if all values are 0, to avoid 0 / 0
+    # If all values are 0, the scale is 1, which avoids 0 / 0.
+    largest_length = float(np.abs(b).max()) or 1.0
     largest_force = float(np.abs(f).max()) or 1.0
     tension = -float(f.min()) / largest_force
     penetration = -float(gap.min()) / largest_length
     force_at_gap = float(np.abs(f * gap).max()) / (largest_force * largest_length)
     worst = max(tension, penetration, force_at_gap)
+    # The comparison is negated, so that nan is rejected too.
     if not worst <= COMPLEMENTARITY:
         msg = (
             f"unilateral contact: relative error {worst:.1e} of the complementarity conditions must be at most "
-            f"{COMPLEMENTARITY:.0e}; use more cells or a smaller travel"
+            f"{COMPLEMENTARITY:.0e}. Use more cells or a smaller travel."
         )
         raise SolveError(msg)

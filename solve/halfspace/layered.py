@@ -74,9 +74,11 @@ class Layer:
         """Return the mean displacement under one smooth load per unit force of another, times the modulus below [1/mm].
 
         The pressures are normal distributions with the standard deviations `deviations` [mm], and `distance` [mm] is
-        the distance between their centres. The mean displacement is weighted by the pressure of the first load.
+        the distance between their centres. The mean displacement is weighted by the pressure of the first load. In the
+        integral over all wave numbers k [1/mm], the two distributions act like one whose variance is the sum of theirs.
         """
         width = math.hypot(*deviations)
+        # Up to k = 9 / width, where the spectrum has decayed to exp(-40.5).
         k, weight = _panels(9.0 / width, 2.0 * math.pi / max(distance, width))
         spectrum = np.exp(-0.5 * (width * k) ** 2) * j0(k * distance)
         return float(self.surface / math.pi * weight @ (spectrum * (1.0 + self.softening(k * self.thickness))))
@@ -98,7 +100,7 @@ class Layer:
         squares = 3.0 * kappa_x**2 + 3.0 * kappa_y**2 + 2.0 * kappa_x * kappa_y
         shell_stiffness = (self.modulus - 1.0) * self.thickness * squares / 8.0
         k, weight = _panels(LARGEST_KA / radius, 2.0 * math.pi / max(radius, deviation))  # wave numbers [1/mm]
-        # Surface displacement per unit pressure of wave number k, times the modulus below [mm]
+        # Surface displacement per unit pressure of wave number k, times the modulus below [mm].
         compliance = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
         # Squared Fourier transforms of the two pressures: the circular punch minus the normal distribution.
         spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
@@ -116,7 +118,7 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     """
     h = layers[0].thickness
     largest = max(float(distances.max(initial=0.0)), h)
-    # The distances of the table have equal steps up to about the thickness, and equal ratios beyond.
+    # The hyperbolic sine gives equal steps up to about the thickness, and equal ratios beyond.
     table_distances = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), TABLE_DISTANCES))
     table_distances[-1] = largest  # without round-off, so that no distance is outside the table
     return np.asarray(_spline(table_distances, _added_at(layers, table_distances), axis=1)(distances))
@@ -125,7 +127,7 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
 def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
     """Return `added_compliances` at distances (n,) [mm] by direct integration, shape (layers, n).
 
-    The cost is one integral per distance and layer.
+    All layers must have the same thickness. The cost is one integral per distance and layer.
     """
     h = layers[0].thickness
     largest = max(float(distances.max(initial=0.0)), h)
@@ -186,33 +188,44 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     indentation and R the radius of curvature. The force is 2 pi int_0^a phi. For a paraboloid, the condition phi(a) = 0
     determines d. See J. Appl. Math. Mech. 22 (1958) 442, doi:10.1016/0021-8928(58)90063-5.
     """
-    h = layer.thickness
-    # `cosine_transform` is c(t) = int (T - 1) cos(k t) dk. Since 2 cos k t cos k s = cos k (t - s) + cos k (t + s), M
-    # is (c(|t - s|) + c(t + s)) / pi. c is tabulated up to t + s = 2 `largest`, in equal steps up to about h and in
-    # equal ratios beyond.
-    table_distances = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), TABLE_DISTANCES))
-    k, weight = _panels(LARGEST_KH / h, math.pi / largest)  # wave numbers [1/mm] and their quadrature weights
-    cosine_transform = _spline(
-        table_distances, np.cos(np.outer(table_distances, k)) @ (weight * layer.softening(k * h))
-    )
-    gauss_points, gauss_weights = legendre.leggauss(RADIAL_POINTS)
-    radii = np.geomspace(SMALLEST_RADIUS * min(h, largest), largest, TABLE_RADII)
-    punches = []  # depth, force and stiffness of each punch, as in `RoundContact`
-    for a in radii:
-        t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last point is at the edge of the contact
-        s = t[:-1]
-        weights = 0.5 * a * gauss_weights
-        kernel = (cosine_transform(np.abs(t[:, None] - s)) + cosine_transform(t[:, None] + s)) / math.pi * weights
-        # The right-hand sides are those for d = 1 and, with the opposite sign, for 1 / R = 1.
-        right_sides = np.stack([np.ones(len(t)), t**2], axis=1) / (math.pi * layer.surface)
-        phi = np.linalg.solve(np.eye(len(s)) + kernel[:-1], right_sides[:-1])
-        # For a paraboloid with R = 1, the condition phi(a) = 0 determines the depth.
-        flat_at_edge, parabola_at_edge = right_sides[-1] - kernel[-1] @ phi
-        depth = parabola_at_edge / flat_at_edge
-        stiffness, parabola_force = 2.0 * math.pi * weights @ phi
-        punches.append((depth, depth * stiffness - parabola_force, stiffness))
+    cosine_transform = _softening_transform(layer, largest)
+    radii = np.geomspace(SMALLEST_RADIUS * min(layer.thickness, largest), largest, TABLE_RADII)
+    punches = [_punch(a, layer, cosine_transform) for a in radii]
     depths, forces, stiffnesses = np.array(punches).T
     return RoundContact(radius=radii, depth=depths, force=forces, stiffness=stiffnesses)
+
+
+def _softening_transform(layer: Layer, largest: float) -> Callable[[Floats], Floats]:
+    """Return the function c(t) = int_0^inf (T(k h) - 1) cos(k t) dk [1/mm], as a spline.
+
+    It is tabulated up to t = 2 `largest` [mm], the largest sum of two radii in a contact.
+    """
+    h = layer.thickness
+    # The hyperbolic sine gives equal steps up to about the thickness, and equal ratios beyond.
+    table_distances = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), TABLE_DISTANCES))
+    k, weight = _panels(LARGEST_KH / h, math.pi / largest)  # wave numbers [1/mm] and their quadrature weights
+    return _spline(table_distances, np.cos(np.outer(table_distances, k)) @ (weight * layer.softening(k * h)))
+
+
+def _punch(a: float, layer: Layer, cosine_transform: Callable[[Floats], Floats]) -> tuple[float, float, float]:
+    """Return the depth, force and stiffness of a punch with the contact radius a [mm], in the units of `RoundContact`.
+
+    The integral equation is in the docstring of `round_contact`. Since 2 cos k t cos k s = cos k (t - s) + cos k (t +
+    s), its kernel M(t, s) is (c(|t - s|) + c(t + s)) / pi, where c is `cosine_transform`.
+    """
+    gauss_points, gauss_weights = legendre.leggauss(RADIAL_POINTS)
+    t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last point is at the edge of the contact
+    s = t[:-1]
+    weights = 0.5 * a * gauss_weights
+    kernel = (cosine_transform(np.abs(t[:, None] - s)) + cosine_transform(t[:, None] + s)) / math.pi * weights
+    # The equation is linear, so it is solved for two right-hand sides: a flat punch with d = 1, and t^2 for 1 / R = 1.
+    right_sides = np.stack([np.ones(len(t)), t**2], axis=1) / (math.pi * layer.surface)
+    phi = np.linalg.solve(np.eye(len(s)) + kernel[:-1], right_sides[:-1])
+    # A paraboloid with R = 1 has the solution d phi_flat - phi_parabola, which must vanish at the edge.
+    flat_at_edge, parabola_at_edge = right_sides[-1] - kernel[-1] @ phi
+    depth = parabola_at_edge / flat_at_edge
+    stiffness, parabola_force = 2.0 * math.pi * weights @ phi
+    return depth, depth * stiffness - parabola_force, stiffness
 
 
 def _spline(x: Floats, y: Floats, axis: int = 0) -> Callable[[Floats], Floats]:
@@ -224,7 +237,7 @@ def _spline(x: Floats, y: Floats, axis: int = 0) -> Callable[[Floats], Floats]:
 
 
 def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
-    """Return y at points >= 0 by a cubic spline of ln y as a function of ln x.
+    """Return y at points >= 0 by a cubic spline of ln y as a function of ln x, through the table x, y (n,).
 
     Outside the table, y is extrapolated in proportion to x ** power.
     """
@@ -237,7 +250,7 @@ def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
 def _panels(end: float, longest: float) -> tuple[Floats, Floats]:
     """Return the points and weights of Gauss quadrature on equal panels from 0 to `end`, none longer than `longest`."""
     point, weight = legendre.leggauss(PANEL_POINTS)
-    edges = np.linspace(0.0, end, math.ceil(end / longest) + 4)
+    edges = np.linspace(0.0, end, math.ceil(end / longest) + 4)  # at least four panels
     half = 0.5 * np.diff(edges)
     middle = 0.5 * (edges[1:] + edges[:-1])
     return (middle[:, None] + half[:, None] * point).ravel(), (half[:, None] * weight).ravel()

@@ -45,8 +45,8 @@ class Potentials:
 def displacement(f: Potentials, E: float, poisson: float) -> Floats:
     """Return the displacement u = (u_x, u_y, u_z) [mm] under a load, shape (3, ...).
 
-    `f` holds the potentials phi and psi of a unit load, a force of 1 N or a pressure of 1 MPa. E is in MPa. The
-    components are
+    `f` holds the derivatives of the potential phi of a unit load: a force of 1 N or a pressure of 1 MPa. E is in MPa.
+    With psi = d phi/dz, the components are
 
         u_x = c (-z psi,x - (1 - 2 nu) phi,x),    u_z = c (-z psi,z + 2 (1 - nu) psi),    c = (1 + nu) / (2 pi E),
 
@@ -67,8 +67,8 @@ def displacement(f: Potentials, E: float, poisson: float) -> Floats:
 def stress(f: Potentials, poisson: float) -> Floats:
     """Return the stress sigma [MPa] under a load, shape (3, 3, ...); tension is positive.
 
-    `f` holds the potentials of a unit load, a force of 1 N or a pressure of 1 MPa. The formulas of the components are
-    in the docstring of this module.
+    `f` holds the derivatives of the potential phi of a unit load: a force of 1 N or a pressure of 1 MPa. The docstring
+    of this module gives the formulas for the components. sigma_yy and sigma_yz follow by exchanging x and y.
     """
     kappa = 1.0 - 2.0 * poisson
     psi_z = -(f.phi_xx + f.phi_yy)  # because phi is harmonic
@@ -85,13 +85,14 @@ def stress(f: Potentials, poisson: float) -> Floats:
 def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
     """Return the potentials of a unit normal force at the origin (Boussinesq), at points x, y, z [mm] of any shape.
 
-    R is the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin.
+    R is the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin. Each
+    derivative is written out, because phi is symmetric about the z axis and its derivatives share a few factors.
     """
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z
-    phi_x_over_x = 1.0 / (R * S)  # also phi,y / y
+    phi_x_over_x = 1.0 / (R * S)  # equal to phi,y / y
     inverse_cube = phi_x_over_x * S / R**2  # 1 / R^3
-    decrease_over_x = (R + S) * inverse_cube / S**2  # -d(phi_x_over_x)/dx divided by x; also along y
+    decrease_over_x = (R + S) * inverse_cube / S**2  # -d(phi_x_over_x)/dx divided by x; the same for y
     three_over_fifth = 3.0 / R**5
     return Potentials(
         z=z,
@@ -114,11 +115,11 @@ def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
 def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float) -> Potentials:
     """Return the potentials of a unit pressure on a rectangle centred at the origin (Love), at points x, y, z [mm].
 
-    The points may have any shape. `length` [mm] is the side of the rectangle along x, and `width` [mm] the side along
-    y. Second derivatives are infinite on the edges of the rectangle.
+    The arrays of points may have any shape. `length` [mm] is the side of the rectangle along x, and `width` [mm] the
+    side along y. Second derivatives are infinite on the edges of the rectangle. The integral over the rectangle is the
+    sum of a function of the four corners with alternating signs; see `_corner_terms`.
     """
-    # Terms of the four corners; "low_high" is the corner at -length / 2, +width / 2. They are summed with alternating
-    # signs.
+    # The names give the signs of x and y: "low_high" is the corner at x = -length / 2 and y = width / 2.
     low_low = _corner_terms(x + 0.5 * length, y + 0.5 * width, z)
     high_low = _corner_terms(x - 0.5 * length, y + 0.5 * width, z)
     low_high = _corner_terms(x + 0.5 * length, y - 0.5 * width, z)
@@ -130,10 +131,10 @@ def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float)
 def _corner_terms(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
     """Return the contribution of one corner of a rectangle to each field of `Potentials` except z, for unit pressure.
 
-    X and Y [mm] are the coordinates of points relative to this corner. The functions are in the order of the fields of
-    `Potentials`. Each function F satisfies F,XY = f, where f is the same field for a unit point load. The sum of F over
-    the four corners, with alternating signs, is therefore the integral of f over the rectangle. Terms that depend only
-    on X or only on Y cancel in this sum and are omitted.
+    X and Y [mm] are the coordinates of points relative to this corner. The result is in the order of the fields. Each
+    contribution F satisfies F,XY = f, where f is the same field for a unit point load. The sum of F over the four
+    corners, with alternating signs, is therefore the integral of f over the rectangle. Terms that depend only on X or
+    only on Y cancel in this sum and are omitted.
     """
     # TINY keeps the terms finite on the lines X = z = 0 and Y = z = 0. There the infinite terms tend to zero or cancel
     # in the sum over the corners.

@@ -81,14 +81,15 @@ def square_punch(nodes_per_side: int) -> Punch:
     flat punch. The exact F / (E* d) is 1.15230: pi times 0.36679, the capacitance of a square plate of side 1 in units
     of 4 pi epsilon_0 (Read 1997).
     """
-    coarse, _ = _square_mutual_work(CELLS[0], nodes_per_side)
-    fine, flat_forces = _square_mutual_work(CELLS[1], nodes_per_side)
-    step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)  # from the fine grid to the limit
+    coarse_work, _ = _square_mutual_work(CELLS[0], nodes_per_side)
+    fine_work, flat_forces = _square_mutual_work(CELLS[1], nodes_per_side)
+    step = (fine_work - coarse_work) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)  # from the fine grid to the limit
     # The nodes are the Gauss points for the pressure of the flat punch.
     along_x = _gauss_points(flat_forces.sum(axis=1), nodes_per_side)
     along_y = _gauss_points(flat_forces.sum(axis=0), nodes_per_side)
-    error = 0.1 * abs(step[0, 0] / fine[0, 0])  # the entry for a uniform displacement is the force of a flat punch
-    return Punch(stiffness=_nodal_stiffness(fine + step, along_x, along_y), error=error, x=along_x, y=along_y)
+    # The first polynomial is a uniform displacement of 1, so entry [0, 0] is the force of a flat punch.
+    error = 0.1 * abs(step[0, 0] / fine_work[0, 0])
+    return Punch(stiffness=_nodal_stiffness(fine_work + step, along_x, along_y), error=error, x=along_x, y=along_y)
 
 
 @functools.lru_cache(maxsize=16)
@@ -100,15 +101,7 @@ def circle_punch(nodes_per_side: int) -> Punch:
     J. Boersma and E. Danicki, SIAM J. Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
-    # Integrals over the disc with the weight 1 / sqrt(1 - r^2) are integrals over the hemisphere above it, where the
-    # integrands are smooth. The quadrature has Gauss points along the height and equal steps of the angle. The Gauss
-    # points lie between -1 and 1, so the height is (point + 1) / 2.
-    point, weight = legendre.leggauss(2 * n)
-    radius = np.sqrt(1.0 - 0.25 * (point + 1.0) ** 2)
-    angle = np.pi / (2 * n) * np.arange(4 * n)
-    x = np.outer(radius, np.cos(angle)).ravel()
-    y = np.outer(radius, np.sin(angle)).ravel()
-    weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
+    x, y, weights = _disc_quadrature(n)
     polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))
 
     # A polynomial displacement is the sum of its projections onto the harmonics. Each projection contributes the work
@@ -125,6 +118,23 @@ def circle_punch(nodes_per_side: int) -> Punch:
     return Punch(stiffness=stiffness, error=ROUND_OFF, x=node_coordinates, y=node_coordinates)
 
 
+def _disc_quadrature(n: int) -> tuple[Floats, Floats, Floats]:
+    """Return the points x, y and the weights of a quadrature on the unit disc with the weight 1 / sqrt(1 - r^2).
+
+    The arrays have shape (8 n^2,). Integrals with this weight are integrals over the hemisphere above the disc, where
+    the integrands are smooth. The quadrature has 2 n Gauss points along the height and 4 n equal steps of the angle.
+    This is exact for a product of a polynomial and a harmonic in a table with n nodes per side.
+    """
+    point, weight = legendre.leggauss(2 * n)
+    # The Gauss points lie between -1 and 1, so the height is (point + 1) / 2, and r^2 = 1 - height^2.
+    radius = np.sqrt(1.0 - 0.25 * (point + 1.0) ** 2)
+    angle = np.pi / (2 * n) * np.arange(4 * n)
+    x = np.outer(radius, np.cos(angle)).ravel()
+    y = np.outer(radius, np.sin(angle)).ravel()
+    weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
+    return x, y, weights
+
+
 def _disc_harmonics(x: Floats, y: Floats, degree_count: int) -> Iterator[tuple[float, Floats]]:
     """Yield each harmonic of the unit disc: its eigenvalue [1], and its values at points x, y (n,) of the disc.
 
@@ -137,7 +147,7 @@ def _disc_harmonics(x: Floats, y: Floats, degree_count: int) -> Iterator[tuple[f
     cosine = np.sqrt(1.0 - (x**2 + y**2))
     phi = np.arctan2(y, x)
     for degree in range(degree_count):
-        for order in range(degree % 2, degree + 1, 2):
+        for order in range(degree % 2, degree + 1, 2):  # degree - order is even
             eigenvalue = np.pi * gamma((degree + order + 1) / 2) * gamma((degree - order + 1) / 2)
             eigenvalue /= gamma((degree + order + 2) / 2) * gamma((degree - order + 2) / 2)
             radial = lpmv(order, degree, cosine)
@@ -181,12 +191,12 @@ def _square_mutual_work(cells: int, n: int) -> tuple[Floats, Floats]:
     It is the work on the displacement P_a of the pressure that produces P_b. The forces have the shape (cells, cells).
     The side of the square and E* are 1.
     """
-    # Integrate P_0(2 x) to P_n-1(2 x) over each cell, by the recurrence relation of their antiderivatives.
+    # Integrate P_0(2 x) to P_n-1(2 x) over each cell. The antiderivative of P_k is (P_k+1 - P_k-1) / (2 k + 1).
     polynomials = legendre.legvander(2.0 * graded_edges(cells), n).T
     antiderivatives = [polynomials[1]]
     for k in range(1, n):
         antiderivatives.append((polynomials[k + 1] - polynomials[k - 1]) / (2 * k + 1))
-    integrals = 0.5 * np.diff(antiderivatives, axis=1)
+    integrals = 0.5 * np.diff(antiderivatives, axis=1)  # the factor 0.5 is dx / d(2 x)
     displacements = np.einsum("ai,bj->ijab", integrals, integrals).reshape(cells**2, n * n)
     pressures = lu_solve(_influence_factor(cells), displacements)
     flat_force = pressures[:, 0] * displacements[:, 0]  # the first displacement is 1 everywhere
@@ -208,9 +218,10 @@ def _influence_factor(cells: int) -> tuple[Floats, Ints]:
 def influence(x: Floats, y: Floats) -> Floats:
     """Return the influence int int 1 / (pi r) between all pairs of cells, shape (n_x, n_x, n_y, n_y).
 
-    r is the distance between a point of one cell and a point of the other. `x` (n_x + 1,) and `y` (n_y + 1,) are the
-    boundaries of the cells, in any unit of length. The double integral over two rectangles is the fourth difference of
-    a function with G,xxyy = 1 / r. It is G = x y (x arsinh(y / x) + y arsinh(x / y)) / 2 - r^3 / 6.
+    For E* = 1, it is the integral of the displacement over one cell under a unit pressure on the other. r is the
+    distance between a point of one cell and a point of the other. `x` (n_x + 1,) and `y` (n_y + 1,) are the boundaries
+    of the cells, in any unit of length. The double integral over two rectangles is the fourth difference of a function
+    with G,xxyy = 1 / r. It is G = x y (x arsinh(y / x) + y arsinh(x / y)) / 2 - r^3 / 6.
     """
     dx = np.abs(x[:, None] - x)[:, :, None, None]
     dy = np.abs(y[:, None] - y)[None, None]

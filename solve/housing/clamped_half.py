@@ -32,6 +32,7 @@ LENGTH_AXIS = 0
 CROSS_AXIS = 1
 PRESS_AXIS = 2
 # The displacement components that are 0 on the plane of symmetry y = 0, under a load along PRESS_AXIS or CROSS_AXIS.
+# In scikit-fem, "u^1", "u^2" and "u^3" are the components along x, y and z.
 SYMMETRY = {PRESS_AXIS: ("u^2",), CROSS_AXIS: ("u^1", "u^3")}
 
 
@@ -63,7 +64,8 @@ class ClampedHalf:
     def round_off(self, u: Floats) -> float:
         """Return the round-off error of `support` [N], for displacements u (dofs, loads) [mm].
 
-        The support force is a small sum of large nodal forces, so its relative error can be large.
+        The support force is a small sum of large nodal forces, so its relative error can be large. The result is the
+        largest error of all loads.
         """
         magnitudes = (magnitude(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
         return float(np.finfo(np.float64).eps * magnitudes.max())
@@ -99,7 +101,7 @@ def clamped_half(
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
     """Return the dofs that are 0 on the plane of symmetry, under a load along `axis`, PRESS_AXIS or CROSS_AXIS.
 
-    The result is empty if the whole part is meshed.
+    The result is empty if the whole part is meshed, without a boundary named "symmetry".
     """
     if "symmetry" not in (basis.mesh.boundaries or {}):
         return np.zeros(0, dtype=np.int64)
@@ -132,7 +134,8 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
     represents 1 N on the whole face or, with `slope`, a moment of 1 N mm.
     """
     patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
-    # Along y, the centre of the whole face is y = 0, because its other half lies beyond the plane of symmetry.
+    # The coordinate of the centre of the whole face along the axis of the slope [mm]. Along y it is 0, because the
+    # other half of the face lies beyond the plane of symmetry.
     centre = 0.0
     if slope == LENGTH_AXIS:
         area = sum(float(patch.weights.sum()) for patch in patches)
@@ -167,7 +170,7 @@ def check_tip_loads(work: Floats, support: Floats | None, round_off: float = 0.0
     of the load; the balance is then not checked.
     """
     asymmetry = float(np.abs(work - work.T).max())
-    # Both comparisons are negated, so that they also reject nan.
+    # Both comparisons are negated, so that nan is rejected too.
     if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):
         msg = (
             f"flexure: the works of two loads on each other's displacements differ by {asymmetry:.1e} N mm but must be "

@@ -21,13 +21,13 @@ from solve.surface import surface_facets
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # limits of x and limits of z [mm]
 Disc = tuple[float, float, float]  # coordinates x and z of the centre, and radius [mm]
 
-_ACROSS = 1  # the axis y, normal to the layer
+_ACROSS = 1  # index of the y axis, which is normal to all layers
 # The edge of a layer may cut through a facet, so each facet is sampled at 8 x 8 points of equal weight.
 _SIDE = (np.arange(8) + 0.5) / 8
 _POINTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)])
 _WEIGHT = 1.0 / 64
-# A triangular facet is sampled at the centroids of 64 equal triangles, eight along each side. Of these, 36 point the
-# same way as the facet and 28 the opposite way.
+# A triangular facet is sampled at the centroids of 64 equal triangles, eight along each side. Of these, 36 have the
+# orientation of the facet, and 28 are rotated by 180 deg.
 _TRIANGLE_POINTS = np.array(
     [((i + t) / 8, (j + t) / 8) for t, n in ((1 / 3, 8), (2 / 3, 7)) for i in range(n) for j in range(n - i)]
 ).T
@@ -50,7 +50,7 @@ class ElasticLayer:
 
     def covers(self, x: Floats, z: Floats) -> Floats:
         """Return 1 at points (x, z) [mm] that the layer covers and 0 at other points, in the shape of x."""
-        covered = np.full(x.shape, not self.rectangles)
+        covered = np.full(x.shape, not self.rectangles)  # without rectangles, start from the whole surface
         for (x0, x1), (z0, z1) in self.rectangles:
             covered |= (x0 <= x) & (x <= x1) & (z0 <= z) & (z <= z1)
         if self.discs:
@@ -69,14 +69,14 @@ def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
     """Return the contribution of elastic layers to the stiffness matrix [N/mm], shape (dofs, dofs).
 
-    An entry is the stiffness per area times int N_a N_b over the covered part of each facet. The stiffness per area is
-    G / thickness for the components parallel to the layer, and E / thickness for the normal component. `basis` holds
-    the displacements of the housing. E [MPa], Poisson's ratio and the shear modulus G are those of the housing, because
-    the layers have the same material.
+    An entry is the stiffness per area times int N_a N_b over the covered part of each facet, where N_a and N_b are
+    shape functions. The stiffness per area is G / thickness for the components parallel to the layer, and E / thickness
+    for the normal component. `basis` holds the displacements of the housing. E [MPa], Poisson's ratio and the shear
+    modulus G are those of the housing, because the layers have the same material.
     """
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
-    count = basis.N // 3
+    count = basis.N // 3  # number of nodes, each of which has three displacement components
     # The reference facet is the unit square, or half of it for a tetrahedron.
     if basis.mesh.refdom is RefTet:
         points = _TRIANGLE_POINTS
@@ -94,11 +94,13 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
             # All elements in this group have the same local facet, so their shape functions there are the same.
             shapes = shape_table(basis.elem.elem, reference_points).values
-            springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)  # int N_a N_b [mm^2]
+            # int N_a N_b [mm^2], with nodes a and b, facet e and point p.
+            springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
             facet_nodes = nodes[facet.elements]
             tangential = tangential + assemble_elements(shear / layer.thickness * springs, facet_nodes, count)
             normal = normal + assemble_elements(E / layer.thickness * springs, facet_nodes, count)
+    # The Kronecker products distribute the entries of the nodes over the three components of their displacements.
     is_normal = np.arange(3) == _ACROSS
     normal_axes = np.diag(1.0 * is_normal)  # 1 on the diagonal for the normal component
-    tangential_axes = np.diag(1.0 * ~is_normal)  # 1 for each of the other two components
+    tangential_axes = np.diag(1.0 * ~is_normal)  # 1 on the diagonal for the other two components
     return csc_matrix(kron(tangential, tangential_axes) + kron(normal, normal_axes))

@@ -27,8 +27,8 @@ def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
     boundaries except the leaves carry a load or a support. All other surfaces are unloaded. E [MPa] and Poisson's ratio
     are those of the housing.
     """
-    leaves = [leaf_faces(spring) for spring in SPRINGS]
-    loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
+    leaf_names = [leaf_faces(spring) for spring in SPRINGS]
+    loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaf_names]
     unloaded = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
     basis = vector_basis(mesh.with_boundaries({_FREE: unloaded}), ElementHexS2(), order=REDUCED)
     strain = nodal_strain(basis, u, poisson, _FREE)
@@ -58,21 +58,22 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
     `basis` has 20-node cells with 2^3 Gauss points, and `unloaded` is the name of the unloaded boundary. At nodes on
     this boundary, the strain is extrapolated only within facets of the boundary. The reason is that strain at a fillet
     varies nonlinearly through the thickness of a leaf. Linear extrapolation from two points in a cell would miss the
-    peak strain. `poisson` is Poisson's ratio, which the strain normal to an unloaded surface depends on.
+    peak strain. The strain normal to an unloaded surface depends on Poisson's ratio, `poisson`.
     """
     nodes = nodes_of_cells(basis.mesh)
-    # The extrapolation is more accurate in a small cell, so small cells get a larger weight in the average.
+    # The extrapolation is more accurate in a small cell, so small cells get a larger weight in the average: the inverse
+    # of their volume.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
 
-    strain_sum, weight_sum = _cell_strain(basis, u, nodes, weights)
-    surface_strain_sum, surface_weight_sum = _surface_strain(basis, u, nodes, weights, poisson, unloaded)
-    on_surface = surface_weight_sum > 0.0
+    strain_sum, weight_sum = _sum_cell_strains(basis, u, nodes, weights)
+    surface_strain_sum, surface_weight_sum = _sum_surface_strains(basis, u, nodes, weights, poisson, unloaded)
+    on_surface = surface_weight_sum > 0.0  # nodes of the unloaded boundary
     strain_sum[on_surface] = surface_strain_sum[on_surface]
     weight_sum[on_surface] = surface_weight_sum[on_surface]
     return (strain_sum / weight_sum[:, None, None]).transpose(1, 2, 0)
 
 
-def _surface_strain(
+def _sum_surface_strains(
     basis: CellBasis, u: Floats, nodes: Ints, weights: Floats, poisson: float, unloaded: str
 ) -> tuple[Floats, Floats]:
     """Return the weighted sum of strains at each node (nodes, 3, 3), and the sum of the weights (nodes,).
@@ -85,6 +86,8 @@ def _surface_strain(
     count = 1 + int(nodes.max())
     strain_sum = np.zeros((count, 3, 3))
     weight_sum = np.zeros(count)
+    # Each `facet` represents all facets that are the same face of their cells. The indices are node n of a cell, axes i
+    # and j, cell c and Gauss point q.
     for facet in surface_facets(basis, unloaded):
         reference_points = facet.inside(POINTS)
         # No integral is computed here, so the quadrature weights are arbitrary.
@@ -94,7 +97,8 @@ def _surface_strain(
 
         # Find the nodes of the unit cube in the plane of this facet, and their coordinates along its two edges.
         from_corner = reference_nodes - facet.corner
-        on_facet = np.flatnonzero(np.abs(from_corner @ np.cross(facet.along, facet.across)) < _PLANE_TOLERANCE)
+        out_of_plane = np.abs(from_corner @ np.cross(facet.along, facet.across))
+        on_facet = np.flatnonzero(out_of_plane < _PLANE_TOLERANCE)
         facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
         at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
         facet_nodes = nodes[on_facet][:, facet.elements]
@@ -102,7 +106,7 @@ def _surface_strain(
     return strain_sum, weight_sum
 
 
-def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:
+def _sum_cell_strains(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:
     """Return the weighted sum of strains at each node (nodes, 3, 3), and the sum of the weights (nodes,).
 
     The strains are extrapolated from the Gauss points of each cell, for displacements u (dofs,) [mm]. `nodes` and
@@ -124,7 +128,8 @@ def _add_weighted(strain_sum: Floats, weight_sum: Floats, nodes: Ints, strain: F
     """Add weighted strains to the sums at their nodes.
 
     `strain` (n, cells, 3, 3) has the weights `weights` (n, cells) and belongs to the node indices `nodes` (n, cells).
-    The sum of weighted strains (nodes, 3, 3) and the sum of weights (nodes,) are changed in place.
+    The sum of weighted strains (nodes, 3, 3) and the sum of weights (nodes,) are changed in place. A node of several
+    cells is added several times.
     """
     np.add.at(strain_sum, nodes, strain * weights[..., None, None])
     np.add.at(weight_sum, nodes, weights)
@@ -139,7 +144,8 @@ def _unloaded_strain(gradient: Floats, normal: Floats, poisson: float) -> Floats
     """
     n = normal / np.linalg.norm(normal, axis=0)
     normal_projector = np.einsum("i...,j...->ij...", n, n)
-    plane_projector = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - normal_projector
+    identity = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1)))  # with one axis of length 1 for each further axis
+    plane_projector = identity - normal_projector
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
     in_plane = np.einsum("ik...,kl...,lj...->ij...", plane_projector, strain, plane_projector)
     return np.asarray(in_plane - poisson / (1.0 - poisson) * np.trace(in_plane) * normal_projector)

@@ -63,7 +63,7 @@ class TipCompliance:
 
     The fields of type `PerTip` have one value per tip. `strain_per_N` [1/N] is the largest principal strain on the
     leaves of a flexure per force on its tip, extrapolated to element edges. `strain_inside_per_N` [1/N] is the largest
-    at the Gauss points. `tilt_per_N` [rad/N] is the rotation of a tip's face in the plane of the plate.
+    value at the Gauss points. `tilt_per_N` [rad/N] is the rotation of a tip's face in the plane of the plate.
     `weight_sag` [mm^4/N] is the displacement of a tip along the press per body force along the press.
     `weight_sag_lengthwise` [mm^4/N] is the same displacement per body force along x.
     """
@@ -151,7 +151,7 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, layers: Sequence[Elasti
     """
     start = time.perf_counter()
     compliance = compliance_of(clamped_half(mesh, E, poisson, layers))
-    return replace(compliance, seconds=time.perf_counter() - start)
+    return replace(compliance, seconds=time.perf_counter() - start)  # includes the assembly and the factorisation
 
 
 def compliance_of(half: ClampedHalf) -> TipCompliance:
@@ -163,26 +163,26 @@ def compliance_of(half: ClampedHalf) -> TipCompliance:
     """
     start = time.perf_counter()
     basis = half.basis
-    # The product of a column of `mean` with displacements is the mean displacement of a tip. The column is also a
+    # The product of a column of `means` with displacements is the mean displacement of a tip. The column is also a
     # uniform load of 1 N on the tip.
-    mean = tip_means(basis, PRESS_AXIS)
-    # The loads act on half the housing, so 1 N on a whole tip is 0.5 `mean`. The other two loads are body forces along
+    means = tip_means(basis, PRESS_AXIS)
+    # The loads act on half the housing, so 1 N on a whole tip is 0.5 `means`. The other two loads are body forces along
     # the press and along x.
-    loads = [0.5 * mean, weight_load(half, PRESS_AXIS), weight_load(half, LENGTH_AXIS)]
+    loads = [0.5 * means, weight_load(half, PRESS_AXIS), weight_load(half, LENGTH_AXIS)]
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]  # displacements due to 1 N on each tip
-    sag, lengthwise_sag = solution[:, len(SPRINGS) :].T @ mean
-    check_tip_loads(0.5 * mean.T @ u, half.support(u), half.round_off(u))
+    sag, lengthwise_sag = solution[:, len(SPRINGS) :].T @ means  # one value per tip for each body force
+    check_tip_loads(0.5 * means.T @ u, half.support(u), half.round_off(u))
 
     tilts = []
     strains = []
     strains_inside = []
-    for j, spring in enumerate(SPRINGS):
+    for j, spring in enumerate(SPRINGS):  # each flexure under the force on its own tip
         tilts.append(float(face_mean(basis, tip_face(spring), PRESS_AXIS, slope=LENGTH_AXIS) @ u[:, j]))
         at_corners, inside = largest_strain(basis, leaf_faces(spring), u[:, j])
         strains.append(at_corners)
         strains_inside.append(inside)
-    C = mean.T @ u
+    C = means.T @ u
     return TipCompliance(
         C=0.5 * (C + C.T),  # removes the asymmetry due to round-off
         strain_per_N=tuple(strains),
@@ -199,7 +199,8 @@ def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float
     """Return the largest absolute principal strain on a named surface [1], at facet corners and at Gauss points.
 
     `u` (dofs,) [mm] are the displacements. The value at the corners is extrapolated bilinearly from the Gauss points.
-    Strain is most accurate at the Gauss points, but its peak may lie between them and the edges of a facet.
+    Strain is most accurate at the Gauss points, but its peak may lie between them and the edges of a facet. The
+    difference between both values therefore indicates the error.
     """
     at_corners = 0.0
     at_points = 0.0
@@ -224,10 +225,10 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[El
     part of the load.
     """
     half = clamped_half(mesh, E, poisson, layers, CROSS_AXIS)
-    mean = tip_means(half.basis, CROSS_AXIS)
-    u = half.factor.solve(0.5 * mean)
-    check_tip_loads(0.5 * mean.T @ u, None)
-    return tip_stiffnesses(mean.T @ u)
+    means = tip_means(half.basis, CROSS_AXIS)
+    u = half.factor.solve(0.5 * means)  # half of 1 N acts on the half mesh
+    check_tip_loads(0.5 * means.T @ u, None)
+    return tip_stiffnesses(means.T @ u)
 
 
 def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
@@ -240,7 +241,8 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     """
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
     # Loads along x and along the press are symmetric about y = 0, and loads along y are antisymmetric. They need
-    # different boundary conditions on the plane of symmetry, so they are solved separately.
+    # different boundary conditions on the plane of symmetry, so they are solved separately. Entries that would couple
+    # the two kinds remain 0.
     antisymmetric_half = with_symmetry(half, CROSS_AXIS)
     for held_half, lateral_axis in ((half, LENGTH_AXIS), (antisymmetric_half, CROSS_AXIS)):
         basis = held_half.basis
@@ -254,9 +256,10 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
             point_means[PRESS_AXIS] = tip_means(basis, PRESS_AXIS)
         axes = tuple(point_means)
         vectors = np.column_stack(list(point_means.values()))  # (dofs, axes times tips)
-        u = held_half.factor.solve(0.5 * vectors)  # half of each load acts on the half mesh
+        # Each vector is also a load of 1 N at a point, of which half acts on the half mesh.
+        u = held_half.factor.solve(0.5 * vectors)
         check_tip_loads(0.5 * vectors.T @ u, None)
-        # Reorder the axes from (axis, tip, axis, tip) to (tip, tip, axis, axis).
+        # Reorder the array axes from (axis, tip, axis, tip) to (tip, tip, axis, axis).
         shape = (len(axes), len(SPRINGS))
         entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
         compliance[entries] += (vectors.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
@@ -266,11 +269,12 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
 def displacements(half: ClampedHalf) -> Floats:
     """Return the displacements due to 1 N along the press on each tip [mm], shape (dofs, tips).
 
-    Raises SolveError like `tip_compliance`.
+    Raises SolveError if the linear solve fails, or if the balance of forces or the reciprocity of the loads is
+    violated.
     """
-    mean = tip_means(half.basis, PRESS_AXIS)
-    u = half.factor.solve(0.5 * mean)
-    check_tip_loads(0.5 * mean.T @ u, half.support(u), half.round_off(u))
+    means = tip_means(half.basis, PRESS_AXIS)
+    u = half.factor.solve(0.5 * means)  # half of 1 N acts on the half mesh
+    check_tip_loads(0.5 * means.T @ u, half.support(u), half.round_off(u))
     return u
 
 

@@ -56,7 +56,7 @@ def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequenc
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
     skin_contact = None
-    if compliance.flesh_E is not None:
+    if compliance.flesh_E is not None:  # the flesh has a skin
         skin_contact = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
     half_space = _half_space_part(block.poisson, footprints, skin_contact)
     contact_points = np.array([(footprint.x, footprint.y) for footprint in footprints])
@@ -76,8 +76,9 @@ def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequenc
 def _half_space_part(poisson: float, footprints: tuple[Footprint, ...], skin_contact: RoundContact | None) -> Floats:
     """Return the compliance of a half-space under flat circles, times E [1/mm], shape (tips, tips).
 
-    The circles, `footprints`, are those for which the fruit's compliance was solved. `skin_contact` describes the
-    contact of a circle on flesh under a skin; without a skin, it is None.
+    The fruit's compliance was solved for the circles `footprints`. `skin_contact` describes the contact of a circle on
+    flesh under a skin; without a skin, it is None. The skin changes only the compliance of a circle under its own
+    force.
     """
     half_space = half_space_compliance(footprints, poisson)
     if skin_contact is None:
@@ -99,12 +100,12 @@ def _changes_of_poses(
     one fruit per pose. `contact_points` (tips, 2) [mm] are the points at which the domes touch.
     """
     # Many poses share one fruit object, so the change is computed only once per object.
-    by_fruit: dict[int, tuple[Floats, Floats]] = {}
+    changes_by_id: dict[int, tuple[Floats, Floats]] = {}
     changes = []
     for fruit in fruits:
-        if id(fruit) not in by_fruit:
-            by_fruit[id(fruit)] = _change_to_fruit(scene, compliance, contact_points, fruit)
-        changes.append(by_fruit[id(fruit)])
+        if id(fruit) not in changes_by_id:
+            changes_by_id[id(fruit)] = _change_to_fruit(scene, compliance, contact_points, fruit)
+        changes.append(changes_by_id[id(fruit)])
     change, bound = zip(*changes, strict=True)
     return np.array(change), np.array(bound)
 
@@ -131,7 +132,7 @@ def _change_to_fruit(
             sum_of_half_differences = solved_half_difference + half_difference
             bound = bound + sum_of_half_differences / solved_mean_curvature * np.abs(compliance.shape_change)
     if fruit.depth_mm != solved_fruit.depth_mm:
-        points = tuple(map(tuple, contact_points.tolist()))
+        points = tuple(map(tuple, contact_points.tolist()))  # tuples can be keys of the cache
         base_effect = _base_effect(fruit.depth_mm, solved_fruit.poisson, points)
         thickness_change = base_effect - _base_effect(solved_fruit.depth_mm, solved_fruit.poisson, points)
         change = change + thickness_change

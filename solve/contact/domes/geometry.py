@@ -89,7 +89,7 @@ class DomePoses:
 
         `displacements` (poses, tips, 3) [mm] are the displacements of the domes, in the sensor frame.
         """
-        centres = self.centres + displacements @ self.frame
+        centres = self.centres + displacements @ self.frame  # in the coordinates of the fruit
         foot, normal = self._nearest_points(centres)
         distance = _dot(centres - foot, normal)
         fruit_smaller, fruit_larger = self._curvatures(foot)
@@ -98,7 +98,7 @@ class DomePoses:
         larger = 1.0 / self.dome_radius + fruit_larger
         return DomeApproach(
             interference=self.dome_radius - distance,
-            direction=normal @ self.frame.swapaxes(1, 2),
+            direction=normal @ self.frame.swapaxes(1, 2),  # the components along the rows of the frame
             foot=foot,
             normal=normal,
             radius=1.0 / np.sqrt(smaller * larger),
@@ -119,7 +119,7 @@ class DomePoses:
             return centres * np.array([1.0, 1.0, 0.0]), np.broadcast_to([0.0, 0.0, 1.0], centres.shape)
         squares = self.semi_axes[:, None] ** 2
         fruit_centre = np.zeros_like(squares)
-        fruit_centre[..., 2] = -self.semi_axes[:, None, 2]
+        fruit_centre[..., 2] = -self.semi_axes[:, None, 2]  # below the apex, which is the origin
         foot = _nearest_on_ellipsoid(self._to_principal(centres - fruit_centre), squares)
         normal = foot / squares  # gradient of sum (x_k / a_k)^2, up to a constant factor
         normal = normal / np.sqrt(_dot(normal, normal))[..., None]
@@ -139,9 +139,11 @@ class DomePoses:
             flat = np.zeros(foot.shape[:2])
             return flat, flat
         axes = self.semi_axes[:, None]
+        # The apex is the origin, so the centre of the fruit lies one semi-axis below it.
         from_centre = foot + np.concatenate([np.zeros_like(axes[..., :2]), axes[..., 2:]], axis=-1)
         mean, gauss = ellipsoid_curvatures(axes, self._to_principal(from_centre))
-        # The principal curvatures are the roots k of k^2 - 2 mean k + gauss = 0.
+        # The principal curvatures are the roots k of k^2 - 2 mean k + gauss = 0. On a sphere, the radicand is 0, and
+        # round-off can make it negative.
         half_difference = np.sqrt(np.maximum(mean**2 - gauss, 0.0))
         return mean - half_difference, mean + half_difference
 
@@ -149,8 +151,8 @@ class DomePoses:
 def _nearest_on_ellipsoid(point: Floats, squared_axes: Floats) -> Floats:
     """Return the points of ellipsoids nearest to points outside them, both (..., 3) [mm] relative to the centre.
 
-    `squared_axes` (..., 3) [mm^2] are the squared semi-axes a_k^2. For some t >= 0 [mm^2], the point nearest to `point`
-    s has the coordinates
+    `squared_axes` (..., 3) [mm^2] are the squared semi-axes a_k^2, and s is `point`. The vector from the nearest point
+    to s is parallel to the normal there. Therefore, for some t >= 0 [mm^2], the nearest point has the coordinates
 
         a_k^2 s_k / (t + a_k^2).
 
@@ -193,15 +195,15 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     skin_points = touches[:, :3]
     lowering = touches[:, 3:]  # distance from the skin down to the tip faces, along the axis
     from_touch = np.array([scene.from_touch for scene in scenes])
-    press_direction = np.where(from_touch[:, None], axis, np.array([0.0, 0.0, 1.0]))
-    return _place_domes(scenes, axis, skin_points - (travel[:, None] + lowering) * press_direction)
+    upward = np.where(from_touch[:, None], axis, np.array([0.0, 0.0, 1.0]))  # opposite to the direction of the travel
+    return _place_domes(scenes, axis, skin_points - (travel[:, None] + lowering) * upward)
 
 
 def _zero_travel_touches(scenes: Sequence[Scene]) -> Floats:
     """Return the first touch from which the travel of each scene is measured, (scenes, 4) [mm].
 
     The first three columns are the point of the skin under the middle of the tips. The last column is the distance
-    along the axis from this point down to the middle of the level faces.
+    along the axis from this point down to the middle of the level faces; it is negative if they are above the skin.
     """
     # Many poses share a scene, and many scenes share a first touch, so each first touch is computed only once.
     scenes_by_id = {id(scene): scene for scene in scenes}
@@ -221,7 +223,7 @@ def _touch_scene(scene: Scene) -> Scene:
 
 
 def _touch_key(scene: Scene) -> tuple[object, ...]:
-    """Return what determines the first touch: the fruit, and the tilt, offset and heights of the tips."""
+    """Return the fields that determine the first touch: the fruit, and the tilt, offset and heights of the tips."""
     return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
 
@@ -235,8 +237,8 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     """Return the position of each sensor at its first touch, (scenes, 4) [mm].
 
     The first three columns are the point of the skin under the middle of the tips. The last column is the distance
-    along the axis from this point down to the middle of the level faces. Raises SolveError if Newton's method does not
-    converge.
+    along the axis from this point down to the middle of the level faces. Newton's method moves each sensor along its
+    axis until the largest overlap of a dome is 0. Raises SolveError if it does not converge.
     """
     axis = _axes(np.array([scene.tilt_tangents_at_touch for scene in scenes]))
     middle = np.array([scene.centres for scene in scenes]).mean(axis=1)  # in plan
@@ -246,7 +248,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     for _ in range(TOUCH_STEPS):
         domes = _place_domes(scenes, axis, skin_points - lowering[:, None] * axis)
         approach = domes.approach(np.zeros(domes.centres.shape))
-        # Newton's method: the sensor is moved back along its axis by the largest overlap of a dome in this direction.
+        # An interference is measured along the normal. Along the axis, the overlap is larger by 1 / cosine.
         overlap = (approach.interference / approach.cosine).max(axis=1)
         lowering = lowering - overlap
         if np.abs(overlap).max() <= TOUCH_LIMIT:
@@ -261,20 +263,17 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
     The origin of a sensor is the middle of its tip faces, ignoring the height offsets of the tips.
     """
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)  # never None for domes
-    # Many poses share a scene, so the properties of each scene are computed only once.
+    # Many poses share a scene, so the properties of each scene are computed only once. Indexing with `scene_index`
+    # then repeats them for each pose.
     scenes_by_id = {id(scene): scene for scene in scenes}
     index_of = {key: index for index, key in enumerate(scenes_by_id)}
     scene_index = np.array([index_of[id(scene)] for scene in scenes])
     distinct_scenes = list(scenes_by_id.values())
     centres = np.array([scene.centres for scene in distinct_scenes])[scene_index]
     middle = centres.mean(axis=1)
-    # Heights of the sphere centres above the origin, along the axis.
+    # Heights of the sphere centres above the origin, along the axis. A retracted tip has a negative offset.
     height = radius - np.array([scene.height_offsets_mm for scene in distinct_scenes])[scene_index]
-
-    # `lateral` holds the images of the x and y directions v under the smallest rotation from the vertical z to the axis
-    # a, which are v - (a . v) (a + z) / (1 + a . z).
-    bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
-    lateral = np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None]
+    lateral = _lateral_directions(axis)
 
     is_rotated = any(scene.fruit.azimuth_deg for scene in distinct_scenes)
     axes_of_scenes = [_principal_axes(scene.fruit) for scene in distinct_scenes]
@@ -289,9 +288,23 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
     )
 
 
+def _lateral_directions(axis: Floats) -> Floats:
+    """Return the directions along the tips and across them (poses, 2, 3), given the axes of sensors (poses, 3).
+
+    They are the images of the x and y directions under the smallest rotation from the vertical z to the axis a. This
+    rotation maps a horizontal direction v to v - (a . v) (a + z) / (1 + a . z).
+    """
+    bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
+    return np.asarray(np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None])
+
+
 @functools.lru_cache(maxsize=256)
 def _principal_axes(fruit: Fruit) -> tuple[Floats, Floats]:
-    """Return the semi-axes of a fruit (3,) [mm], and its principal directions as the rows of a matrix (3, 3)."""
+    """Return the semi-axes of a fruit (3,) [mm], and its principal directions as the rows of a matrix (3, 3).
+
+    The principal radii of curvature at the apex are a_x^2 / a_z and a_y^2 / a_z. With a_z = a_x, they are a_x and
+    a_y^2 / a_x, which determines the semi-axes.
+    """
     along, across = fruit.radii_mm
     directions = np.eye(3)
     directions[0, :2] = fruit.from_principal(1.0, 0.0)

@@ -79,7 +79,7 @@ def large_strain(contact_radius: Floats, dome_radius: float, curvature: Floats, 
     """
     s = contact_radius / dome_radius
     t = contact_radius * curvature
-    # Beyond the range of the fit, s and t are scaled back so that s is LARGEST_S.
+    # Beyond the range of the fit, s and t are scaled back so that s is LARGEST_S. A divisor of 1 replaces s = 0.
     is_beyond = s > LARGEST_S
     scale = np.where(is_beyond, LARGEST_S / np.where(is_beyond, s, 1.0), 1.0)
     s = scale * s
@@ -93,7 +93,7 @@ def large_strain(contact_radius: Floats, dome_radius: float, curvature: Floats, 
     fit_share = np.minimum(1.0, (s + t) / FULL_ERROR_STRAIN)  # fraction of the fitting errors at this strain
     return LargeStrain(
         factor=1.0 + correction,
-        slope=np.where(is_beyond, 0.0, linear + 2.0 * quadratic),  # d/d(ln a) of terms in a and in a^2
+        slope=np.where(is_beyond, 0.0, linear + 2.0 * quadratic),  # d/d(ln a) of the terms in a and in a^2
         error=np.where(is_outside, np.abs(correction), 0.0) + FIT_ERROR * fit_share,
         law_spread=law_spread,
         edge=1.0 + edge_correction,

@@ -116,11 +116,12 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) 
     """
     law = _Law(poses, E, C, fruit)
     state = law.find_equilibrium()
-    cosine = state.approach.cosine
+    cosine = state.approach.cosine  # the force along the spring divided by the normal force
     is_touching = state.N > 0.0
-    contact_radius = state.contact_radius * state.strain.edge
+    contact_radius = state.contact_radius * state.strain.edge  # corrected for large strain
     # Derivative of the force along spring i with respect to the interference of dome j [N/mm].
     force_per_interference = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
+    # All errors and changes are expressed as interferences [mm], and converted to forces by this derivative.
     interference_bound = law.bound_interference_error(state)
     # Interference that changes the forces as much as another material law does.
     law_spread_interference = law.depth_change(state, state.strain.law_spread)
@@ -165,22 +166,22 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     axis convert them to constants for forces along the springs. Raises SolveError if Newton's method does not converge.
     Also raises SolveError if a dome does not touch, because its constants are then unknown.
     """
-    # The contrast law describes a level press above the apex.
+    # The contrast law describes a level press above the apex. It is solved as a single pose, which has index 0.
     level_scene = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     fruit = fruit_under_domes(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level_scene], np.array([scene.press.travel_mm])), np.array([E]), C, fruit)
     state = law.find_equilibrium()
     untouched_count = int((state.N[0] <= 0.0).sum())
     if untouched_count:
-        hint = "press deeper, or use stiffer springs or a softer skin"
+        hint = "Press deeper, or use stiffer springs or a softer skin."
         msg = (
-            f"domes: {untouched_count} of {len(C)} do not touch at full travel of a level press: all must touch; {hint}"
+            f"domes: {untouched_count} of {len(C)} do not touch at full travel of a level press, but all must touch. "
+            f"{hint}"
         )
         raise SolveError(msg)
-    # Along the spring, the force is N times the cosine, and the indentation is q divided by the cosine. Index 0 is the
-    # only pose.
+    # Along the spring, the force is N times the cosine, and the indentation is q divided by the cosine.
     cosine = state.approach.cosine[0]
-    hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
+    hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)  # h, from the indentation h (F / E)^(2/3)
     return DomeContrast(
         S=(fruit.remainder + state.action)[0] / np.outer(cosine, cosine),
         hertz=float(np.mean(hertz)),
@@ -227,8 +228,8 @@ class _Law:
     def find_equilibrium(self) -> _DomeState:
         """Return the domes in equilibrium, found by Newton's method with step halving.
 
-        A step is halved in those poses whose residual it would increase. Raises SolveError if the method does not
-        converge.
+        All poses are solved together. If a step would increase the residual of some poses, it is halved in these poses.
+        Raises SolveError if the method does not converge.
         """
         undeflected = self._poses.approach(np.zeros(self._poses.centres.shape))
         state = self.evaluate(self._independent_indentations(undeflected), undeflected)
@@ -236,6 +237,7 @@ class _Law:
         for _ in range(MOST_STEPS):
             if np.abs(state.residual).max(initial=0.0) <= tolerance:
                 return state
+            # Below the tolerance, a residual may increase, because it is only round-off.
             allowed_residual = np.maximum(np.abs(state.residual).max(axis=1), tolerance)
             # The sign is positive, because `jacobian` returns minus the derivative of the residual.
             step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
@@ -246,8 +248,8 @@ class _Law:
             else:
                 state = trial
         residual = np.abs(state.residual).max()
-        hint = "press less deeply, or use stiffer springs"
-        msg = f"domes: residual {residual:.1e} mm must be at most {tolerance:.0e} mm; {hint}"
+        hint = "Press less deeply, or use stiffer springs."
+        msg = f"domes: residual {residual:.1e} mm must be at most {tolerance:.0e} mm. {hint}"
         raise SolveError(msg)
 
     def _residual_tolerance(self) -> float:
@@ -259,14 +261,15 @@ class _Law:
     def _independent_indentations(self, undeflected: DomeApproach) -> Floats:
         """Return approximate indentations q (poses, tips) [mm] for domes that do not interact, as an initial guess.
 
-        `undeflected` is the approach of the domes while their springs are undeflected. Newton's method starts from the
-        overlap there. It converges monotonically, because the force is a convex function of the indentation.
+        `undeflected` is the approach of the domes while their springs are undeflected. Each dome satisfies
+        q + C_ii N(q) = interference, with its own spring compliance C_ii. Newton's method starts from the interference.
+        It converges monotonically, because the force N is a convex function of q.
         """
-        compliance = np.einsum("pii->pi", self.normal_compliance(undeflected))
+        own_compliance = np.einsum("pii->pi", self.normal_compliance(undeflected))
         q = undeflected.interference
         for _ in range(INITIAL_STEPS):
             N, stiffness, _, _ = self._local_contact(q, undeflected)
-            q = q - (q + compliance * N - undeflected.interference) / (1.0 + compliance * stiffness)
+            q = q - (q + own_compliance * N - undeflected.interference) / (1.0 + own_compliance * stiffness)
         return np.asarray(q)
 
     def _take_halved_step(
@@ -279,10 +282,10 @@ class _Law:
         `allowed_residual` (poses,) [mm]. The last step is used even if its residual is larger. `step` is modified in
         place.
         """
-        halved = increased  # indices of the poses whose step is halved
+        halved = increased  # indices of the poses whose step is halved once more
         for _ in range(HALVINGS):
             step[halved] *= 0.5
-            # Only the poses whose step was halved are evaluated again.
+            # Poses do not interact, so only those whose step was halved are evaluated again.
             law_of_subset = _Law(
                 self._poses.select(halved),
                 self._E[halved, 0],
@@ -299,25 +302,22 @@ class _Law:
     def evaluate(self, q: Floats, previous: DomeApproach) -> _DomeState:
         """Return the domes at trial indentations q (poses, tips) [mm], with the residuals of their equations.
 
-        The residual is b_i - q_i - sum_j (B_ij + k_ij) N_j / E. Here b is the interference, N the normal force, and B +
-        k the compliance between contacts, times E. The springs deflect under forces along the normals of the `previous`
-        approach. At equilibrium, these normals agree with the new ones.
+        The residual is b_i - q_i - sum_j (B_ij + k_ij) N_j / E, in the notation of the module docstring. The springs
+        deflect under forces along the normals of the `previous` approach. At equilibrium, these normals agree with the
+        new ones.
         """
+        # Deflect the springs under the forces of the previous normals, and find the new approach of the domes.
         N = self._local_contact(q, previous).N
         displacements = np.tensordot(N[..., None] * previous.direction, self._compliance, axes=((1, 2), (1, 3)))
         approach = self._poses.approach(displacements)
         N, stiffness, radius, strain = self._local_contact(q, approach)
 
-        # The other domes tilt the surface under a dome by `slope`. This moves the contact by `shift`, which is the
-        # relative radius of curvature times the slope, and reduces the interference.
-        # Indices: pose p, tips i and j, coordinate k.
-        vectors, distance = _vectors_between(approach.foot)
-        slope = self._point_load * np.einsum("pij,pijk->pik", N[:, None] / distance**3, vectors) / self._E[..., None]
-        shift = approach.radius[..., None] * slope
+        shift = self._contact_shift(approach, N)
         _, distance = _vectors_between(approach.foot + shift)
         action = self._point_load / distance * (1.0 + _moments(radius, DEFLECTED, LOADING) / distance**2)  # k_ij
 
         deflection = np.einsum("pij,pj->pi", action + self._fruit.remainder, N) / self._E
+        # A contact that moves sideways by s on a surface with the relative radius R becomes shallower by s^2 / (2 R).
         slope_reduction = 0.5 * (shift**2).sum(axis=2) / approach.radius
         residual = approach.interference - slope_reduction - deflection - q
         return _DomeState(
@@ -331,6 +331,17 @@ class _Law:
             q=q,
         )
 
+    def _contact_shift(self, approach: DomeApproach, N: Floats) -> Floats:
+        """Return the displacement of each contact on the surface [mm] that the other domes cause, (poses, tips, 3).
+
+        The normal forces N (poses, tips) [N] of the other domes tilt the surface under a dome. The contact moves by the
+        relative radius of curvature times the slope of this tilt.
+        """
+        # Indices: pose p, tips i and j, coordinate k.
+        vectors, distance = _vectors_between(approach.foot)
+        slope = self._point_load * np.einsum("pij,pijk->pik", N[:, None] / distance**3, vectors) / self._E[..., None]
+        return np.asarray(approach.radius[..., None] * slope)
+
     def normal_compliance(self, approach: DomeApproach) -> Floats:
         """Return the compliance of the springs along the contact normals [mm/N], shape (poses, tips, tips).
 
@@ -338,7 +349,8 @@ class _Law:
         normals.
         """
         normals = approach.direction
-        # Flattening the axes of tip j turns the contraction with n_i into one matrix product per dome.
+        # The axes of C are tip i, tip j, axis a and axis b. Flattening j and b turns the contraction with n_i into one
+        # matrix product per tip i.
         matrices = self._compliance.transpose(0, 2, 1, 3).reshape(len(self._compliance), 3, -1)
         along_normal = (normals.swapaxes(0, 1) @ matrices).reshape(len(self._compliance), len(normals), -1, 3)
         return np.asarray(np.einsum("ipjb,pjb->pij", along_normal, normals))
@@ -347,7 +359,7 @@ class _Law:
         """Return the contacts at local indentations q (poses, tips) [mm], by Hertz's law with the factor g.
 
         `approach` holds the radii of curvature of the contacts. Under a skin, a layered half-space replaces Hertz's
-        law.
+        law. A dome with q <= 0 is out of contact, and its force and stiffness are 0.
         """
         depth = np.maximum(q, 0.0) / approach.depth_ratio  # depth of the circular contact with the same force
         if self._fruit.skin_contact is not None:
@@ -373,7 +385,7 @@ class _Law:
         # With the radius of curvature R, the table takes depth * R. It returns force * R / E and stiffness / E.
         radius, scaled_force, scaled_stiffness = skin_contact.press(approach.radius * depth)
         without_skin = self._large_strain(radius, approach)
-        one = np.ones_like(radius)
+        one = np.ones_like(radius)  # a correction of 1 is no correction
         force_error = np.abs(without_skin.factor - one)
         radius_error = np.abs(without_skin.edge - one)
         return _LocalContact(
@@ -389,9 +401,11 @@ class _Law:
         return large_strain(radius, self._poses.dome_radius, self._fruit_curvature(approach), self._fruit.poisson)
 
     def jacobian(self, state: _DomeState) -> Floats:
-        """Return minus the Jacobian of the residual [1], (poses, tips, tips), without small terms.
+        """Return minus the Jacobian of the residual with respect to q [1], (poses, tips, tips), without small terms.
 
-        It is I + (C + (B + k) / E) diag(dN/dq), where C is the compliance of the springs along the normals.
+        It is I + (C + (B + k) / E) diag(dN/dq), where C is the compliance of the springs along the normals. The
+        neglected terms are due to the motion of the contacts. They do not affect the equilibrium that Newton's method
+        finds.
         """
         compliance = (
             self.normal_compliance(state.approach) + (state.action + self._fruit.remainder) / self._E[..., None]
@@ -401,30 +415,36 @@ class _Law:
     def bound_interference_error(self, state: _DomeState) -> Floats:
         """Return the error bound of the interference [mm] at fixed forces, shape (poses, tips).
 
-        It is the sum of four bounds: for the compliance, for the lateral compliance, for the large-strain corrections,
-        and for smaller neglected terms.
+        It is the sum of four bounds: for the compliance between contacts, for the lateral compliance of the tips, for
+        the large-strain corrections, and for smaller neglected terms.
+        """
+        compliance_term = np.einsum("pij,pj->pi", self._compliance_bound(state), state.N) / self._E
+        depth = state.contact_radius**2 / state.approach.radius
+        lateral_term = self._sideways_error * self._lateral_deflection(state)
+        strain_term = self.depth_change(state, state.strain.error)
+        return np.asarray(compliance_term + DEPTH_FRACTION * depth + lateral_term + strain_term)
+
+    def _compliance_bound(self, state: _DomeState) -> Floats:
+        """Return the error bound of the compliance between contacts, times E [1/mm], (poses, tips, tips).
+
+        The compliance that the fruit adds has an error of its own. In addition, the law neglects three effects: the
+        variation of this compliance over a contact, its change if a contact moves, and higher moments of the crosstalk.
         """
         _, distance = _vectors_between(state.approach.foot)
         radius = state.contact_radius
         fruit = self._fruit
-        # The added compliance has an error of its own. In addition, the law neglects three effects: its variation over
-        # a contact, higher moments of the crosstalk, and its change if a contact moves.
         size_ratio = radius[:, None] / fruit.boundary_distance
         over_contact = VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * size_ratio**2
         # The next term of the crosstalk, relative to a point load, is a factor times the square of this ratio.
         moment_ratio = _moments(radius, 0.5, 0.5) / distance**2  # (a_i^2 + a_j^2) / (2 p^2)
         next_moment = NEXT_MOMENT_FACTOR * self._point_load / distance * moment_ratio**2
-        compliance_bound = fruit.bound + over_contact + next_moment + self._moved_contact_bound(state)
-        compliance_term = np.einsum("pij,pj->pi", compliance_bound, state.N) / self._E
-        depth = radius**2 / state.approach.radius
-        lateral_term = self._sideways_error * self._lateral_deflection(state)
-        strain_term = self.depth_change(state, state.strain.error)
-        return np.asarray(compliance_term + DEPTH_FRACTION * depth + lateral_term + strain_term)
+        return np.asarray(fruit.bound + over_contact + next_moment + self._moved_contact_bound(state))
 
     def _moved_contact_bound(self, state: _DomeState) -> Floats:
         """Return the error bound of the added compliance if contacts are not at the points where it was solved.
 
-        The bound is multiplied by E [1/mm], and has shape (poses, tips, tips).
+        The bound is multiplied by E [1/mm], and has shape (poses, tips, tips). It increases with the distance of a
+        contact from the point for which the compliance was solved; see `MOVED_CONTACT_FACTOR`.
         """
         fruit = self._fruit
         shift = np.linalg.norm(state.approach.foot[..., :2] - fruit.contact_points, axis=-1)

@@ -24,13 +24,13 @@ def sphere_contact_radius(depth: Floats, sphere_radius: float, curvature: Floats
     """Return the contact radii [mm] of a sphere at given depths >= 0 [mm], with the same shape as `depth`.
 
     Newton's method solves depth = a artanh(a / r) + a^2 / R for the contact radius a. `sphere_radius` [mm] is r, and
-    `curvature` [1/mm] is 1 / R, the curvature of the body.
+    `curvature` [1/mm] is 1 / R, the curvature of the body, with the same shape.
     """
     relative_depth = depth / sphere_radius
     relative_curvature = sphere_radius * curvature
     # The unknown is x = a / r. The residual is a convex function of x, so Newton's method converges monotonically from
-    # above. There are two upper bounds, of which the smaller is the initial guess. One is the radius for a paraboloid.
-    # The other follows from x artanh(x) <= depth / r: if x is above 0.8, artanh(x) is at most 1.25 depth / r.
+    # above. The initial guess is the smaller of two upper bounds. One is the radius for a paraboloid. The other follows
+    # from x artanh(x) <= depth / r. If x is above 0.8, artanh(x) is at most depth / (0.8 r) = 1.25 depth / r.
     paraboloid_bound = np.sqrt(relative_depth / (1.0 + relative_curvature))
     x = np.minimum(paraboloid_bound, np.maximum(0.8, np.tanh(1.25 * relative_depth)))
     for _ in range(STEPS):
