@@ -41,7 +41,10 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
 
 
 def cell_nodes(basis: CellBasis) -> Ints:
-    """Return the node indices of each cell, shape (cells, nodes). The dofs of node n are dim n, dim n + 1, ..."""
+    """Return the node indices of each cell, shape (cells, nodes).
+
+    The dofs of node n are dim * n, dim * n + 1 and so on, one for each component of its displacement.
+    """
     dim = basis.mesh.dim()
     return np.asarray(basis.element_dofs[::dim].T // dim)
 

@@ -58,7 +58,8 @@ def stiffness_matrix(
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, but takes ten times as long. Here the
     products of scalar gradients, P_abij = int d_a N_i d_b N_j with nodes i, j and axes a, b, are formed for many
-    elements at once. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
+    elements at once. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij. Its row is component a
+    at node i, and its column is component b at node j.
 
     With `b_bar`, the dilatation div u is projected onto linear functions within each element (the B-bar method).
     Hexahedra then do not lock as nu tends to 0.5. For 27-node hexahedra, this is the Q2 / P1 pair with the pressure
@@ -79,8 +80,8 @@ def stiffness_matrix(
         same_axis = mu[group] * np.einsum("cceij->eij", P)  # the term with delta_ab, so it is added only for a = b
         for axis in range(dim):
             matrices[axis, axis] += same_axis
-        columns[group] = matrices.transpose(2, 4, 1, 3, 0)
-    blocks = columns.reshape(elements, nodes * dim, nodes * dim).swapaxes(1, 2)
+        columns[group] = matrices.transpose(2, 4, 1, 3, 0)  # (element, node j, axis b, node i, axis a)
+    blocks = columns.reshape(elements, nodes * dim, nodes * dim).swapaxes(1, 2)  # (element, row, column)
     return assemble_elements(blocks, basis.element_dofs.T, basis.N)
 
 
@@ -97,6 +98,7 @@ def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
     are the gradients at the quadrature points, whose weights are `dx` (elements, points) [mm^3]. `points` (dim, points)
     are their coordinates in the unit cube. The result has the shape (dim, dim, elements, nodes, nodes).
     """
+    # 1, X, Y and Z at the points, with coordinates from -1 to 1.
     linear = np.concatenate([np.ones((1, points.shape[1])), 2.0 * points - 1.0])
     weighted = linear[None] * dx[:, None]  # (elements, 4, points)
     # The coefficients of the projections are mass^-1 moments. The integrals of their products are therefore
@@ -116,7 +118,8 @@ def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
     n = dofs.shape[1]
     order = np.argsort(dofs, axis=None, kind="stable")  # sorts the columns of all elements by dof
     columns = blocks.swapaxes(1, 2).reshape(-1, n)[order]
-    rows = dofs[order // n]
+    rows = dofs[order // n]  # `order // n` is the element of each column, which determines its rows
+    # Each dof is in as many element columns as it has elements, and each of these has n entries.
     ends = np.cumsum(n * np.bincount(dofs.ravel(), minlength=size))
     matrix = csc_matrix((columns.ravel(), rows.ravel(), np.append(0, ends)), shape=(size, size))
     matrix.sum_duplicates()

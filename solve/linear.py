@@ -34,10 +34,11 @@ _MERGED_COLUMNS = 1
 
 @dataclass(frozen=True)
 class Factor:
-    """A factorised stiffness matrix K. The displacements of the dofs `fixed` are prescribed, those of `free` unknown.
+    """A factorised stiffness matrix K, for which many loads can be solved.
 
-    `matrix` is K, and `block` is its submatrix for the free dofs, in the order of `free`. `back_substitute` applies the
-    inverse of `block` to right-hand sides of shape (free,) or (free, loads).
+    The displacements of the dofs `fixed` are prescribed, and the displacements of the dofs `free` are unknown. `matrix`
+    is K, and `block` is its submatrix for the free dofs, in the order of `free`. `back_substitute` applies the inverse
+    of `block` to right-hand sides of shape (free,) or (free, loads).
     """
 
     matrix: csc_matrix
@@ -54,7 +55,7 @@ class Factor:
         """
         u = np.zeros_like(load, dtype=np.float64)
         right_side = load[self.free]
-        if prescribed is not None:
+        if prescribed is not None:  # move the forces due to the prescribed displacements to the right-hand side
             u[self.fixed] = prescribed
             right_side = right_side - (self.matrix @ u)[self.free]
         solution = self.back_substitute(right_side)
@@ -67,9 +68,9 @@ class Factor:
     def solve_near(self, matrix: csc_matrix, load: Floats) -> Floats:
         """Return the displacements u [mm] for another `matrix` close to K, with the same fixed dofs held at 0.
 
-        u and `load` [N] have the shape (dofs, loads). The method is conjugate gradients, preconditioned by the
-        factorisation of K: the closer the matrix is to K, the fewer iterations it needs. Raises SolveError if the
-        relative residual on the free dofs exceeds 1e-9.
+        This is cheaper than another factorisation. u and `load` [N] have the shape (dofs, loads). The method is
+        conjugate gradients, preconditioned by the factorisation of K: the closer the matrix is to K, the fewer
+        iterations it needs. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
         """
         block = csc_matrix(matrix[:, self.free][self.free])
         preconditioner = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
@@ -92,9 +93,13 @@ def magnitude(matrix: csc_matrix) -> csc_matrix:
 
 
 def _check_residual(block: csc_matrix, solution: Floats, right_side: Floats) -> None:
-    """Raise SolveError if the largest residual of a solution u exceeds 1e-9 times the largest row sum of |K_ij u_j|."""
+    """Raise SolveError if the largest residual of a solution u exceeds 1e-9 times the largest row sum of |K_ij u_j|.
+
+    K is `block`, and u is `solution`. The row sum is the size of the terms that the residual subtracts.
+    """
     residual = float(np.abs(block @ solution - right_side).max(initial=0.0))
     scale = float((magnitude(block) @ np.abs(solution)).max(initial=0.0)) or 1.0  # 1 if u is 0, to avoid 0 / 0
+    # The comparison is negated, so that nan is rejected too.
     if not residual <= RESIDUAL_LIMIT * scale:
         msg = (
             f"linear solve: relative residual {residual / scale:.1e} must be at most {RESIDUAL_LIMIT:.0e}. "
@@ -113,29 +118,41 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
     ascending_free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
-    ascending = csc_matrix(matrix[:, ascending_free][ascending_free])
-    # With the dofs in descending order, the factorisation has 5 % fewer nonzeros. Row and column i become n - 1 - i.
-    # Reversing the arrays of the sparse matrix has this effect, and keeps the indices sorted.
-    reversed_data = ascending.data[::-1].copy()
-    reversed_indices = len(ascending_free) - 1 - ascending.indices[::-1]
-    reversed_pointers = ascending.nnz - ascending.indptr[::-1]
-    block = csc_matrix((reversed_data, reversed_indices, reversed_pointers), shape=ascending.shape)
+    # With the dofs in descending order, the factorisation has 5 % fewer nonzeros.
+    block = _reverse(csc_matrix(matrix[:, ascending_free][ascending_free]))
     free = ascending_free[::-1]
     if not len(free):  # nothing to factorise, and no condition number to estimate
         return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=np.copy)
     back_substitute = _factorise_block(block)
+    _check_condition(block, back_substitute)
+    return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=back_substitute)
 
-    # Estimate the condition number |K^-1| |K| from one right-hand side without zeros. Its entries are at most 1, so the
-    # largest entry of the solution is a lower bound of |K^-1|. Above the limit, round-off would leave too few correct
-    # digits in the displacements.
-    probe = np.cos(np.arange(len(free), dtype=np.float64))
+
+def _reverse(matrix: csc_matrix) -> csc_matrix:
+    """Return a square matrix whose n rows and n columns are in reverse order: i becomes n - 1 - i.
+
+    Reversing the arrays of the sparse matrix has this effect, and keeps the indices sorted.
+    """
+    data = matrix.data[::-1].copy()
+    indices = matrix.shape[0] - 1 - matrix.indices[::-1]
+    pointers = matrix.nnz - matrix.indptr[::-1]
+    return csc_matrix((data, indices, pointers), shape=matrix.shape)
+
+
+def _check_condition(block: csc_matrix, back_substitute: Callable[[Floats], Floats]) -> None:
+    """Raise SolveError if the condition number |K^-1| |K| is so large that round-off would leave too few digits.
+
+    K is `block`, and `back_substitute` applies its inverse. |K^-1| is estimated from one right-hand side without zeros.
+    Its entries are at most 1, so the largest entry of the solution is a lower bound of |K^-1|.
+    """
+    probe = np.cos(np.arange(block.shape[0], dtype=np.float64))
     inverse_norm = float(np.abs(back_substitute(probe)).max())
     norm = float(magnitude(block).sum(axis=0).max())
     condition = inverse_norm * norm
     limit = DIGITS / EPSILON
+    # The comparison is negated, so that nan is rejected too.
     if not condition <= limit:
         raise SolveError(_singular(f"condition number {condition:.0e} must be at most {limit:.0e}"))
-    return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=back_substitute)
 
 
 def _factorise_block(block: csc_matrix) -> Callable[[Floats], Floats]:
@@ -144,8 +161,8 @@ def _factorise_block(block: csc_matrix) -> Callable[[Floats], Floats]:
     The function takes right-hand sides of shape (n,) or (n, loads). Raises SolveError if the matrix is singular, and
     MemoryError if there is not enough memory.
     """
-    # The columns are reordered so that the factor has few nonzeros. The diagonal entries are the pivots, which is
-    # stable because the matrix is positive definite.
+    # Minimum degree ordering of the columns leaves few nonzeros in the factor. A threshold of 0 makes the diagonal
+    # entries the pivots, which is stable because the matrix is positive definite.
     symmetric = {"SymmetricMode": True}
     try:
         factor = splu(

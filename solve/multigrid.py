@@ -25,8 +25,8 @@ _EIGENVALUE_MARGIN = 1.1  # upper bound of the largest eigenvalue divided by its
 class TwoGrid:
     """The stiffness matrix of quadratic tetrahedra with some dofs held at 0, and its two-grid preconditioner.
 
-    `block` is the submatrix for the dofs `free`, and `diagonal` is its diagonal. `prolongation` interpolates
-    displacements of the linear elements to the free dofs. `coarse` is the factorised matrix of the linear elements.
+    `block` is the submatrix for the dofs `free`, and `diagonal` is its diagonal. `prolongation` interpolates the
+    displacements of linear elements to the free dofs. `coarse` is the factorised matrix of the linear elements.
     `largest` is an estimate of the largest eigenvalue of `block` scaled by its diagonal.
     """
 
@@ -65,17 +65,17 @@ class TwoGrid:
     def _smooth(self, right_side: Floats, x: Floats) -> Floats:
         """Improve an approximate solution x of block x = right_side by a few Chebyshev iterations, and return it.
 
-        Both vectors are (free,). The matrix is scaled by its diagonal. The iteration is tuned to the upper part of the
-        spectrum, where the coarse solve does not help. The names of the variables are those of Y. Saad, Iterative
-        Methods for Sparse Linear Systems (2003), section 12.1.
+        Both vectors are (free,). The matrix is scaled by its diagonal. The iteration reduces the error in the upper
+        part of the spectrum, where the coarse solve does not help. The names of the variables are taken from Y. Saad,
+        Iterative Methods for Sparse Linear Systems (2003), section 12.1.
         """
         high = _EIGENVALUE_MARGIN * self.largest  # upper end of the smoothed part of the spectrum
-        low = _SMOOTHED_RATIO * self.largest  # lower end
+        low = _SMOOTHED_RATIO * self.largest  # lower end of this part
         theta = 0.5 * (high + low)  # its centre
         delta = 0.5 * (high - low)  # its half width
         sigma = theta / delta
         rho = 1.0 / sigma
-        # For x = 0, the residual is the right-hand side. This saves one product with the matrix.
+        # For x = 0, the residual is the right-hand side, which saves one product with the matrix.
         unscaled_residual = right_side - self.block @ x if x.any() else right_side
         residual = unscaled_residual / self.diagonal
         step = residual / theta
@@ -103,30 +103,48 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     # The dofs of the corners come first, so the coarse dofs have the same numbers in the fine matrix.
     coarse_free = np.setdiff1d(np.arange(corner_to_node.shape[1]), held)
     prolongation = csr_matrix(corner_to_node[:, coarse_free][free])
-    # The held dofs have already been removed from the coarse matrix, so no further dof is fixed.
-    coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
-    position_in_factor = np.argsort(coarse.free)  # `factorise` reorders its unknowns
+    diagonal = block.diagonal()
+    return TwoGrid(
+        block=block,
+        free=free,
+        prolongation=prolongation,
+        coarse=_factorise_in_order(csc_matrix(prolongation.T @ block @ prolongation)),
+        diagonal=diagonal,
+        largest=_largest_eigenvalue(block, diagonal),
+    )
+
+
+def _factorise_in_order(matrix: csc_matrix) -> Factor:
+    """Factorise a matrix without fixed dofs, so that `back_substitute` keeps the order of its rows.
+
+    `factorise` reorders the unknowns, so right-hand sides and solutions are converted between the two orders. Raises
+    SolveError if the matrix is singular or too large.
+    """
+    factor = factorise(matrix, np.zeros(0, dtype=np.int64))
+    position_in_factor = np.argsort(factor.free)
 
     def back_substitute(right_side: Floats) -> Floats:
-        """Apply the inverse of the coarse matrix to a vector in the order of the coarse dofs."""
-        return coarse.back_substitute(right_side[coarse.free])[position_in_factor]
+        """Apply the inverse of the matrix to a vector in the order of the rows."""
+        return factor.back_substitute(right_side[factor.free])[position_in_factor]
 
-    reordered = replace(coarse, back_substitute=back_substitute)
-    # The smoother needs the largest eigenvalue of the matrix scaled by its diagonal, to about 1 %. The start vector is
-    # fixed, so that repeated runs give the same digits.
-    diagonal = block.diagonal()
+    return replace(factor, back_substitute=back_substitute)
+
+
+def _largest_eigenvalue(block: csr_matrix, diagonal: Floats) -> float:
+    """Return the largest eigenvalue of a matrix scaled by its diagonal [1], to about 1 %.
+
+    The start vector of the Lanczos iteration is fixed, so that repeated runs give the same digits.
+    """
     scaled = diags(diagonal**-0.5) @ block @ diags(diagonal**-0.5)
-    eigenvalues = eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))
-    largest = float(eigenvalues[0])
-    return TwoGrid(
-        block=block, free=free, prolongation=prolongation, coarse=reordered, diagonal=diagonal, largest=largest
-    )
+    eigenvalues = eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(diagonal)))
+    return float(eigenvalues[0])
 
 
 def _corner_interpolation(mesh: Mesh) -> csr_matrix:
     """Return the matrix that interpolates displacements at the corners to all nodes, shape (dofs, 3 corners).
 
-    The nodes are the corners, followed by the midpoints of the edges.
+    The nodes are the corners, followed by the midpoints of the edges. The displacement of a midpoint is the mean of the
+    displacements at the two ends of its edge.
     """
     corner_count = int(mesh.t.max()) + 1
     edges = mesh.edges

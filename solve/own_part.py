@@ -79,7 +79,8 @@ def swept_compliance(
     half = clamped_half(part.mesh, *material, layers)
     # A column of `means` (dofs, loads) is a load of 1 N; its product with displacements is the mean over the face.
     means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
-    u = half.factor.solve(part.meshed_fraction * means)  # if only half the part is meshed, half of each load acts on it
+    # `part.meshed_fraction` is the meshed fraction of the part: if it is half of the part, half of each load acts on it.
+    u = half.factor.solve(part.meshed_fraction * means)
     C = means.T @ u
     _check_reciprocal(C)
     strains = [_corner_strain(half.basis, column) for column in u.T]
@@ -100,9 +101,10 @@ def strained_corners(solution: PartCompliance) -> tuple[int, ...]:
 
     The other corners together hold at most the fraction `CORNER_SHARE` of the strain energy of each load.
     """
-    order = np.argsort(solution.at_corners.max(axis=0))  # in order of increasing strain energy
-    is_small = np.cumsum(solution.at_corners[:, order], axis=1).max(axis=0) <= CORNER_SHARE
-    return tuple(sorted(order[~is_small].tolist()))
+    increasing = np.argsort(solution.at_corners.max(axis=0))  # corners in order of increasing strain energy
+    cumulative_share = np.cumsum(solution.at_corners[:, increasing], axis=1).max(axis=0)
+    is_negligible = cumulative_share <= CORNER_SHARE
+    return tuple(sorted(increasing[~is_negligible].tolist()))
 
 
 def _check_reciprocal(C: Floats) -> None:
@@ -118,13 +120,13 @@ def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
 
     `u` (dofs,) [mm] are the displacements. Both values are nan if there is no round inner corner, or if the strain at
     another wall is more than 1.2 times as large. Such a maximum lies at a sharp corner, where the strain increases with
-    every refinement of the mesh.
+    every refinement of the mesh, so no value of it can be reported.
     """
     if FILLETS not in basis.mesh.boundaries:
         return np.nan, np.nan
     at_fillets, inside = largest_strain(basis, FILLETS, u)
     at_walls, _ = largest_strain(basis, WALLS, u)
-    if not _SHARP_CORNER_RATIO * at_fillets >= at_walls:
+    if not _SHARP_CORNER_RATIO * at_fillets >= at_walls:  # negated, so that nan is rejected too
         return np.nan, np.nan
     # In the straight wall next to a wide fillet, the strain may be slightly larger than in the fillet.
     return max(at_fillets, at_walls), inside
@@ -138,10 +140,10 @@ def tetrahedral_compliance(
 ) -> PartCompliance:
     """Return the compliance of the pressed faces of a part, solved on a mesh [mm] of quadratic tetrahedra.
 
-    The strains are nan, and there are no strain energies. `material` is Young's modulus [MPa] and Poisson's ratio.
-    `presses` maps the name of each pressed face to the unit vector along its load. The part is supported by the elastic
-    `layers`; without layers, its held faces cannot move. Raises SolveError if nothing holds the part, if conjugate
-    gradients do not converge, or if the compliance is not symmetric.
+    Only the compliance is computed: the strains are nan, and there are no strain energies. `material` is Young's
+    modulus [MPa] and Poisson's ratio. `presses` maps the name of each pressed face to the unit vector along its load.
+    The part is supported by the elastic `layers`; without layers, its held faces cannot move. Raises SolveError if
+    nothing holds the part, if conjugate gradients do not converge, or if the compliance is not symmetric.
     """
     start = time.perf_counter()
     basis = vector_basis(mesh, ElementTetP2(), _TETRAHEDRA_ORDER)
@@ -174,6 +176,7 @@ def extrapolate_to_size_zero(sizes: Sequence[float], values: Sequence[float]) ->
     would mainly reflect scatter. The error of the limit is the larger of the last two extrapolation steps, each scaled
     to the last size. Two steps are used because a single one may be small by chance.
     """
+    # Each pair of neighbouring meshes gives one straight line, and one change from the last size to size 0.
     slopes = np.diff(values[-3:]) / np.diff(sizes[-3:])
     steps = slopes * sizes[-1]
     return float(values[-1] - steps[-1]), float(np.abs(steps).max())
@@ -188,14 +191,16 @@ def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
 
 
 def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
-    """Return twice the strain energy density and twice the strain energy of each element.
+    """Return twice the strain energy density and twice the strain energy of each element, both (elements,).
 
     The first array is the mean density over the quadrature points [N/mm^2], the second is the integral [N mm]. `u`
-    (dofs,) [mm] are the displacements.
+    (dofs,) [mm] are the displacements, and `material` is Young's modulus [MPa] and Poisson's ratio.
     """
+    # The indices are node n, axes i and j, element e and quadrature point q.
     basis = half.basis
     dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
     gradient = np.einsum("nie,njeq->ijeq", u[dofs], scalar_gradients(basis))
+    # The stress is symmetric, so its product with the gradient is its product with the strain.
     density = np.asarray((stress(gradient, *material) * gradient).sum(axis=(0, 1)))
     return density.mean(axis=1), (density * basis.dx).sum(axis=1)
 
@@ -203,16 +208,17 @@ def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tupl
 def neglected_feature_errors(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
     """Return an upper bound of the relative error of each C[i, i] [1] due to features that the swept mesh neglects.
 
-    `part` is the swept part, and `solution` its compliance. In each column of cells, the mesh has too much or too
-    little material. This material is assumed to have the strain energy density of the most strained cell of the column.
+    `part` is the swept part, and `solution` its compliance. In each column of cells along the sweep, the mesh has too
+    much or too little material. This material is assumed to have the strain energy density of the most strained cell of
+    the column. For a load of 1 N, twice the strain energy is a compliance.
     """
     # Volume [mm^3] whose strain energy is the change in compliance; a void adds more compliance than its own energy.
     effective_volume = VOID_FACTOR * part.effective_length_error * part.area
-    largest_densities = (density[part.cells].max(axis=0) for density in solution.density)  # one array per load
-    return tuple(
-        float((effective_volume * density).sum()) / solution.C[load, load]
-        for load, density in enumerate(largest_densities)
-    )
+    relative_errors = []
+    for load, density in enumerate(solution.density):
+        largest_density = density[part.cells].max(axis=0)  # one value per column of cells
+        relative_errors.append(float((effective_volume * largest_density).sum()) / solution.C[load, load])
+    return tuple(relative_errors)
 
 
 def _corner_shares(part: SweptPart, energy: Floats) -> Floats:
@@ -221,7 +227,7 @@ def _corner_shares(part: SweptPart, energy: Floats) -> Floats:
     `energy` (elements,) is the strain energy of each element, in any unit.
     """
     energy_of_columns = energy[part.cells].sum(axis=0)
-    is_at_corner = part.corner >= 0
+    is_at_corner = part.corner >= 0  # -1 marks a column of cells that is not at a sharp inner corner
     energy_at_corners = np.bincount(
         part.corner[is_at_corner], energy_of_columns[is_at_corner], minlength=part.corner_count
     )

@@ -2,4 +2,4 @@
 
 
 class SolveError(RuntimeError):
-    """The result of a solve must not be used; the message gives the reason."""
+    """A solve failed, or its result is not accurate enough to be used; the message gives the reason."""

@@ -44,7 +44,7 @@ def patch_inside(basis: CellBasis, elements: Ints, points: Floats, weights: Floa
     """Return the patch of the elements (e,) with quadrature at given points and with the weights (e, q) [mm^2].
 
     `points` [1] are positions in the reference cell. Points of shape (3, q) are the same in all elements; points of
-    shape (3, e, q) differ between elements.
+    shape (3, e, q) differ between elements. They may also lie inside the elements instead of on a facet.
     """
     table = shape_table(basis.elem.elem, points)
     # The shape is (nodes, e, q), or (nodes, 1, q) if all elements have the same points.
@@ -64,5 +64,6 @@ def surface_patches(basis: CellBasis, name: str, points: Floats, weights: Floats
     `points` (2, q) [1] and `weights` (q,) [1] are the quadrature rule on the reference facet.
     """
     for facet in surface_facets(basis, name):
+        # The length of a normal is the area on the surface per area of the reference facet [mm^2].
         area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
         yield patch_inside(basis, facet.elements, facet.inside(points), area * weights)
