@@ -36,21 +36,21 @@ def bill_of_materials(
     masses: Mapping[str, float],
     signal: SignalPath | None = None,
 ) -> tuple[BillLine, ...]:
-    """Return every line of the bill; the parts are counted in the assembly of the sensor.
+    """Return every line of the bill, with the parts counted in the assembly of the sensor.
 
     The template `bill.csv.jinja` writes the lines as CSV text, from the values below. `assembly` is the assembly
     without the bracket, `process` is the print process, and `masses` holds the masses of the printed parts [g], keyed
     by part name. If there is a signal path, the bill also lists the electronic parts, wire and glue.
     """
     housing = sensor.housing
-    text = render_template(
+    csv_text = render_template(
         "bill.csv.jinja",
         process=process,
         housing=housing,
         masses=masses,
         each=EACH,
-        count=Counter(map(product_of, assembly.children)),
-        tips=len(sensor.tips.springs),
+        count=Counter(map(product_of, assembly.children)),  # number of parts of each type, for example `washer`
+        tips=len(sensor.tips.springs),  # each tip has one spring
         screw=screw_name(mounted_grip(sensor)),
         screw_without_bracket=screw_name(grip(sensor)),
         flange_screw_mm=FLANGE_SCREW_MM,
@@ -59,11 +59,12 @@ def bill_of_materials(
         signal=signal,
         probe=PROBE,
     )
-    return tuple(BillLine(int(count), *texts) for count, *texts in csv.reader(text.splitlines()))
+    # The first column is the count. The other columns are the text fields of a line, in their order.
+    return tuple(BillLine(int(count), *texts) for count, *texts in csv.reader(csv_text.splitlines()))
 
 
 def screw_name(grip_mm: float) -> str:
-    """Return the name of the shortest screw that is long enough for a grip [mm], or of a threaded rod if none is."""
+    """Return the name of the shortest standard screw for a grip [mm], or of a threaded rod if all are too short."""
     length = screw_length(grip_mm)
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
 

@@ -61,29 +61,35 @@ def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) 
 def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
     """Group the parts of a sensor by their position in the stack, and return the groups moved apart along y [mm].
 
-    The groups are keyed by the names in `_STACK`, which run from the front to the back. The fruit is omitted. Pins are
-    also moved down, out of the housing or the plate that holds them.
+    The groups are keyed by the names in `_STACK`, which run from the front to the back. The fruit is omitted. Pins form
+    groups of their own, such as `pin housing`. They are also moved down, out of the housing or the plate that holds
+    them.
     """
     parts = assembly.children
-    pins = [part for part in parts if product_of(part) == "pin"]
     groups: dict[str, list[cq.Assembly]] = {}
     front_y = 0.0  # y coordinate at which the next group begins
     for position in _STACK:
         group = [part for part in parts if part.name == position or part.name.startswith(f"{position}_")]
-        if not group:
+        if not group:  # this sensor has no such part
             continue
         box = cq.Compound.makeCompound([placed_shape(part) for part in group]).BoundingBox()
         groups[position] = _displace(group, front_y - box.ymin)
-        held_pins = []
-        if position == "housing":
-            held_pins = pins
-        elif position.startswith("plate"):
-            # Plate 1 holds the pins whose names end with 1, and plate 2 the pins whose names end with 2.
-            held_pins = [pin for pin in pins if pin.name[-1] == position[-1]]
-        if held_pins:
-            groups[f"pin {position}"] = _displace(held_pins, front_y - box.ymin, -_GAP_MM)
+        pins = _pins_held_by(position, parts)
+        if pins:
+            groups[f"pin {position}"] = _displace(pins, front_y - box.ymin, -_GAP_MM)
         front_y += box.ylen + (_BEHIND_COVER_MM if position == "front_cover" else _GAP_MM)
     return groups
+
+
+def _pins_held_by(position: str, parts: Sequence[cq.Assembly]) -> list[cq.Assembly]:
+    """Return the pins among `parts` that are glued into the housing or the plate at a position in the stack."""
+    pins = [part for part in parts if product_of(part) == "pin"]
+    if position == "housing":
+        return pins
+    if position.startswith("plate"):
+        # Plate 1 holds the pins whose names end with 1, and plate 2 the pins whose names end with 2.
+        return [pin for pin in pins if pin.name[-1] == position[-1]]
+    return []
 
 
 def place_balloons(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
@@ -95,12 +101,12 @@ def place_balloons(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine
     numbers: dict[str, int] = {}
     for number, row in enumerate(bill, start=1):
         numbers.setdefault(row.part, number)  # a part with several lines in the bill gets the number of the first line
-    targets = []  # the point of each group to which its line leads, and the number of the group
+    targets = []  # the point (x, y) of each group to which its line leads, and the number of the group
     for position, group in groups.items():
         part_name = _STACK.get(position, "pin")  # the only groups that are not named in `_STACK` are pins
         targets.append((_highest_point(position, group), numbers[part_name]))
     balloons: list[Balloon] = []
-    for target, number in sorted(targets):
+    for target, number in sorted(targets):  # from left to right
         x = target[0]
         if balloons:
             x = max(x, balloons[-1].x + _BALLOON_SPACING_MM)
@@ -115,10 +121,10 @@ def _displace(parts: Sequence[cq.Assembly], y: float, z: float = 0.0) -> list[cq
 
 
 def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, float]:
-    """Return the highest point (x, y) of a group of parts in the view [mm].
+    """Return the highest point (x, y) of a group of parts in the exploded view [mm].
 
-    `position` is the name of the group. If the bracket hides parts of it, only the parts farthest to the right are
-    searched.
+    `position` is the name of the group. If the bracket hides some of its parts, only the parts farthest to the right
+    are searched, so that the line of a number leads to a visible part.
     """
     shapes = [placed_shape(part) for part in group]
     visible = shapes
@@ -126,6 +132,9 @@ def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, 
         right_edge = max(shape.BoundingBox().xmax for shape in shapes)
         # The chord height also serves as the tolerance of this comparison.
         visible = [shape for shape in shapes if shape.BoundingBox().xmax > right_edge - _CHORD_MM]
-    # OCCT stores triangles in a shape, and would reuse finer ones of an earlier call. The copies have none.
-    corners = [corner for shape in visible for corner in shape.copy().tessellate(_CHORD_MM)[0]]
-    return max((point_in_view(corner, "corner") for corner in corners), key=lambda point: point[1])
+    points = []
+    for shape in visible:
+        # OCCT stores triangles in a shape, and would reuse finer ones of an earlier call. The copy has none.
+        corners, _ = shape.copy().tessellate(_CHORD_MM)
+        points += [point_in_view(corner, "corner") for corner in corners]
+    return max(points, key=lambda point: point[1])

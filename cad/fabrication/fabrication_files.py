@@ -21,7 +21,7 @@ from cad.files.stl import triangles
 from cad.parts.assembly import assembly_of
 from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
-from sensor.design.signal_path import SpringReadOut
+from sensor.design.signal_path import SignalPath, SpringReadOut
 from sensor.quantity import Estimate
 
 
@@ -55,52 +55,61 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     `read_out` has a signal path, the wiring plan wiring.svg is written too. Raises OSError if a file cannot be written,
     and ExportError if the volume read back from a file is wrong.
     """
-    housing = sensor.housing
     process = title.process
     parts = {name: draw() for name, draw in maker_parts(sensor).items()}
     shapes = {"housing": sensor.part.shape} | {name: part.shapes[0] for name, part in parts.items()}
+    # Masses in g, from volumes in mm^3.
     masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
     assembly = assembly_of(sensor)
     bill = bill_of_materials(sensor, assembly, process, masses, read_out.signal)
 
     drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
-    paths = [*drawing.write(folder / "drawing")]
+    drawing_paths = drawing.write(folder / "drawing")
     part_files = _write_parts(sensor, parts, folder)
-    paths += part_files.paths
     plate_path = folder / "plate.3mf"
-    write_plate(part_files.meshes, part_files.volumes, bill, slicer_settings(process, housing), plate_path)
-    paths.append(plate_path)
-
-    signal = read_out.signal
-    if signal is not None:
-        wiring_path = folder / "wiring.svg"
-        write_wiring(wiring_path, sensor.tips.names, housing.plates, signal.board)
-        paths.append(wiring_path)
+    settings = slicer_settings(process, sensor.housing)
+    write_plate(part_files.meshes, part_files.volumes, bill, settings, plate_path)
+    wiring_paths = _write_wiring(sensor, read_out.signal, folder)
     # The bracket is added only now, because the bill counts the parts of an assembly without the bracket.
     assembly_with_bracket = assembly.add(parts["mount"])
     exploded_path = folder / "exploded.svg"
     write_exploded(assembly_with_bracket, bill, exploded_path)
-    paths.append(exploded_path)
     documents = {
-        "bom.csv": bill_csv(bill),
-        "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),
+        folder / "bom.csv": bill_csv(bill),
+        folder / "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),
     }
-    for name, text in documents.items():
-        (folder / name).write_text(text, encoding="utf-8")
-        paths.append(folder / name)
+    for path, text in documents.items():
+        path.write_text(text, encoding="utf-8")
     read_back = part_files.read_back
-    return MakerFiles(paths=tuple(paths), cover=read_back["cover"], mount=read_back["mount"])
+    return MakerFiles(
+        paths=(*drawing_paths, *part_files.paths, plate_path, *wiring_paths, exploded_path, *documents),
+        cover=read_back["cover"],
+        mount=read_back["mount"],
+    )
+
+
+def _write_wiring(sensor: SensorSolids, signal: SignalPath | None, folder: Path) -> list[Path]:
+    """Write the wiring plan wiring.svg for a signal path, and return its path. Without a signal path, write nothing.
+
+    Raises OSError if the file cannot be written.
+    """
+    if signal is None:
+        return []
+    path = folder / "wiring.svg"
+    write_wiring(path, sensor.tips.names, sensor.housing.plates, signal.board)
+    return [path]
 
 
 def _write_parts(sensor: SensorSolids, parts: Mapping[str, cq.Assembly], folder: Path) -> _PartFiles:
     """Write each part to a STEP file, and in print pose to an STL file.
 
-    `parts` are the parts that are printed in addition to the housing, keyed by name. Raises OSError if a file cannot be
-    written, and ExportError if the volume read back from it is wrong.
+    `parts` are the parts that are printed in addition to the housing, keyed by name. The result also holds the mesh and
+    the volume of the housing, which the print plate needs. Raises OSError if a file cannot be written, and ExportError
+    if the volume read back from it is wrong.
     """
     paths = []
     read_back = {}
-    printed_housing = print_shape(sensor)
+    printed_housing = print_shape(sensor)  # in print pose, with its engraving
     meshes = {"housing": triangles(printed_housing)}
     volumes = {"housing": triangles_volume(printed_housing)}
     for name, part in parts.items():

@@ -47,28 +47,17 @@ _FIXED_SIZES = {  # sizes [mm], and the fit of a pin, which are the same for all
 }
 
 
-def coarsest_resolution(largest_reading: float) -> float:
-    """Return the coarsest resolution, rounded down to a power of ten, with which K can be determined to within 1 %.
-
-    The resolution has the unit of `largest_reading`. The 1 % is an expanded uncertainty (95 %), to which force and
-    deflection contribute equally.
-    """
-    # The standard uncertainty of K is _K_ERROR / COVERAGE, and each of the two readings causes 1 / sqrt(2) of it. The
-    # error of the slope is proportional to the resolution.
-    resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / slope_error_of_resolution(1.0, largest_reading, WEIGHED_AT)
-    return 10.0 ** math.floor(math.log10(resolution))
-
-
 def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
     """Return the table row for the leaf of the coupon that is equal to the leaves of a spring.
 
-    `grams` [g] is the largest weight on the leaf, `sag` [mm] its deflection under this weight, and `thickness` is in
-    mm. The modulus follows from a measured force and sag as E = `factor` [1/mm] * force / sag.
+    The template refers to the values by their keys. `thickness` [mm] is the thickness of the leaf. `grams` [g] is the
+    largest weight on the leaf, and `sag` [mm] the deflection of its hole under this weight. The modulus [MPa] follows
+    from a measured force [N] and sag [mm] as E = `factor` [1/mm] * force / sag.
     """
     factor = modulus_factor(arm.flexure)
     force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)  # [N]
     return {
-        "name": arm.name[0].upper(),  # L or H, as engraved on the coupon
+        "name": arm.name[0].upper(),  # L or H, as engraved on the housing
         "thickness": arm.flexure.thickness,
         "factor": factor,
         "grams": 1e3 * force / STANDARD_GRAVITY,
@@ -76,11 +65,24 @@ def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
     }
 
 
-def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
-    """Return the table row for the calibration of a spring: its largest deflection [mm] and weight `grams` [g].
+def coarsest_resolution(largest_reading: float) -> float:
+    """Return the coarsest resolution, rounded down to a power of ten, with which K can be determined to within 1 %.
 
-    The resolutions of the dial gauge [mm] and the balance [g] are taken from the bench. Without a bench, they are the
-    coarsest resolutions with which the stiffness K can be determined to within 1 %.
+    The resolution has the unit of `largest_reading`. The 1 % is an expanded uncertainty (95 %), to which force and
+    deflection contribute equally.
+    """
+    # The standard uncertainty of K is _K_ERROR / COVERAGE, and each of the two readings causes 1 / sqrt(2) of it. The
+    # error of the slope is proportional to the resolution, so it is computed for a resolution of 1.
+    resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / slope_error_of_resolution(1.0, largest_reading, WEIGHED_AT)
+    return 10.0 ** math.floor(math.log10(resolution))
+
+
+def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
+    """Return the table row for the calibration of a spring.
+
+    The template refers to the values by their keys. `deflection` [mm] and `grams` [g] are the largest deflection and
+    the largest weight. `dial` [mm] and `balance` [g] are the resolutions of the dial gauge and the balance on the
+    bench. Without a bench, they are the coarsest resolutions with which K can be determined to within 1 %.
     """
     # A calibration does not load a spring as far as it is loaded in use.
     deflection = PRESSED * spring.deflection
@@ -102,26 +104,26 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
     """Return the fabrication sheet as Markdown text: the bill, sizes, and instructions for making and calibrating.
 
     The text comes from the template `fabrication_sheet.md.jinja`, which refers to the values below by their names.
-    `bill` holds the lines of the bill of materials, and `read_out` describes how the springs are read and calibrated.
-    Lengths are in mm.
+    `title` is the title block of the drawing, with the process. `bill` holds the lines of the bill of materials, and
+    `read_out` describes how the springs are read and calibrated. Lengths are in mm.
     """
     process = title.process
-    volume_cm3 = 1e-3 * sensor.part.shape.Volume()
+    volume_cm3 = 1e-3 * sensor.part.shape.Volume()  # from mm^3
     return render_template(
         "fabrication_sheet.md.jinja",
         title=title,
         sensor=sensor,
         bill=bill,
         read_out=read_out,
-        stock=_FIXED_SIZES,
+        fixed_sizes=_FIXED_SIZES,
         probe=PROBE,
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
-        sliced=_SLICER_MASS_RATIO,
+        slicer_mass_ratio=_SLICER_MASS_RATIO,
         slicer_settings=slicer_settings(process, sensor.housing),
         tip_accuracy=tip_accuracy_mm(sensor.tips, process),
         takes_ball=represented_by_ball(sensor.fruit, sensor.tips),
-        coupon_leaves=[_coupon_row(arm, process) for arm in sensor.housing.arms],
+        coupon_rows=[_coupon_row(arm, process) for arm in sensor.housing.arms],
         cover_sizes=cover_sizes(sensor),
         bracket_sizes=bracket_sizes(sensor),
         screw=screw_name(mounted_grip(sensor)),
@@ -129,7 +131,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         grip_without_bracket=grip(sensor),
         torque_N_m=_TORQUE_N_M,
         dowel_length=dowel_length(sensor.housing),
-        jig_presses=[_calibration_row(spring, read_out.bench) for spring in read_out.springs],
+        calibration_rows=[_calibration_row(spring, read_out.bench) for spring in read_out.springs],
         K_percent=100.0 * _K_ERROR,
         gravity=STANDARD_GRAVITY,
     )

@@ -44,9 +44,11 @@ def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]
 def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
     """Return the functions that draw the shapes in the files of a sensor [mm], keyed by file name.
 
-    The shapes are in the poses of the files. A shape is drawn only when its function is called.
+    A part has the pose in which it is drawn in a STEP file, and the print pose in an STL or 3MF file. A shape is drawn
+    only when its function is called. The two print files of the housing share one function, so that a caller can cache
+    its result.
     """
-    draw_printed = functools.partial(print_shape, sensor)  # one function for two files, so that they share its result
+    draw_printed = functools.partial(print_shape, sensor)
     shapes: dict[str, Callable[[], cq.Shape]] = {
         "housing.step": lambda: sensor.part.shape,
         "housing.stl": draw_printed,
@@ -76,14 +78,15 @@ def files_as_designed(sensor: SensorSolids, folder: Path, names: Iterable[str]) 
     """
     draw_functions = file_shapes(sensor)
 
-    @functools.cache  # files of the same shape and kind share their triangles
+    @functools.cache  # files with the same shape and kind share their triangles
     def design_triangles(draw: Callable[[], cq.Shape], kind: str) -> trimesh.Trimesh:
+        """Draw the designed shape of a file, and return its triangles for a comparison with this kind of file."""
         return shape_triangles(draw(), kind)
 
-    pairs = {
-        name: (part_triangles(folder / name), design_triangles(draw_functions[name], _compared_kind(name)))
-        for name in names
-    }
+    pairs = {}  # the triangles of each file and of its design
+    for name in names:
+        mesh = part_triangles(folder / name)
+        pairs[name] = (mesh, design_triangles(draw_functions[name], _compared_kind(name)))
     return as_designed_verdict(pairs)
 
 
@@ -98,7 +101,8 @@ def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
     kind = _compared_kind(path.name)
     designs = {name: shape_triangles(draw(), kind) for name, draw in file_shapes(sensor).items() if name.endswith(kind)}
     most_similar = min(designs, key=lambda name: _dissimilarity(mesh, designs[name]))
-    return as_designed_verdict({path.name: (mesh, designs[most_similar])}, FOREIGN_MM, Path(most_similar).stem)
+    part_name = Path(most_similar).stem
+    return as_designed_verdict({path.name: (mesh, designs[most_similar])}, limit=FOREIGN_MM, against=part_name)
 
 
 def _compared_kind(name: str) -> str:
@@ -112,6 +116,7 @@ def _dissimilarity(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> float:
     The measure is |ln(volume ratio)| + |ln(area ratio)|. The unit of the mesh is unknown, so the measure is computed
     for every unit of length, and the smallest value is returned.
     """
-    volume = enclosed_volume(design) / max(enclosed_volume(mesh), _TINY)
-    area = float(design.area) / max(float(mesh.area), _TINY)
-    return min(abs(math.log(volume / scale**3)) + abs(math.log(area / scale**2)) for scale in (1.0, *UNITS.values()))
+    volume_ratio = enclosed_volume(design) / max(enclosed_volume(mesh), _TINY)
+    area_ratio = float(design.area) / max(float(mesh.area), _TINY)
+    unit_lengths = (1.0, *UNITS.values())  # [mm]
+    return min(abs(math.log(volume_ratio / unit**3)) + abs(math.log(area_ratio / unit**2)) for unit in unit_lengths)

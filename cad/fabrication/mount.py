@@ -61,13 +61,14 @@ def bracket_solid(sensor: SensorSolids) -> cq.Solid:
     flange.
     """
     housing = sensor.housing
-    back = back_of(sensor)
+    back = back_of(sensor)  # y of the face of the upright plate that the sensor touches
     hole_length = PLATE_MM + 2.0 * _MARGIN_MM  # a cut extends beyond the plate, so that no thin layer remains
     bracket = cq.Workplane(obj=upright(sensor).fuse(shelf(sensor)).clean())
-    # A workplane XZ extrudes along -y, so the screw holes are cut from behind.
+    # The normal of the workplane "XZ" is -y, so the screw holes are cut from behind.
     rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN_MM, 0.0))
     screw_holes = rear_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     bracket = bracket.cut(screw_holes.extrude(hole_length))
+    # The normal of the workplane "XY" is z, so the holes of the flange are cut from below.
     lower_plane = cq.Workplane("XY", origin=(0.0, 0.0, _shelf_level(sensor) - _MARGIN_MM))
     flange_screw_holes = lower_plane.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
     bracket = bracket.cut(flange_screw_holes.extrude(hole_length))
@@ -92,16 +93,17 @@ def bracket_part(sensor: SensorSolids) -> Part:
 
 
 def window(sensor: SensorSolids) -> cq.Solid | None:
-    """Return the window [mm] in the upright plate for Hall sensors and their wires, or None if it is not needed.
+    """Return the box that cuts a window into the upright plate for Hall sensors and their wires [mm].
 
-    Hall sensors face the bracket only if they are in the back cover of two back-to-back plates.
+    The result is None if no window is needed. Hall sensors face the bracket only if they are in the back cover of two
+    back-to-back plates.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None or housing.mount != "covers" or not housing.back_to_back:
         return None
-    # The windows of the cover are symmetric about x = 0, and `seats.sensor_level` is measured down from the top of the
-    # frame.
+    # The centres of the windows of the cover are symmetric about x = 0, so the largest one determines the width.
     half_width = max(seats.windows) + 0.5 * seats.window_width + _BESIDE_SENSOR_MM
+    # `seats.sensor_level` is measured downwards from the top of the frame.
     lower_level = housing.top_level - seats.sensor_level - 0.5 * seats.window_height - _BESIDE_SENSOR_MM
     corner = cq.Vector(-half_width, back_of(sensor) - _MARGIN_MM, lower_level)
     return cq.Solid.makeBox(2.0 * half_width, PLATE_MM + 2.0 * _MARGIN_MM, seats.window_height + _FOR_WIRES_MM, corner)
@@ -115,13 +117,14 @@ def _shelf_level(sensor: SensorSolids) -> float:
 def upright(sensor: SensorSolids) -> cq.Solid:
     """Return the upright plate behind the sensor without its holes [mm].
 
-    Its lower edge stays above the lower edge of the cover at every tilt of the press.
+    Its lower edge stays above the lower edge of the cover at every tilt of the press, so that the bracket does not
+    reduce the clearance from the fruit.
     """
     housing = sensor.housing
     back = back_of(sensor)
-    # A tilt lowers the rear edge of the plate by `edge_drop` [mm], relative to the cover. It is rounded up to 0.1 mm.
+    # A tilt lowers the rear edge of the plate by this distance [mm], relative to its front edge at the cover.
     edge_drop = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
-    lower_level = housing.cover_level + math.ceil(10.0 * edge_drop) / 10.0
+    lower_level = housing.cover_level + math.ceil(10.0 * edge_drop) / 10.0  # the distance is rounded up to 0.1 mm
     height = _shelf_level(sensor) + PLATE_MM - lower_level
     return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, height, cq.Vector(housing.left, back, lower_level))
 
@@ -138,13 +141,14 @@ def shelf(sensor: SensorSolids) -> cq.Solid:
 def flange_heads(sensor: SensorSolids) -> cq.Shape:
     """Return cylinders for the heads of the flange screws under the shelf [mm], for checks of clearances.
 
-    They reach from the shelf down to 1 mm above the frame. So they are as high as the space for the heads, apart from
-    the clearance below them.
+    They extend from the shelf down to 1 mm above the frame. At 7 mm, they are higher than the heads, so the checks are
+    on the safe side.
     """
-    level = sensor.housing.top_level
+    top_level = sensor.housing.top_level
+    height = HEAD_ROOM_MM - _MARGIN_MM
     up = cq.Vector(0.0, 0.0, 1.0)
-    heads = [
-        cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_ROOM_MM - _MARGIN_MM, cq.Vector(x, y, level + _MARGIN_MM), up)
-        for x, y in flange_holes(sensor)
-    ]
+    heads = []
+    for x, y in flange_holes(sensor):
+        lowest_point = cq.Vector(x, y, top_level + _MARGIN_MM)
+        heads.append(cq.Solid.makeCylinder(0.5 * HEAD_MM, height, lowest_point, up))
     return cq.Compound.makeCompound(heads)

@@ -32,16 +32,21 @@ def _clearance_verdict(sensor: SensorSolids, bracket: cq.Shape, process: Process
     """
     housing = sensor.housing
     heads = flange_heads(sensor)
-    upper_level = housing.top_level + HEAD_ROOM_MM - _BELOW_SHELF_MM
-    corner = cq.Vector(-0.5 * _BOX_MM, -0.5 * _BOX_MM, upper_level - _BOX_MM)
-    below_shelf = bracket.intersect(cq.Solid.makeBox(_BOX_MM, _BOX_MM, _BOX_MM, corner))
-    distances = [float(below_shelf.distance(heads))]
+    distances = [float(_part_below_shelf(sensor, bracket).distance(heads))]
     for placement in plate_locations(housing):
         distances.append(float(sensor.part.shape.moved(placement).distance(heads)))
         for arm in housing.arms:
+            # A moving part is at its stop when the top of its shuttle has risen to the cavity level.
             stop = cq.Location(cq.Vector(0.0, 0.0, housing.cavity_level - arm.top_level))
             distances.append(float(moving_part(sensor, arm).moved(placement * stop).distance(bracket)))
     reference = f"smallest distance between bracket and moving parts, or around the flange screws; {process.name}"
     return judge(
         "geometry.mount_clearance", min(distances), reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )
+
+
+def _part_below_shelf(sensor: SensorSolids, bracket: cq.Shape) -> cq.Shape:
+    """Return the part of a bracket that is at least `_BELOW_SHELF_MM` below its shelf [mm]."""
+    upper_level = sensor.housing.top_level + HEAD_ROOM_MM - _BELOW_SHELF_MM
+    corner = cq.Vector(-0.5 * _BOX_MM, -0.5 * _BOX_MM, upper_level - _BOX_MM)
+    return bracket.intersect(cq.Solid.makeBox(_BOX_MM, _BOX_MM, _BOX_MM, corner))

@@ -1,5 +1,6 @@
 """The sizes of the cover and the bracket for the fabrication sheet."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cadquery as cq
@@ -37,7 +38,8 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
         *_screw_hole_lines(housing, housing.top_level),
     ]
     if seats is not None:
-        # In this pose, the left edge of the cover is at x = housing.right.
+        # The windows have the coordinates of a cover on the front, whose rim is seen from behind. The x axis then
+        # points to the left, so the left edge of the cover is at x = housing.right.
         centres = [(housing.right - centre, seats.sensor_level) for centre in seats.windows]
         sizes += [
             SizeLine("windows, width x height", _times(seats.window_width, seats.window_height)),
@@ -53,37 +55,42 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
     The upright plate carries the sensor, and the plate under the flange is the shelf of the bracket.
     """
-    housing = sensor.housing
-    opening = window(sensor)
     plate = upright(sensor).BoundingBox()
     flange = shelf(sensor).BoundingBox()
+    left_text = _number(flange.xmin - plate.xmin)
+    front_text = _number(back_of(sensor) - flange.ymin)
     sizes = [
         SizeLine(
             "upright plate, width x height with the flange x thickness", _times(plate.xlen, plate.zlen, plate.ylen)
         ),
         SizeLine("plate under the flange, width x depth x thickness", _times(flange.xlen, flange.ylen, flange.zlen)),
-        SizeLine(
-            "left edge of the plate under the flange, from the left edge of the upright",
-            _number(flange.xmin - plate.xmin),
-        ),
-        SizeLine(
-            "front edge of the plate under the flange, in front of the seat of the sensor",
-            _number(back_of(sensor) - flange.ymin),
-        ),
-        *_screw_hole_lines(housing, plate.zmax),
-        SizeLine("holes of the flange, diameter", f"{len(flange_holes(sensor))} x {_number(FLANGE_HOLE_MM)}"),
-        SizeLine("bolt circle of the flange, diameter", _number(FLANGE_CIRCLE_MM)),
-        SizeLine(
-            "centres of the holes of the flange, from the left and the front edge of their plate",
-            _points_text([(x - flange.xmin, y - flange.ymin) for x, y in flange_holes(sensor)]),
-        ),
+        SizeLine("left edge of the plate under the flange, from the left edge of the upright", left_text),
+        SizeLine("front edge of the plate under the flange, in front of the seat of the sensor", front_text),
+        *_screw_hole_lines(sensor.housing, plate.zmax),
+        *_flange_hole_lines(flange_holes(sensor), flange),
     ]
+    opening = window(sensor)  # None if no Hall sensor faces the bracket
     if opening is not None:
         box = opening.BoundingBox()
         sizes.append(SizeLine("window, width x height", _times(box.xlen, box.zlen)))
         centre_text = _points_text([_from_corner(box, plate)])
         sizes.append(SizeLine("centre of the window, from the left and the upper edge", centre_text))
     return tuple(sizes)
+
+
+def _flange_hole_lines(holes: Sequence[tuple[float, float]], flange: cq.BoundBox) -> tuple[SizeLine, ...]:
+    """Return the table lines for the flange holes, with their positions from the left and the front edge of a plate.
+
+    `holes` are their centres (x, y) [mm], and `flange` is the bounding box of the plate under the flange.
+    """
+    centres = [(x - flange.xmin, y - flange.ymin) for x, y in holes]
+    return (
+        SizeLine("holes of the flange, diameter", f"{len(holes)} x {_number(FLANGE_HOLE_MM)}"),
+        SizeLine("bolt circle of the flange, diameter", _number(FLANGE_CIRCLE_MM)),
+        SizeLine(
+            "centres of the holes of the flange, from the left and the front edge of their plate", _points_text(centres)
+        ),
+    )
 
 
 def _screw_hole_lines(housing: Housing, top: float) -> tuple[SizeLine, ...]:

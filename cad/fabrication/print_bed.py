@@ -24,11 +24,12 @@ def write_plate(
 ) -> None:
     """Write the printed parts of a bill to a 3MF file, with as many copies of each part as the bill lists.
 
-    `meshes` are the parts in print pose [mm], `volumes` [mm^3] are their volumes, and `settings` are settings of the
-    slicer. Every copy is a separate object, because PrusaSlicer applies settings only to the first copy of an object.
-    Raises OSError if the file cannot be written, and ExportError if the volume read back from it is wrong.
+    `meshes` are the parts in print pose [mm], and `volumes` are their volumes [mm^3] with error bars, both keyed by
+    part name. `settings` are settings of the slicer. Every copy is a separate object, because PrusaSlicer applies
+    settings only to the first copy of an object. Raises OSError if the file cannot be written, and ExportError if the
+    volume read back from it is wrong.
     """
-    counts = {row.part: row.count for row in bill if row.part in meshes}  # without bought parts
+    counts = {row.part: row.count for row in bill if row.part in meshes}  # bought parts have no mesh
     write_3mf(arrange_on_bed(meshes, counts), path, settings)
     expected_volumes = [(count, volumes[name]) for name, count in counts.items()]
     total_volume = sum(count * volume.value for count, volume in expected_volumes)
@@ -48,6 +49,7 @@ def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, i
         # The bracket has no overhangs if it rests on its flange.
         mesh = rest_on_flange(meshes[name]) if name == "mount" else meshes[name]
         rotated[name] = _rotate_lengthwise(mesh)
+    # `extents` holds the sizes along x, y and z. The minus sign puts the longest part first.
     names_by_length = sorted(counts, key=lambda name: -float(rotated[name].extents[1]))
     copies = []
     for name in names_by_length:
@@ -64,8 +66,8 @@ def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) 
     A part that is wider than this limit gets a row of its own.
     """
     placed_meshes: dict[str, trimesh.Trimesh] = {}
-    x = y = GAP_MM
-    row_depth = 0.0
+    x = y = GAP_MM  # left front corner of the next part
+    row_depth = 0.0  # size along y of the deepest part in the current row
     for name, mesh in copies:
         part_width, part_depth, _ = mesh.extents.tolist()
         # If a part does not fit beside the parts already in the row, it begins a new row.
@@ -96,7 +98,7 @@ def rest_on_flange(bracket: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _rotate_lengthwise(part: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Rotate a part on the bed so that its longer side is along y; more parts then fit in a row."""
+    """Rotate a part on the bed so that its longer side is along y. More parts then fit in a row."""
     width, height, _ = part.extents.tolist()
     if height >= width:
         return part

@@ -15,7 +15,7 @@ def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> N
     """
     tips_per_plate = len(names) // plates
     channels = list(names)
-    if plates > 1:  # the number of the plate is added to the name of each tip
+    if plates > 1:  # the number of the plate, counted from 1, is added to the name of each tip
         channels = [f"{name}, plate {1 + i // tips_per_plate}" for i, name in enumerate(names)]
     pins = BOARDS[board].pins  # maps the name of each amplifier pin to the GPIO number of the board's pin
     pin_names = [f"GP{number}" for number in pins.values()]  # the labels of the GPIO pins on the board

@@ -45,7 +45,7 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the housing as manufactured, with its domes, its pockets for pins and magnets, and its pads."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
-        part = named_housing(_add_pads(part.shape, housing, housing.back_to_back), housing)
+        part = named_housing(_add_pad(part.shape, housing, housing.back_to_back), housing)
     return cut_magnet_pockets(part, housing, seats)
 
 
@@ -59,7 +59,10 @@ def tagged_workplane(part: Part) -> cq.Workplane:
 
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
-    """Draw the solids of a sensor. `housing` must be the housing that was sized for the design."""
+    """Return the solids of a sensor, with the fruit, the tips and the press motion of its design.
+
+    `housing` must be the housing that was sized for the design.
+    """
     seats = seats_of(design, housing)  # None without a Hall read-out
     return SensorSolids(
         housing=housing,
@@ -72,34 +75,45 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
     )
 
 
-def _add_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
+def _add_pad(plate: cq.Shape, housing: Housing, back_to_back: BackToBack) -> cq.Shape:
     """Add a pad to the back of a plate, and cut the holes for screws and dowels through plate and pad [mm].
 
-    The pad is a frame that is open towards the tips. Like the rim of a cover, it lies on the posts and the bar. It is
-    set back from the edges beside moving parts. `pads` holds its height and the diameter of the dowel holes.
+    Two back-to-back plates touch each other only with their pads. `back_to_back` holds the height of the pad and the
+    diameter of the dowel holes.
     """
-    back = 0.5 * housing.depth
-    height = pads.pad_height
-    lower_level = max(housing.cover_level, housing.protrusion)
+    back = 0.5 * housing.depth  # y of the back face of the plate
+    height = back_to_back.pad_height
+    plate = plate.fuse(_draw_pad(housing, height))
+
+    # The normal of the workplane "XZ" is -y, so the holes run from behind the pad to the front of the plate.
+    behind_pad = cq.Workplane("XZ", origin=(0.0, back + height + _MARGIN, 0.0))
+    hole_length = housing.depth + height + 2.0 * _MARGIN
+    screw_holes = behind_pad.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(hole_length)
+    dowel_holes = behind_pad.pushPoints(list(housing.dowels)).circle(0.5 * back_to_back.dowel_hole).extrude(hole_length)
+    plate = plate.cut(screw_holes.findSolid(), dowel_holes.findSolid())
+    return plate.clean()  # joins the two faces of a hole through plate and pad
+
+
+def _draw_pad(housing: Housing, height: float) -> cq.Shape:
+    """Return the pad of this height [mm] on the back of a plate, without its holes.
+
+    The pad is a frame that is open towards the tips. Like the rim of a cover, it lies on the posts and on the bar above
+    the springs. Its edges beside moving parts are set back by SETBACK_MM.
+    """
+    back = 0.5 * housing.depth  # y of the back face of the plate
+    lower_level = max(housing.cover_level, housing.protrusion)  # never below the lower edge of the frame
     width = housing.right - housing.left
     post_width = housing.wall_width - SETBACK_MM
     bar_level = housing.cavity_level + SETBACK_MM
-    pad = cq.Solid.makeBox(width, height, housing.top_level - lower_level, cq.Vector(housing.left, back, lower_level))
+    block = cq.Solid.makeBox(width, height, housing.top_level - lower_level, cq.Vector(housing.left, back, lower_level))
+    # The opening extends beyond the block in front, behind and below, so that no thin layer remains there.
     opening = cq.Solid.makeBox(
         width - 2.0 * post_width,
         height + 2.0 * _MARGIN,
         bar_level - lower_level + _MARGIN,
         cq.Vector(housing.left + post_width, back - _MARGIN, lower_level - _MARGIN),
     )
-    plate = plate.fuse(pad.cut(opening))
-
-    # The normal of the workplane "XZ" is -y, so the holes run from behind the pad to the front of the plate.
-    behind_pad = cq.Workplane("XZ", origin=(0.0, back + height + _MARGIN, 0.0))
-    hole_length = housing.depth + height + 2.0 * _MARGIN
-    screw_holes = behind_pad.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(hole_length)
-    dowel_holes = behind_pad.pushPoints(list(housing.dowels)).circle(0.5 * pads.dowel_hole).extrude(hole_length)
-    plate = plate.cut(screw_holes.findSolid(), dowel_holes.findSolid())
-    return plate.clean()  # joins the two faces of a hole through plate and pad
+    return block.cut(opening)
 
 
 def plate_locations(housing: Housing) -> tuple[cq.Location, ...]:
@@ -132,7 +146,7 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
     """
     housing = sensor.housing
     plates = plate_locations(housing)
-    suffixes = ("_1", "_2") if housing.back_to_back else ("",)
+    suffixes = ("_1", "_2") if housing.back_to_back else ("",)  # one for each plate, for the names of its parts
     assembly = cq.Assembly(name="sensor")
     printed_part = tagged_workplane(sensor.part)
     for suffix, plate in zip(suffixes, plates, strict=True):
@@ -148,7 +162,8 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
             for suffix, plate in zip(suffixes, plates, strict=True):
                 assembly.add(pin, name=f"{name}{suffix}", loc=plate * location, color=STEEL_COLOUR)
     _add_fasteners(assembly, sensor)
-    # The origin of the fruit is its apex, which is a gap below the faces that touch it first.
+    # The origin of the fruit is its apex. The faces that touch the fruit are above it by the gap before the press, and
+    # the sensor is offset from it along x.
     fruit_origin = cq.Vector(-sensor.tips.offset_mm, 0.0, -sensor.tips.gap_mm - housing.beyond_face)
     fruit = whole_fruit(sensor.fruit, sensor.tips)
     return assembly.add(fruit, name="fruit", loc=cq.Location(fruit_origin), color=FRUIT_COLOUR)
@@ -172,7 +187,8 @@ def colour_of(part: cq.Assembly) -> tuple[float, ...]:
 def exploded_shift(part: cq.Assembly) -> float:
     """Return the displacement of a part along y in exploded views [mm]."""
     box = placed_shape(part).BoundingBox()
-    if part.name.startswith("screw"):  # a screw moves out of all clamped parts, in the direction of its head
+    # A screw moves out of all clamped parts, in the direction of its head, which is -y.
+    if part.name.startswith("screw"):
         return APART * float(box.ymin) - float(box.ylen)
     return APART * float(box.center.y)
 
@@ -201,7 +217,7 @@ def dowel_length(housing: Housing) -> int | None:
 def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
     """Add screws, nuts, washers and dowels to an assembly. The heads of the screws are on the front, at -y.
 
-    The names of the parts end in the number of their hole.
+    The name of each part ends in the number of its hole, counted from 1.
     """
     housing = sensor.housing
     screw_set = _screw_set(grip(sensor))
@@ -227,19 +243,20 @@ def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm
     length = screw_length(back - front) or math.ceil(back - front + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
-    head_level = front - WASHER_THICKNESS_MM
-    shank = _cylinder(SCREW_MM, head_level, float(length))
-    head = _cylinder(HEAD_MM, head_level - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)
+    head_y = front - WASHER_THICKNESS_MM  # y of the lower face of the head, which is also the front of its washer
+    shank = _cylinder(SCREW_MM, head_y, float(length))
+    head = _cylinder(HEAD_MM, head_y - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)
     washer = _cylinder(WASHER_MM, 0.0, WASHER_THICKNESS_MM).cut(_cylinder(WASHER_HOLE_MM, 0.0, WASHER_THICKNESS_MM))
 
     # The normal of the workplane "XZ" is -y, so the nut is extruded from its back towards -y.
     nut_back = cq.Workplane("XZ", origin=(0.0, back + WASHER_THICKNESS_MM + NUT_MM, 0.0))
-    across_corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
+    across_corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)  # CadQuery draws a polygon by this diameter
     nut = nut_back.polygon(6, across_corners).circle(0.5 * SCREW_MM).extrude(NUT_MM)
+    # Screw and nut are drawn in place. The washers share one shape, drawn at y = 0, so each has its own y.
     return {
         "screw": (shank.fuse(head).Solids()[0], 0.0),
         "nut": (nut.findSolid(), 0.0),
-        "front_washer": (washer, head_level),
+        "front_washer": (washer, head_y),
         "back_washer": (washer, back),
     }
 

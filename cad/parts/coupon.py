@@ -33,13 +33,14 @@ def modulus_factor(flexure: Flexure) -> float:
     value of s at the hole [mm]. The leaf has the width w and the thickness t(s) [mm]. See S. Timoshenko, Strength of
     Materials I, 1930, art. 34.
     """
-    r = flexure.fillet
+    r = flexure.fillet  # radius of the fillets at both ends of the leaf
     length = flexure.length
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     factor = 0.0
     # The integral is split at the ends of the fillets, where the thickness is not smooth.
     for start, end in ((0.0, r), (r, length - r), (length - r, length)):
-        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)  # the nodes are in -1..1
+        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)  # maps the nodes from -1..1 to start..end
+        # Distance from the straight part of the leaf to s. It is 0 within the straight part.
         distance_into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
         # Height of the circular fillet above the face of the straight leaf. Both faces have fillets.
         fillet_height = r - np.sqrt(np.maximum(r**2 - distance_into_fillet**2, 0.0))

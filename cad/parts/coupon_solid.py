@@ -19,17 +19,18 @@ def coupon_part(housing: Housing) -> Part:
     """Return the coupon of a housing as one solid with the faces clamp_holes, low_weight and high_weight.
 
     The block in the middle carries a leaf on each side, with the dimensions of the leaves of the arm on that side. A
-    pad at the end of each leaf has a hole for a weight.
+    pad at the end of each leaf has a hole for a weight. Both ends of a leaf have the fillets of the housing.
     """
     depth = housing.depth
     half_block = 0.5 * BLOCK_WIDTH_MM
+    # The normal of the workplane "XZ" is -y, so all outlines and holes are extruded from the back to the front.
     back_plane = cq.Workplane("XZ", origin=(0.0, 0.5 * depth, 0.0))
     body = back_plane.rect(BLOCK_WIDTH_MM, BLOCK_HEIGHT_MM).extrude(depth)
-    weight_holes = []
-    leaf_corners = []
+    weight_holes = []  # centres (x, z)
+    leaf_corners = []  # edges (x, z) to which fillets are added
     for arm in housing.arms:
-        root = arm.sign * half_block
-        end = arm.sign * (half_block + arm.flexure.length)
+        root = arm.sign * half_block  # x of the leaf at the block
+        end = arm.sign * (half_block + arm.flexure.length)  # x of the leaf at the pad
         hole_x = end + arm.sign * BEYOND_LEAF_MM
         leaf = back_plane.center(0.5 * (root + end), 0.0).rect(arm.flexure.length, arm.flexure.thickness).extrude(depth)
         pad = back_plane.center(hole_x, 0.0).rect(PAD_MM, PAD_MM).extrude(depth)
@@ -41,7 +42,7 @@ def coupon_part(housing: Housing) -> Part:
     clamp_holes = [(CLAMP_INSET_MM - half_block, 0.0), (half_block - CLAMP_INSET_MM, 0.0)]
     body = body.cut(back_plane.pushPoints(clamp_holes).circle(0.5 * CLAMP_HOLE_MM).extrude(depth))
     body = body.cut(back_plane.pushPoints(weight_holes).circle(0.5 * WEIGHT_HOLE_MM).extrude(depth))
-    body = fillet_edges_along_y(body, leaf_corners, housing.low.fillet)
+    body = fillet_edges_along_y(body, leaf_corners, housing.corner)
     faces: dict[str, FaceTest] = {"clamp_holes": lambda face: is_hole(face, CLAMP_HOLE_MM)}
     for arm in housing.arms:
         faces[f"{arm.name}_weight"] = _weight_test(arm)

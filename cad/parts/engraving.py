@@ -36,18 +36,19 @@ class _Panel(NamedTuple):
 def engrave_name(part: Part, housing: Housing, name: str) -> Part:
     """Engrave L, H and a name into the solid of a housing, 0.3 mm deep, and return the engraved part.
 
-    `name` consists of letters, digits, - and _. If it is too long, it is truncated. A panel that is too small for
-    letters of 3 mm is left blank. The named faces of the part are kept.
+    L and H mark the walls of the low and the high spring. `name` consists of letters, digits, - and _. If it is too
+    long, it is truncated. A panel that is too small for letters of 3 mm is left blank. The named faces of the part are
+    kept.
     """
     panels = [(name, _name_panel(housing))]
     for letter, arm in zip(("L", "H"), housing.arms, strict=True):
-        # The letter of a spring is between the two screw holes of its wall.
+        # The letter is between the two screw holes of the wall, at least the inset of a hole away from their centres.
         (x, lower_z), (_, upper_z) = arm.holes
         panel_height = upper_z - lower_z - 2.0 * housing.hole_inset
         panels.append((letter, _Panel(x, 0.5 * (lower_z + upper_z), housing.wall_width, panel_height)))
     cutters: list[cq.Solid] = []
     for text, panel in panels:
-        # Half a stroke and a margin remain free on each side of the letters.
+        # The strokes are wider than their centre lines by half a pen on each side, and a margin remains beside them.
         letter_height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if letter_height >= SMALLEST_MM:
             visible_text = letters_that_fit(text, letter_height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
@@ -64,7 +65,10 @@ def _name_panel(housing: Housing) -> _Panel:
     width = housing.right - housing.left - 2.0 * housing.wall_width
     height = housing.top_level - lower_level
     if housing.back_to_back:
+        # A dowel hole is centred one diameter beside each post. The text begins two diameters beside it.
         width -= 4.0 * housing.back_to_back.dowel_hole
+        # The pad is set back from the cavity. The panel is larger than the pad by the difference of the two margins,
+        # because `engrave_name` subtracts the larger one.
         height = height - SETBACK_MM + 2.0 * (_EDGE_MM - _PAD_EDGE_MM)
         lower_level += SETBACK_MM
     return _Panel(0.5 * (housing.left + housing.right), 0.5 * (lower_level + housing.top_level), width, height)
@@ -74,8 +78,8 @@ def _engraving_cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) ->
     """Return the solid that is cut from the frame to engrave an area [mm].
 
     `area` is given in x and z, relative to the centre of its panel. On the back of a plate, x is mirrored, so that the
-    text can be read from behind. The solid extends as far out of the face as into it, because a cutter that ends in
-    the face could leave a thin layer.
+    text can be read from behind. The solid extends as far out of the face as into it, because a cutter that ends
+    exactly in the face could leave a thin layer.
     """
     if housing.back_to_back:
         x_sign = -1.0
@@ -84,9 +88,11 @@ def _engraving_cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) ->
         x_sign = 1.0
         face_y = -0.5 * housing.depth
 
+    start_y = face_y - ENGRAVED_MM  # the solid is extruded from here to face_y + ENGRAVED_MM
+
     def make_wire(ring: shapely.LinearRing) -> cq.Wire:
-        """Return a wire on the bottom of the engraving. The last point of a ring, a copy of the first, is omitted."""
-        points = [cq.Vector(panel.x + x_sign * x, face_y - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
+        """Return a closed wire at y = `start_y`. The last point of a ring, a copy of the first, is omitted."""
+        points = [cq.Vector(panel.x + x_sign * x, start_y, panel.z + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
     holes = [make_wire(ring) for ring in area.interiors]
@@ -122,14 +128,14 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
     `height` [mm] is the height of the letters, and the text is centred on the origin. Raises KeyError for a character
     that is not in the alphabet of `_STROKES`.
     """
-    unit = height / _LETTER_HEIGHT
-    left = -0.5 * unit * (_STEP * len(text) - _GAP)
+    unit = height / _LETTER_HEIGHT  # length of a grid unit [mm]
+    left = -0.5 * unit * (_STEP * len(text) - _GAP)  # half the width of the text; there is no gap after the last letter
     strokes_mm = []
     for index, letter in enumerate(text.upper()):
-        start = left + index * _STEP * unit
+        letter_x = left + index * _STEP * unit  # left edge of the letter [mm]
         for stroke in _STROKES[letter].split(", "):
-            points = [(int(digits[0]), int(digits[1])) for digits in stroke.split(" ")]  # grid units
-            strokes_mm.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
+            points = [(int(digits[0]), int(digits[1])) for digits in stroke.split(" ")]  # x and y in grid units
+            strokes_mm.append(tuple((letter_x + unit * x, unit * y - 0.5 * height) for x, y in points))
     return strokes_mm
 
 

@@ -15,7 +15,8 @@ from sensor.design.tips import Tips
 def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
     """Return the solid of a fruit [mm].
 
-    If there are two tips, the top face is split along their outlines, so that a mesh conforms to them.
+    If there are two tips, the top face is split along their outlines, so that a mesh conforms to them. With any other
+    number of tips, the top face remains whole.
     """
     body = outer_box(fruit) if fruit.radius_mm is None else _curved_piece(fruit, fruit.radius_mm)
     if not tips.tip_layout.is_pair:
@@ -50,26 +51,29 @@ def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
     """Return the solid of a curved fruit, a sphere or an ellipsoid within its box, with the apex at the origin.
 
     `radius` [mm] is its radius along the tips. The surface is oriented so that its poles and its seam are away from the
-    top, which the outlines of the tips split.
+    top, which is split along the outlines of the tips.
     """
     if fruit.radius_across_mm is None:
         sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
+        # The poles of a new sphere are on the z axis. After the rotation, they are on the x axis.
         solid = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
     else:
         half_width = (radius * fruit.radius_across_mm) ** 0.5  # semi-axis b from the radius of curvature b^2 / radius
+        # The fruit is cut at its depth below the apex, so only a deep fruit needs the lower half of the ellipsoid.
         solid = _ellipsoid(radius, half_width, beyond_equator=fruit.depth_mm > radius)
-    lowered = solid.translate(cq.Vector(0.0, 0.0, -radius))
+    lowered = solid.translate(cq.Vector(0.0, 0.0, -radius))  # from the centre to the apex
     if fruit.azimuth_deg:
         lowered = lowered.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), fruit.azimuth_deg)
     return lowered.intersect(outer_box(fruit, top=fruit.depth_mm)).Solids()[0]
 
 
 def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq.Shape:
-    """Return the upper half of an ellipsoid centred on the origin [mm], or all of it if `beyond_equator`.
+    """Return the upper half of an ellipsoid centred on the origin [mm], or the whole ellipsoid if `beyond_equator`.
 
-    The semi-axes are `radius` in x and z, and `semi_axis_y` in y. The solid is made by revolving half an ellipse about
-    y. The whole ellipsoid consists of two such surfaces, and the half ellipse is a spline. Other constructions, with
-    one closed surface or with poles at the ends of an ellipse, are read back incorrectly from STEP files.
+    The semi-axes are `radius` in x and z, and `semi_axis_y` in y. Half an ellipse in the plane z = 0 is revolved by 180
+    degrees about the y axis. For the whole ellipsoid, the ellipse is a spline, and is revolved in both directions.
+    Other constructions, with one closed surface or with poles at the ends of an ellipse, are read back incorrectly from
+    STEP files.
     """
     centre, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
     half_ellipse = cq.Edge.makeEllipse(semi_axis_y, radius, centre, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
@@ -80,20 +84,22 @@ def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq
     upper_half = cq.Solid.revolve(outline, [], -180.0, centre, axis)
     if not beyond_equator:
         return upper_half
-    return upper_half.fuse(cq.Solid.revolve(outline, [], 180.0, centre, axis))
+    lower_half = cq.Solid.revolve(outline, [], 180.0, centre, axis)
+    return upper_half.fuse(lower_half)
 
 
 def _outline(fruit: cq.Shape, tips: Tips, x: float) -> cq.Face:
     """Return the face on the curved top of a fruit that lies under the tip at `x` [mm].
 
-    It is the intersection of the top face of the `fruit` with a column that has the outline of the tip.
+    It is the intersection of the top face of the `fruit` with a vertical column that has the outline of the tip.
     """
     side = tips.side_mm
-    half_height = fruit.BoundingBox().DiagonalLength  # half the height of the column, which extends beyond the fruit
+    half_height = fruit.BoundingBox().DiagonalLength  # the column extends this distance above and below z = 0
     if tips.tip_shape.is_round:
         column = cq.Solid.makeCylinder(0.5 * side, 2.0 * half_height, cq.Vector(x, 0.0, -half_height))
     else:
         column = cq.Solid.makeBox(side, side, 2.0 * half_height, cq.Vector(x - 0.5 * side, -0.5 * side, -half_height))
+    # An ellipsoid that extends beyond its equator has a second curved face below it.
     curved_faces = [face for face in fruit.Faces() if face.geomType() != "PLANE"]
     top = max(curved_faces, key=lambda face: face.BoundingBox().zmax)
-    return top.intersect(column).Faces()[0]
+    return top.intersect(column).Faces()[0]  # the intersection is a compound of one face

@@ -50,19 +50,20 @@ class HallSeats:
 
 
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
-    """Return the seats of a Hall read-out in a housing, with the magnets centred between the leaves.
+    """Return the seats of a Hall read-out in a housing, with the two magnets of a shuttle centred between its leaves.
 
-    In a press, the magnets move upwards by the travel. The sensors are half the travel higher than the centres of the
-    magnets, in the middle of this motion. Pockets and windows are wider than magnets and sensors by twice the accuracy
-    of the process.
+    In a press, the magnets move upwards by up to the travel. Before it, the sensors are half the travel above the
+    middle of the magnets, so that they are in the middle of this motion. Pockets and windows are wider than magnets and
+    sensors by twice the accuracy of the process.
     """
-    # Like all levels of seats, this level is measured downwards from the upper edge of the frame.
+    # Like all levels of seats, this level is measured downwards from the upper edge of the frame. It is equal in both
+    # arms, because their leaves have the same levels.
     leaf_middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
-    clearance = 2.0 * process.accuracy_mm
+    clearance = 2.0 * process.accuracy_mm  # the accuracy on each side
     windows = tuple(arm.centre for arm in housing.arms)
     width = PROBE.package_width_mm + clearance
     if housing.spacing - width < process.min_wall_mm:
-        # The wall between two windows would be too thin, so both sensors are in one window.
+        # The wall between two windows would be too thin, so both sensors share one window in the middle.
         windows = (0.0,)
         width += housing.spacing
     return HallSeats(

@@ -179,7 +179,7 @@ class Housing:
             raise _size_error("shuttle_width", self.shuttle_width, bound)
         if self.pin is not None:
             half_foot = 0.5 * self.tip_side
-            # The tip of the gable of a pocket is at the distance `pocket_side` from the axis of the foot.
+            # The pocket ends in a gable, whose ridge is at the distance `pocket_side` from the axis of the foot.
             if self.pin.pocket_side >= half_foot:
                 raise _size_error("pocket_side", self.pin.pocket_side, f"less than {half_foot:g} mm")
             if self.pin.pocket_depth >= self.neck_level:
@@ -202,9 +202,10 @@ class Housing:
         """Return the arm on the left (`sign` = -1) or on the right (`sign` = 1), with its positions in x and z [mm].
 
         `flexure` is its spring, and `top_level` [mm] is the level of the top of its shuttle. In back-to-back plates,
-        both posts are placed for the longer leaf, so that the frame is symmetric and the plates fit together.
+        both posts are placed for the longer leaf. The frame is then symmetric, so that the holes of both plates are
+        aligned.
         """
-        shuttle_x = sign * 0.5 * (self.spacing + self.shuttle_width)
+        shuttle_x = sign * 0.5 * (self.spacing + self.shuttle_width)  # outer side of the shuttle, where the leaves end
         longest = max(self.low.length, self.high.length) if self.back_to_back else flexure.length
         post_x = shuttle_x + sign * longest
         hole_x = post_x + sign * 0.5 * self.wall_width
@@ -332,10 +333,11 @@ def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
     It runs along the underside of the lower leaf, around the neck and the tip, and up the inner side of the shuttle. It
     then returns along the top of the upper leaf. The window between the leaves is cut later.
     """
+    lower_leaf, upper_leaf = arm.levels
     half_leaf = 0.5 * arm.flexure.thickness
-    underside = arm.levels[0] - half_leaf
-    topside = arm.levels[1] + half_leaf
-    # These half widths have a sign. Adding them to the centre leads towards the outer side of the arm.
+    underside = lower_leaf - half_leaf
+    topside = upper_leaf + half_leaf
+    # These half widths have the sign of the arm: positive steps lead towards the wall, and negative steps inwards.
     half_shuttle = arm.sign * 0.5 * housing.shuttle_width
     half_tip = arm.sign * 0.5 * housing.tip_side
     inner_side = arm.centre - half_shuttle

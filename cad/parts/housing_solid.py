@@ -35,7 +35,7 @@ def housing_part(housing: Housing) -> Part:
     # A window between the two leaves of each spring is cut out of the plate.
     for arm in housing.arms:
         left, right = arm.roots
-        lower_leaf, upper_leaf = arm.levels
+        lower_leaf, upper_leaf = arm.levels  # z of the mid-planes
         window_height = upper_leaf - lower_leaf - arm.flexure.thickness
         window = back_plane.center(0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf))
         plate = plate.cut(window.rect(right - left, window_height).extrude(housing.depth))
@@ -44,8 +44,8 @@ def housing_part(housing: Housing) -> Part:
     plate = plate.cut(screw_holes)
     plate = fillet_edges_along_y(plate, fillet_corners(housing), housing.corner)
 
-    is_tip_shallower = housing.depth - housing.tip_side > 2.0 * NEAR_MM  # if not, a tip is as deep as the plate
-    if is_tip_shallower:
+    is_tip_shallower = housing.depth - housing.tip_side > 2.0 * NEAR_MM
+    if is_tip_shallower:  # otherwise the tips are as deep as the plate, and the necks do not taper in this direction
         plate = plate.cut(_neck_cut(housing))
     return named_housing(plate.findSolid(), housing)
 
@@ -59,9 +59,10 @@ def _neck_cut(housing: Housing) -> cq.Workplane:
     half_depth = 0.5 * housing.depth
     half_tip = 0.5 * housing.tip_side
     outer_y = half_depth + _MARGIN
+    # The wedge at the back in y and z. Its inner side follows the tip up to the shoulder, and then the tapered neck.
     shoulder = (half_tip, housing.tip_height)
     neck_end = (half_depth, housing.neck_level)
-    section = [(half_tip, -_MARGIN), shoulder, neck_end, (outer_y, housing.neck_level), (outer_y, -_MARGIN)]  # (y, z)
+    section = [(half_tip, -_MARGIN), shoulder, neck_end, (outer_y, housing.neck_level), (outer_y, -_MARGIN)]
     half_length = 0.5 * (housing.spacing + housing.shuttle_width) + _BESIDE_SHUTTLE * housing.corner
     wedge = cq.Workplane("YZ", origin=(-half_length, 0.0, 0.0)).polyline(section).close().extrude(2.0 * half_length)
     return wedge.union(wedge.mirror("XZ"))
@@ -71,11 +72,12 @@ def cut_domes(part: Part, housing: Housing) -> Part:
     """Cut the tips of a housing to spherical caps with their apexes at z = 0. A housing without domes is not changed.
 
     A tip remains square above its cap, because a round tip would overhang in print. A box around the end of the tip,
-    minus a ball, is cut away.
+    minus the ball of the dome, is cut away. The named faces are found again on the cut solid.
     """
     if housing.dome is None:
         return part
     radius = housing.dome.radius
+    # The box extends beyond the tip on all sides and below it. Its upper face ends at the cap or at the neck.
     width = housing.tip_side + 2.0 * _BESIDE_TIP
     depth = housing.depth + 2.0 * _BESIDE_TIP
     height = min(_MAX_CAP_HEIGHT_RATIO * radius, housing.tip_height) + _BESIDE_TIP
@@ -94,7 +96,8 @@ def cut_domes(part: Part, housing: Housing) -> Part:
 def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) -> Part:
     """Cut magnet pockets into the fronts of the shuttles. Without a Hall read-out, the housing is not changed.
 
-    The pockets are where the bending moment in a shuttle changes sign, so the stiffness analysis can neglect them.
+    The pockets are where the bending moment in a shuttle changes sign, so the stiffness analysis can neglect them. The
+    named faces are found again on the cut solid.
     """
     if seats is None:
         return part
@@ -119,18 +122,20 @@ def named_housing(shape: cq.Shape, housing: Housing) -> Part:
     are found by their geometry, the solid may have been cut, or read from a file. Raises ValueError if a name matches
     no face.
     """
-    on_level = plane_face_test(2, 0.0)
-    on_front = plane_face_test(1, -0.5 * housing.depth)
-    on_back = plane_face_test(1, 0.5 * housing.depth)
+    is_flat_tip = plane_face_test(2, 0.0)  # in the plane z = 0
+    is_on_front = plane_face_test(1, -0.5 * housing.depth)  # in the plane y = -depth / 2
+    is_on_back = plane_face_test(1, 0.5 * housing.depth)
 
     def make_tip_test(sign: float) -> FaceTest:
+        """Return a test that accepts the flat tip or the dome of the arm at x < 0 or x > 0, given by `sign`."""
+
         def is_tip(face: cq.Face) -> bool:
-            is_flat_or_cap = on_level(face) or face.geomType() == "SPHERE"
-            return is_flat_or_cap and sign * face.Center().x > 0.0
+            is_flat_or_dome = is_flat_tip(face) or face.geomType() == "SPHERE"
+            return is_flat_or_dome and sign * face.Center().x > 0.0
 
         return is_tip
 
     faces: dict[str, FaceTest] = {f"{arm.name}_tip": make_tip_test(arm.sign) for arm in housing.arms}
     faces["mounting_holes"] = lambda face: is_hole(face, housing.hole_diameter)
-    faces["side_faces"] = lambda face: on_front(face) or on_back(face)
+    faces["side_faces"] = lambda face: is_on_front(face) or is_on_back(face)
     return named_part("housing", shape, faces)

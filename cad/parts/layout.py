@@ -1,6 +1,7 @@
 """The layout rules, which determine every dimension of the housing [mm] from a design and its springs."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from cad.parts.cover import cover_level
@@ -40,27 +41,18 @@ def housing_for(
     tips = design.tips
     layout = tips.tip_layout
     depth = plate_depth(design, process)
-    separation = layout.leaf_separation_mm
-    low, high = _flexures(process, lengths, depth, separation)
-
+    flexures = _flexures(process, lengths, depth, layout.leaf_separation_mm)
     shuttle_end = _shuttle_end(design, process, depth)
     # A shuttle is at least as wide as its end, and there must be a printable gap between the two shuttles.
     shuttle_width = max(shuttle_end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
     neck_level = shuttle_end.height + _neck_height(depth, shuttle_width, shuttle_end.side)
-    # The level of the frame is measured from the printed face, which pins extend downwards.
+    # The level of the frame is measured from the printed face. A pin extends below this face.
     protrusion = max(_tip_protrusion(design, lengths, depth) - shuttle_end.beyond_face, _MIN_PROTRUSION)
-
-    # Each leaf is separated from the next corner by a fillet and a straight ledge.
-    half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
-    lower_leaf_level = max(neck_level, protrusion) + LEDGE + half_leaf
-    # The gaps between the shuttles and their stops, rounded to 0.01 mm.
-    low_gap, high_gap = (round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
-    # The cavity ends above the upper leaf, its fillet, a ledge and the wider gap.
-    cavity_level = lower_leaf_level + separation + half_leaf + LEDGE + max(low_gap, high_gap)
+    levels = _stack_levels(process, flexures, max(neck_level, protrusion), deflections)
     pin = _pin(tips, shuttle_end, neck_level - process.min_wall_mm)
     # A dome on a pin is a shape of the pin, not of the printed tip.
     dome = DomeCap(radius=tips.dome_radius_mm) if pin is None and tips.dome_radius_mm is not None else None
-    back_to_back = _back_to_back(process) if layout.is_back_to_back else None
+    low, high = flexures
     return Housing(
         low=low,
         high=high,
@@ -69,18 +61,50 @@ def housing_for(
         spacing=tips.spacing_mm,
         shuttle_width=shuttle_width,
         neck_level=neck_level,
-        lower_leaf_level=lower_leaf_level,
-        low_top_level=cavity_level - low_gap,
-        high_top_level=cavity_level - high_gap,
-        cavity_level=cavity_level,
-        top_level=cavity_level + layout.top_bar_mm,
+        lower_leaf_level=levels.lower_leaf,
+        low_top_level=levels.low_top,
+        high_top_level=levels.high_top,
+        cavity_level=levels.cavity,
+        top_level=levels.cavity + layout.top_bar_mm,
         protrusion=protrusion,
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
         pin=pin,
         dome=dome,
-        back_to_back=back_to_back,
+        back_to_back=_back_to_back(process) if layout.is_back_to_back else None,
     )
+
+
+class _Levels(NamedTuple):
+    """Heights of the leaves and the cavity above the printed tip faces [mm].
+
+    `lower_leaf` is the mid-plane of the lower leaves, and `low_top` and `high_top` are the tops of the two shuttles.
+    `cavity` is the stop above the shuttles.
+    """
+
+    lower_leaf: float
+    low_top: float
+    high_top: float
+    cavity: float
+
+
+def _stack_levels(
+    process: Process, flexures: Sequence[Flexure], lower_limit: float, deflections: tuple[float, ...]
+) -> _Levels:
+    """Return the levels of the leaves and the cavity, which are stacked upwards from `lower_limit` [mm].
+
+    Necks and frame end at `lower_limit`. `flexures` and `deflections` are the two springs and their deflections at full
+    travel [mm], first those of the low spring. The gaps at the stops are larger than these deflections.
+    """
+    low, high = flexures
+    # Each leaf is separated from the next corner by a fillet and a straight ledge.
+    half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
+    lower_leaf = lower_limit + LEDGE + half_leaf
+    # The gaps between the shuttles and their stops, rounded to 0.01 mm.
+    low_gap, high_gap = (round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
+    # The cavity ends above the upper leaf, its fillet, a ledge and the wider gap.
+    cavity = lower_leaf + low.separation + half_leaf + LEDGE + max(low_gap, high_gap)
+    return _Levels(lower_leaf=lower_leaf, low_top=cavity - low_gap, high_top=cavity - high_gap, cavity=cavity)
 
 
 def _flexures(process: Process, lengths: tuple[float, ...], depth: float, separation: float) -> list[Flexure]:
@@ -135,18 +159,19 @@ def _pin(tips: Tips, shuttle_end: _ShuttleEnd, max_pocket_depth: float) -> Pin |
 def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
     """Return the dimensions of the end of a shuttle, a printed tip or a foot with a pin, in a plate of this depth [mm].
 
-    A tip or pin protrudes by at least 1.5 times the travel, so that no other part of the arm touches the fruit. It is
-    also at least as long as its dome or other shape at the end.
+    The length of a tip or a pin is at least 1.5 times the travel, so that no other part of the arm touches the fruit.
+    It is also at least the height of its dome or other end shape, and at least its side or `LEDGE`, whichever is
+    smaller.
     """
     tips = design.tips
     mount = tip_mount(design, process)
-    protrusion = max(min(tips.side_mm, LEDGE), _MIN_TIP_TRAVELS * design.press.travel_mm)
+    smallest_length = max(min(tips.side_mm, LEDGE), _MIN_TIP_TRAVELS * design.press.travel_mm)
     if mount.pocket_side is not None:  # the tips are pins
-        outside = max(protrusion, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
-        return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=outside, pocket_side=mount.pocket_side)
+        pin_length = max(smallest_length, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
+        return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=pin_length, pocket_side=mount.pocket_side)
     side = _tip_side(tips, depth)
-    height = max(protrusion, _cap_height(tips, side))
-    return _ShuttleEnd(side=side, height=height)
+    tip_length = max(smallest_length, _cap_height(tips, side))
+    return _ShuttleEnd(side=side, height=tip_length)
 
 
 def _tip_side(tips: Tips, depth: float) -> float:
@@ -158,7 +183,8 @@ def _tip_side(tips: Tips, depth: float) -> float:
     side = tips.side_mm
     if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - HEMISPHERE_MARGIN:
         side = round(2.0 * tips.dome_radius_mm + HEMISPHERE_MARGIN, 3)
-    return depth if tips.tip_layout.is_back_to_back and 0.0 <= depth - side < LEDGE else side
+    is_nearly_as_deep = 0.0 <= depth - side < LEDGE
+    return depth if tips.tip_layout.is_back_to_back and is_nearly_as_deep else side
 
 
 def _cap_height(tips: Tips, side: float) -> float:
@@ -195,7 +221,8 @@ def _tip_protrusion(design: Design, lengths: tuple[float, ...], depth: float) ->
     fruit = design.fruit
     tips = design.tips
     press = design.press
-    # Distances from the centre of the sensor to the farthest point of the frame that is above the fruit.
+    # The reach is the distance from the centre of the sensor to the farthest point of the frame above the fruit. The
+    # frame ends at half its length and half its width, and the fruit may end before.
     half_length = 0.5 * tips.spacing_mm + max(lengths) + _BESIDE_LEAF
     reach_along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), half_length)
     half_width = 0.5 * depth + 0.5 * tips.tip_layout.width_in_spacings * tips.spacing_mm

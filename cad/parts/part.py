@@ -36,7 +36,7 @@ class Part:
     def face_area(self, name: str) -> float:
         """Return the total area of the faces with this name [mm^2]. Raises KeyError for an unknown name."""
         if name not in self.faces:
-            msg = f"part {self.name!r} has no face {name!r}; its faces are {', '.join(self.faces)}"
+            msg = f"part {self.name!r} has no face {name!r}. Its faces are {', '.join(self.faces)}."
             raise KeyError(msg)
         all_faces = self.shape.Faces()
         return sum(all_faces[index].Area() for index in self.faces[name])
@@ -56,7 +56,7 @@ class Part:
     def write_brep(self, path: Path) -> None:
         """Write the solid to a BREP file [mm], which preserves the order of the faces. Raises OSError if this fails."""
         if not self.shape.exportBrep(str(path)):
-            msg = f"part {self.name!r}: cannot write {path}; check that the folder exists and that the disk is not full"
+            msg = f"part {self.name!r}: cannot write {path}. Check that the folder exists and the disk is not full."
             raise OSError(msg)
 
 
@@ -64,22 +64,23 @@ def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Par
     """Name the faces of a shape, and return it as a part.
 
     `name` is the name of the part. `faces` maps the name of each face to a test that selects all faces with this name.
-    Raises ValueError if a name matches no face, or if two names match the same face.
+    A face that no test selects remains without a name. Raises ValueError if a name matches no face, or if two names
+    match the same face.
     """
     solids = shape.Solids()
     if len(solids) == 1:  # the result of a cut is a compound, even if it contains only one solid
         shape = solids[0]
     all_faces = shape.Faces()
-    indices: dict[str, tuple[int, ...]] = {}
-    name_of_face: dict[int, str] = {}
+    indices: dict[str, tuple[int, ...]] = {}  # into `all_faces`, for each name
+    name_of_face: dict[int, str] = {}  # keyed by the same indices
     for face_name, is_match in faces.items():
         indices[face_name] = tuple(index for index, face in enumerate(all_faces) if is_match(face))
         if not indices[face_name]:
-            msg = f"part {name!r}: the name {face_name!r} matches no face; the names are {', '.join(faces)}"
+            msg = f"part {name!r}: the name {face_name!r} matches no face. The names are {', '.join(faces)}."
             raise ValueError(msg)
         for index in indices[face_name]:
             if index in name_of_face:
-                msg = f"part {name!r}: face {index} is named both {name_of_face[index]!r} and {face_name!r}"
+                msg = f"part {name!r}: face {index} matches both {name_of_face[index]!r} and {face_name!r}."
                 raise ValueError(msg)
             name_of_face[index] = face_name
     return Part(name=name, shape=shape, faces=indices)
@@ -97,15 +98,16 @@ def box_through(depth: float, x: tuple[float, float], z: tuple[float, float]) ->
 def plane_face_test(axis: int, coordinate: float) -> FaceTest:
     """Return a test that accepts the faces in a plane normal to an axis, at the given coordinate [mm].
 
-    `axis` is 0 for x, 1 for y and 2 for z.
+    `axis` is 0 for x, 1 for y and 2 for z. Coordinates may differ by `NEAR_MM`.
     """
 
     def is_on_plane(face: cq.Face) -> bool:
-        # One corner rules out most faces, and is found in a tenth of the time of a bounding box. Its tolerance is
+        """Return whether all of a face lies in the plane: first from one of its corners, then from its bounding box."""
+        # A single corner rules out most faces, and is found in a tenth of the time of a bounding box. Its tolerance is
         # wider, so that only the bounding box decides about a face near the limit.
-        vertex = TopExp_Explorer(face.wrapped, TopAbs_VERTEX)
-        if vertex.More():
-            corner = BRep_Tool.Pnt_s(TopoDS.Vertex_s(vertex.Current()))
+        corners = TopExp_Explorer(face.wrapped, TopAbs_VERTEX)
+        if corners.More():  # the face has a corner
+            corner = BRep_Tool.Pnt_s(TopoDS.Vertex_s(corners.Current()))
             if abs(corner.Coord(axis + 1) - coordinate) > 2.0 * NEAR_MM:  # the kernel numbers the axes from 1
                 return False
         box = face.BoundingBox()
@@ -130,15 +132,17 @@ def is_hole(face: cq.Face, diameter: float) -> bool:
 def fillet_edges_along_y(plate: cq.Workplane, corners: Sequence[Point], radius: float) -> cq.Workplane:
     """Round the edges of a plate that run along y at the given corners (x, z) [mm], with a fillet of this radius [mm].
 
-    Raises ValueError unless the number of edges there is the number of corners.
+    Raises ValueError unless exactly one edge is found for each corner. A corner without an edge would silently keep its
+    sharp edge, which changes the stiffness of a leaf.
     """
     edges = []
     for edge in plate.findSolid().Edges():
         box = edge.BoundingBox()
         is_along_y = edge.geomType() == "LINE" and math.hypot(box.xlen, box.zlen) <= NEAR_MM
-        if is_along_y and any(math.dist((box.center.x, box.center.z), corner) < NEAR_MM for corner in corners):
+        position = (box.center.x, box.center.z)
+        if is_along_y and any(math.dist(position, corner) < NEAR_MM for corner in corners):
             edges.append(edge)
     if len(edges) != len(corners):
-        msg = f"number of edges to round = {len(edges)}: must be {len(corners)}; check the levels of the leaves"
+        msg = f"number of edges to round = {len(edges)} must be {len(corners)}. Check the levels of the leaves."
         raise ValueError(msg)
     return plate.newObject(edges).fillet(radius)

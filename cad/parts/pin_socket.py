@@ -27,14 +27,14 @@ def cut_pin_sockets(part: Part, housing: Housing) -> Part:
     if housing.pin is None:
         return part
     half_width = 0.5 * housing.pin.pocket_side
-    eaves = gable_side(housing) * half_width  # y at the two ends of the gable
+    eaves_y = gable_side(housing) * half_width  # y of the side of the square that carries the gable
     # The section of a pocket in x and y is a square with a gable of 45 degrees on the side that is up in print.
     section = [
-        (-half_width, -eaves),
-        (half_width, -eaves),
-        (half_width, eaves),
-        (0.0, 2.0 * eaves),
-        (-half_width, eaves),
+        (-half_width, -eaves_y),
+        (half_width, -eaves_y),
+        (half_width, eaves_y),
+        (0.0, 2.0 * eaves_y),  # the ridge
+        (-half_width, eaves_y),
     ]
     shape = part.shape
     for arm in housing.arms:
@@ -72,7 +72,10 @@ def tip_solid(shape: TipShape, height: float) -> cq.Shape:
 
 
 def _round_solid(shape: TipShape, top: float) -> cq.Shape:
-    """Revolve the meridian of a round tip about the z axis, and return the solid up to z = `top` [mm]."""
+    """Return the solid of a round tip up to z = `top` [mm], by revolving its meridian about the z axis.
+
+    The points of the meridian have the coordinates r, the distance from the axis, and z.
+    """
     outline = cq.Workplane("XZ").moveTo(0.0, 0.0)  # the meridian begins at the apex
     for segment in shape.meridian:
         if isinstance(segment, Arc):
@@ -83,8 +86,8 @@ def _round_solid(shape: TipShape, top: float) -> cq.Shape:
             outline = outline.threePointArc((middle_r, middle_z), segment.end)
         else:
             outline = outline.lineTo(*segment.end)
-    rim_r = 0.5 * shape.side_mm
-    solid: cq.Shape = outline.lineTo(rim_r, top).lineTo(0.0, top).close().revolve().findSolid()
+    side_r = 0.5 * shape.side_mm  # the meridian ends at this r; the side and the top of the tip close the outline
+    solid: cq.Shape = outline.lineTo(side_r, top).lineTo(0.0, top).close().revolve().findSolid()
     return solid
 
 
@@ -97,9 +100,10 @@ def _square_solid(shape: TipShape, top: float) -> cq.Shape:
     half_side = 0.5 * shape.side_mm
     solid: cq.Shape = cq.Solid.makeBox(2.0 * half_side, 2.0 * half_side, top, cq.Vector(-half_side, -half_side, 0.0))
     for segment in shape.meridian:
+        # A quarter circle at the edge of a flat face ends at z = radius. Any other segment that rises is a flank.
         is_quarter_circle = isinstance(segment, Arc) and abs(segment.end.z - segment.radius) < NEAR_MM
         if not is_quarter_circle and segment.end.z > segment.start.z:
-            msg = f"tip shape {shape.name!r}: a square tip must have a flat face, with sharp or rounded edges."
+            msg = f"tip shape {shape.name!r}: a square tip must have a flat face. Its edges may be sharp or rounded."
             raise ValueError(msg)
         if isinstance(segment, Arc):
             lower_edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
