@@ -71,12 +71,13 @@ def force_curve(press: CompressionPress) -> ForceCurve:
     coarse = fit_force_curve(press)
     fine = fit_force_curve(press, FINE)
     travels = _travels(press.deepest)
-    difference = np.abs(coarse.force(travels) / fine.force(travels) - 1.0)
+    differences = np.abs(coarse.force(travels) / fine.force(travels) - 1.0)
+    is_compared = travels >= _SMALLEST_COMPARED * press.deepest
     return ForceCurve(
         exponent=fine.exponent,
         coefficients=fine.coefficients,
         deepest=fine.deepest,
-        error=float(difference[travels >= _SMALLEST_COMPARED * press.deepest].max()) + fine.error,
+        error=float(differences[is_compared].max()) + fine.error,
     )
 
 
@@ -85,17 +86,18 @@ def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> Forc
     """Solve the forces of the compression `press` on one mesh, and fit a force curve to them.
 
     The error of the curve [1] is the root-mean-square scatter of the forces about it. Doubling the `refinement` halves
-    the element size. Raises SolveError if no equilibrium is found.
+    the element size. The result is cached. Raises SolveError if no equilibrium is found.
     """
     travels = _travels(press.deepest)
     edge = math.inf if press.tool.curvature else press.tool.edge  # the edge of a spherical face does not touch the body
     body = HalfBody(press.section, press.law, press.contact, refinement, edge)
     forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
-    ratios = forces / travels**press.exponent  # the polynomial in sqrt(travel) is fitted to these
+    # Without the factor travel^exponent, the force is a polynomial in sqrt(travel).
+    polynomial_values = forces / travels**press.exponent
+    powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERM_COUNT)  # (travels, terms)
     # Minimise the squares of the relative differences: the ratio of fit to force should be 1 at each travel.
-    powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERM_COUNT)
-    coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))
-    relative_differences = powers @ coefficients / ratios - 1.0
+    coefficients, *_ = np.linalg.lstsq(powers / polynomial_values[:, None], np.ones_like(polynomial_values))
+    relative_differences = powers @ coefficients / polynomial_values - 1.0
     scatter = relative_differences[travels >= _SMALLEST_COMPARED * press.deepest]
     degrees_of_freedom = len(scatter) - _TERM_COUNT
     return ForceCurve(

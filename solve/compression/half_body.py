@@ -83,10 +83,10 @@ class HalfBody:
         self.x = np.stack([r.ravel(), z.ravel()], axis=1)
         self.count = len(self.x)
 
-        # Nodes are numbered upwards in columns, which begin at the axis. An element has 3 x 3 nodes.
+        # Nodes are numbered upwards in columns, which begin at the axis. Node i has the dofs 2 i along r, 2 i + 1
+        # along z.
         index = np.arange(self.count).reshape(columns, rows)
-        lowest_nodes = index[:-1:2, :-1:2].reshape(-1, 1)  # the node of each element with the smallest index
-        nodes = lowest_nodes + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
+        nodes = _element_nodes(index)
         self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _ELEMENT_DOFS)
         held = np.zeros((self.count, 2), dtype=bool)
         held[index[0], 0] = True  # nodes on the axis cannot move along r
@@ -121,32 +121,40 @@ class HalfBody:
         `deformed`. With `convex`, negative stiffnesses of the modes at the Gauss points are set to 0. The matrix is
         then positive semidefinite, so that a Newton step lowers the energy.
         """
-        _, slope, curvature = self.law.phi(deformed.stretches)  # derivatives with respect to the stretches
-        _, pressure, bulk = self.law.U(np.log(deformed.stretches.prod(axis=0)))  # derivatives with respect to theta
-        modes = principal_modes(deformed.F)
-        stiffness = mode_stiffness(deformed.stretches, slope, curvature, pressure)
-        if convex:
-            stiffness = np.maximum(stiffness, 0.0)
-
-        # `moduli` are the second derivatives of the energy density with respect to the components i and j of F. The
-        # outer product is the part of U that is due to its curvature in theta; the modes m contribute all other terms.
-        theta_gradient = _gradient_by_F(modes, 1.0 / deformed.stretches)
-        moduli = bulk * theta_gradient[:, None] * theta_gradient[None, :]
-        moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
-        moduli[4, 4] += stiffness[4]  # the fifth mode is the hoop stretch, the fifth component of F
-        stress = _gradient_by_F(modes, slope + pressure / deformed.stretches)  # first Piola-Kirchhoff stress
-
-        # Integrate over the elements. The indices are element e, Gauss point q, dofs d and f.
+        stress, moduli = self._stress_and_moduli(deformed, convex=convex)
+        # Integrate over the elements. The indices are element e, Gauss point q, components i and j of F, dofs d and f.
         element_matrices = np.einsum(
             "eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True
         )
         element_forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
+        # Assemble the elements. Entries with the same row and column are added.
         size = 2 * self.count
         rows = np.repeat(self.dofs, _ELEMENT_DOFS, axis=1)
         columns = np.tile(self.dofs, (1, _ELEMENT_DOFS))
         matrix = csc_matrix((element_matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
         forces = np.bincount(self.dofs.ravel(), element_forces.ravel(), minlength=size)
         return forces.astype(np.float64, copy=False), matrix
+
+    def _stress_and_moduli(self, deformed: "Deformed", *, convex: bool) -> tuple[Floats, Floats]:
+        """Return the first and second derivatives of the energy density with respect to the five components of F [MPa].
+
+        The first derivatives are the first Piola-Kirchhoff stress (5, elements, points). The second ones are the moduli
+        (5, 5, elements, points). With `convex`, negative stiffnesses of the modes are set to 0.
+        """
+        _, slope, curvature = self.law.phi(deformed.stretches)  # derivatives with respect to the stretches
+        _, pressure, bulk = self.law.U(np.log(deformed.stretches.prod(axis=0)))  # derivatives with respect to theta
+        modes = principal_modes(deformed.F)
+        stiffness = mode_stiffness(deformed.stretches, slope, curvature, pressure)
+        if convex:
+            stiffness = np.maximum(stiffness, 0.0)
+        # The outer product is the part of U that is due to its curvature in theta. The modes m contribute all other
+        # terms.
+        theta_gradient = _gradient_by_F(modes, 1.0 / deformed.stretches)
+        moduli = bulk * theta_gradient[:, None] * theta_gradient[None, :]
+        moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
+        moduli[4, 4] += stiffness[4]  # the fifth mode is the hoop stretch, the fifth component of F
+        stress = _gradient_by_F(modes, slope + pressure / deformed.stretches)
+        return stress, moduli
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -183,43 +191,67 @@ def _element_boundaries(section: Section, contact: float, refinement: float, edg
         across = np.concatenate([inner, outer[1:]])
         down = _graded_boundaries(_EDGE_ELEMENT * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
     else:
+        # Elements grow from the axis towards the side, and equally from the top downwards.
         across = down = _graded_boundaries(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
     return across, down
 
 
-def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
-    """Return the matrices that map the displacements of an element to the change in F, and the Gauss-point volumes.
+def _element_nodes(index: Ints) -> Ints:
+    """Return the indices of the 3 x 3 nodes of each element, shape (elements, 9).
 
-    F is the deformation gradient. The nodes of the elements are at x (elements, 9, 2) [mm]. The matrices have shape
-    (elements, points, 5, 18) [1/mm], the volumes (elements, points) [mm^3]. With a `length` [mm] the body is in plane
-    strain; without, axisymmetric.
+    `index` (columns, rows) holds the index of each node, which increases by 1 along a column. Neighbouring elements
+    share three nodes, so an element begins at every second column and at every second row.
+    """
+    rows = index.shape[1]
+    first_nodes = index[:-1:2, :-1:2].reshape(-1, 1)  # the node of each element with the smallest index
+    nodes: Ints = first_nodes + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
+    return nodes
+
+
+def _reference_element() -> tuple[Floats, Floats, Floats]:
+    """Return the shape functions of an element, their gradients, and the weights of its Gauss points.
+
+    The shape functions have shape (points, 9), the gradients (points, 9, 2), and the weights (points,). Derivatives are
+    with respect to the coordinates of the reference square, which run from -1 to 1.
     """
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     along = np.repeat(points, _POINTS)
     upward = np.tile(points, _POINTS)
-    # The indices are Gauss point q, node n, axes i and k, element e.
     shapes = tensor_product(quadratic(along), quadratic(upward))
-    reference_gradient = np.stack(
+    gradients = np.stack(
         [
             tensor_product(quadratic_slope(along), quadratic(upward)),
             tensor_product(quadratic(along), quadratic_slope(upward)),
         ],
         axis=-1,
     )
-    jacobian = np.einsum("qnk,eni->eqik", reference_gradient, x)
-    gradient = np.einsum("qnk,eqki->eqni", reference_gradient, np.linalg.inv(jacobian))
-    r = np.einsum("qn,en->eq", shapes, x[:, :, 0])
-    # The extent normal to the section is the circumference or, in plane strain, twice the length: the section is
-    # modelled only for r >= 0.
-    extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
-    volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * extent
+    return shapes, gradients, np.outer(weights, weights).ravel()
 
-    operator = np.zeros((*volumes.shape, 5, 9, 2))  # components of F: rr, rz, zr, zz, hoop
+
+def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
+    """Return the matrices that map the displacements of an element to the change in F, and the Gauss-point volumes.
+
+    F is the deformation gradient. The nodes of the elements are at x (elements, 9, 2) [mm]. The matrices have shape
+    (elements, points, 5, 18) [1/mm], the volumes (elements, points) [mm^3]. With a `length` [mm], the body is in plane
+    strain, and without one it is axisymmetric.
+    """
+    shapes, reference_gradients, weights = _reference_element()
+    # The indices are Gauss point q, node n, axes i and k, element e.
+    jacobian = np.einsum("qnk,eni->eqik", reference_gradients, x)
+    gradient = np.einsum("qnk,eqki->eqni", reference_gradients, np.linalg.inv(jacobian))
+    r = np.einsum("qn,en->eq", shapes, x[:, :, 0])
+    # The extent normal to the section is the circumference or, in plane strain, twice the length. The reason for the
+    # factor is that only the half r >= 0 of the section is modelled.
+    extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
+    volumes = np.linalg.det(jacobian) * weights * extent
+
+    # The last three axes are the components of F (rr, rz, zr, zz, hoop), the nodes, and the displacements (r, z).
+    operator = np.zeros((*volumes.shape, 5, 9, 2))
     operator[:, :, 0, :, 0] = gradient[..., 0]
     operator[:, :, 1, :, 0] = gradient[..., 1]
     operator[:, :, 2, :, 1] = gradient[..., 0]
     operator[:, :, 3, :, 1] = gradient[..., 1]
-    if length is None:  # the hoop strain is u_r / r; in plane strain it is 0
+    if length is None:  # the hoop strain is u_r / r, and 0 in plane strain
         operator[:, :, 4, :, 0] = shapes / r[:, :, None]
     return operator.reshape(*volumes.shape, 5, _ELEMENT_DOFS), volumes
 
@@ -229,13 +261,14 @@ def _nodal_areas(x: Floats, length: float | None) -> Floats:
 
     `length` [mm] is the length of a body in plane strain, or None for an axisymmetric body.
     """
-    edges = np.linalg.norm(x[2::2] - x[:-2:2], axis=1)
-    area = np.zeros(len(x))
+    # An edge of an element has three nodes, and shares its first and its last node with its neighbours.
+    edge_lengths = np.linalg.norm(x[2::2] - x[:-2:2], axis=1)
+    line_share = np.zeros(len(x))  # length of the line that each node represents [mm]
     for node, weight in enumerate((1.0, 4.0, 1.0)):
-        np.add.at(area, 2 * np.arange(len(edges)) + node, weight / 6.0 * edges)
+        np.add.at(line_share, 2 * np.arange(len(edge_lengths)) + node, weight / 6.0 * edge_lengths)
     if length is None:
-        return area * (2.0 * np.pi * x[:, 0])  # times the circumference
-    return area * (2.0 * length)
+        return line_share * (2.0 * np.pi * x[:, 0])  # times the circumference
+    return line_share * (2.0 * length)  # only the half r >= 0 of the section is modelled
 
 
 def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:

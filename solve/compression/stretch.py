@@ -56,8 +56,9 @@ def principal_modes(F: Floats) -> Floats:
 def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure: Floats) -> Floats:
     """Return the second derivatives of phi(l1) + phi(l2) + phi(l3) + p ln J in the five modes, shape (5, ...).
 
-    The first four modes are those of `principal_modes`, the fifth is the hoop stretch. `slope` and `curvature` (3, ...)
-    are phi' and phi'' at the `stretches` l, and `pressure` (...) is p, all in the same unit. J is l1 l2 l3.
+    The first four modes come from `principal_modes`: two stretches, a rotation and a shear. The fifth is the hoop
+    stretch. `slope` and `curvature` (3, ...) are phi' and phi'' at the `stretches` l, and `pressure` (...) is p, all in
+    the same unit. J is l1 l2 l3.
 
     In a stretch mode the result is phi''(l) - p / l^2. A rotation and a shear do not change the stretches to first
     order, and their stiffnesses are

@@ -66,13 +66,14 @@ class _ToolPress:
     def state(self, u: Floats) -> _ToolState:
         """Return the deformed body, its contact and its energy for displacements u (nodes, 2) [mm].
 
-        A surface node touches if it is not below the face of the tool and lies, undeformed, within the tool's edge.
+        A surface node touches if two conditions hold. It is not below the face of the tool, and its undeformed position
+        is within the edge of the tool.
         """
         body = self.body
         r = body.x[body.surface, 0]
         z = body.x[body.surface, 1]
         rise, slope, slope_rate = self.tool.face(r + u[body.surface, 0])
-        lowest_point = z[0] - self.travel  # the first surface node is the one on the axis
+        lowest_point = z[0] - self.travel  # of the tool, which first touches the surface node on the axis, z[0]
         height = z + u[body.surface, 1] - lowest_point - rise
         touches = (height >= 0.0) & (r <= self.tool.edge * (1.0 + _RADIUS_TOLERANCE))
         deformed = body.deformed(u)
@@ -90,7 +91,8 @@ class _ToolPress:
         state = start
         held_dofs = np.flatnonzero(held)
         for _ in range(_MAX_ITERATIONS):
-            # If the Newton step does not lower the energy, try the Newton step of a convex approximation of the energy.
+            # First try the Newton step of the energy itself. If it does not lower the energy sufficiently, try the
+            # step of a convex approximation.
             for convex in (False, True):
                 residual, matrix, force = self._linearise(state, held, convex=convex)
                 if np.linalg.norm(residual) <= max(_RESIDUAL_LIMIT * force, self.round_off):
@@ -155,8 +157,8 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     longer move along r, nor can nodes on a table. Raises SolveError if no equilibrium is found.
     """
     tool = tool or Tool()
-    held = body.held.copy()  # gripped dofs are added below
-    if grips:  # the tool also grips the nodes that it touches before the press, such as those of a flat top
+    held = body.held.copy()  # gripped dofs are added below; dof 2 i moves node i along r
+    if grips:  # the tool also grips the nodes that it touches before the press, for example on a flat top
         initial_state = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
         held[2 * body.surface[initial_state.touches]] = True
         held[2 * body.on_table] = True
@@ -165,19 +167,31 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     forces = []
     for travel in travels:
         press = _ToolPress(body, tool, travel)
-        # Extrapolate through one, two and three previous equilibria. The guess with the smallest energy is used.
-        guesses = []
-        for count in _EXTRAPOLATION_COUNTS:
-            guess = _extrapolate(solutions[-count:], solved_travels[-count:], travel)
-            guess = np.where(held.reshape(-1, 2), solutions[-1], guess)  # held dofs keep their displacements
-            guesses.append(press.state(guess))
-        state, force = press.equilibrium(min(guesses, key=lambda candidate: candidate.energy), held)
+        start = _initial_state(press, solutions, solved_travels, held)
+        state, force = press.equilibrium(start, held)
         forces.append(force)
         solutions.append(state.body.u)
         solved_travels.append(travel)
         if grips:
             held[2 * body.surface[state.touches]] = True
     return np.array(forces)
+
+
+def _initial_state(
+    press: _ToolPress, solutions: Sequence[Floats], solved_travels: Sequence[float], held: Flags
+) -> _ToolState:
+    """Return the state from which Newton's method starts, extrapolated from previous equilibria.
+
+    Three extrapolations are tried: through one, two and three equilibria. The state with the smallest energy is
+    returned. `solutions` are the displacements (nodes, 2) [mm] at the `solved_travels` [mm]. The dofs marked in `held`
+    (2 nodes,) keep their last displacements.
+    """
+    candidates = []
+    for count in _EXTRAPOLATION_COUNTS:
+        guess = _extrapolate(solutions[-count:], solved_travels[-count:], press.travel)
+        guess = np.where(held.reshape(-1, 2), solutions[-1], guess)
+        candidates.append(press.state(guess))
+    return min(candidates, key=lambda candidate: candidate.energy)
 
 
 def _extrapolate(solutions: Sequence[Floats], solved_travels: Sequence[float], travel: float) -> Floats:

@@ -44,7 +44,7 @@ class BentBlock:
     bent: CellBasis
 
     def fixed_dofs(self, parity: Parity) -> Ints:
-        """Return the dofs that the base and the mirror planes fix for a parity; they are the same for both bodies."""
+        """Return the dofs that the base and the mirror planes fix for a parity. They are the same for both bodies."""
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
@@ -52,11 +52,11 @@ class BentBlock:
 
         A load presses against its outward normal (3,) in `normals`. In plan, it is the product of two normal
         distributions, along x and along y. Its fraction on a node is therefore a product, too. `parity` holds the signs
-        of the mirror images in the planes x = 0 and y = 0.
+        of the mirror images in the planes x = 0 and y = 0. A sign of 0 means that there is no mirror plane.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))
-        for component in range(3):
-            top_dofs = self.flat.get_dofs("top").all(f"u^{component + 1}")
+        for component in range(3):  # force components along x, y and z
+            top_dofs = self.flat.get_dofs("top").all(f"u^{component + 1}")  # scikit-fem numbers components from 1
             for load_index, load in enumerate(self.loads):
                 # Start with the force component of the load, and multiply by its fraction along x and along y.
                 nodal_forces = np.full(len(top_dofs), -normals[load_index][component])
@@ -64,7 +64,7 @@ class BentBlock:
                     # The mirror image of the component normal to the plane has the opposite sign.
                     sign = -parity[axis] if axis == component else parity[axis]
                     nodes, fractions = line_fractions(self.lines[axis], centre, load.deviation, sign)
-                    # Each dof on the top face is at the coordinate of one node of the line.
+                    # Each dof on the top face is at a node of the line. The nearest one is taken because of round-off.
                     node_of_dof = np.abs(self.flat.doflocs[axis, top_dofs, None] - nodes).argmin(axis=1)
                     nodal_forces *= fractions[node_of_dof]
                 forces[top_dofs, load_index] = nodal_forces
@@ -77,17 +77,17 @@ def bent_block(
     """Mesh the equivalent block of a fruit twice, flat and bent to the shape of the fruit, under the same loads.
 
     The block has the plan and the thickness of the fruit. The difference between the two solutions is the effect of the
-    shape; most errors of the mesh cancel in it. The mesh ends at the mirror planes that fruit and footprints share, and
-    `steps` determines how fine it is. The `loads` replace the footprints. With `along_normals`, they press along the
-    normals of the skin. Raises SolveError if an element is folded when the block is bent.
+    shape. Most errors of the mesh cancel in this difference. The mesh ends at the mirror planes that fruit and
+    footprints share, and `steps` determines how fine it is. The `loads` replace the footprints. With `along_normals`,
+    they press along the normals of the skin. Raises SolveError if an element is folded when the block is bent.
     """
     shape = CurvedShape(fruit, core_of(loads))
     if fruit.is_symmetric:
-        mirrored = [bool(images) for images in mirror_images(footprints)]
+        mirrored = [bool(images) for images in mirror_images(footprints)]  # at x = 0, and at y = 0
         parities = level_parities(footprints)
         lines = body_lines(shape, loads, mirrored, steps)
     else:  # the fruit is rotated about z, so the whole block is meshed, with more dofs
-        parities = [(0, 0)]
+        parities = [(0, 0)]  # no mirror planes
         more_dofs = replace(steps, most_dofs=ROTATED_DOFS_FACTOR * steps.most_dofs)
         lines = body_lines(shape, loads, (False, False), more_dofs)
     box = box_mesh(lines)
@@ -103,14 +103,17 @@ def bent_block(
 
 
 def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
-    """Return the basis on the mesh of a block that is bent into a fruit; raises SolveError if an element is folded."""
+    """Return the basis on the mesh of a block that is bent into a fruit. Raises SolveError if an element is folded."""
     curved = replace(mesh, doflocs=shape.bend(mesh.doflocs))
     bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
     # An element is folded if the Jacobian determinant is negative at one of its quadrature points.
     determinants = determinant(cell_jacobian(curved, bent.quadrature[0]))
     smallest = float((determinants / np.median(determinants)).min())
     if not smallest > 0.0:
-        msg = f"curved fruit: volume of a bent element = {smallest:.1g} of the median: must be above 0"
+        msg = (
+            f"curved fruit: volume of a bent element = {smallest:.1g} of the median must be above 0. "
+            "Move the tips towards the apex."
+        )
         raise SolveError(msg)
     return bent
 

@@ -37,8 +37,8 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequen
     """Return the coordinates of the grid lines [mm] along x, y and z of the block.
 
     `shape` maps the block to the fruit. The lines are dense at the `loads`, as `steps` prescribes. `mirrored` states
-    for x and y whether the mesh ends at the mirror plane. The number of steps is reduced until the mesh has at most
-    `steps.most_dofs` dofs.
+    for x and y whether the mesh covers only one side of a mirror plane. The number of steps is reduced until the mesh
+    has at most `steps.most_dofs` dofs.
     """
     lines = _lines_for_steps(shape, loads, mirrored, steps)
     # Quadratic elements have 2 n - 1 nodes on n grid lines, and three dofs per node.
@@ -70,6 +70,7 @@ def _lines_for_steps(
             segment = graded_line(start, stop, step_size, steps.fraction)
             line = np.concatenate([line, segment[1:]])
         lines.append(line)
+    # The loads act at z = 0, the top of the block, and z points downwards.
     skin_thickness = fruit.skin_mm or 0.0
     step_size = _step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)
     z_line = graded_line(skin_thickness, fruit.depth_mm, step_size, steps.fraction)
@@ -99,11 +100,11 @@ def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:
 
     Marks are coordinates at which a grid line is needed. The first and the last mark are always kept.
     """
-    kept = [marks[0]]
+    distant_marks = [marks[0]]
     for mark in marks[1:-1]:
-        if min(mark - kept[-1], marks[-1] - mark) > distance:
-            kept.append(mark)
-    return [*kept, marks[-1]]
+        if min(mark - distant_marks[-1], marks[-1] - mark) > distance:
+            distant_marks.append(mark)
+    return [*distant_marks, marks[-1]]
 
 
 def _step_size(loads: Floats, extent: float, smallest_deviation: float, steps: BodySteps) -> Callable[[Floats], Floats]:

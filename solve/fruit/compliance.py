@@ -107,7 +107,7 @@ class FruitCompliance(Record):
         same force, as in a level square or line. The compliance of a pair is returned unchanged.
         """
         groups = (list(low), list(high))
-        if len(self.tips) == len(groups):
+        if len(self.tips) == len(groups):  # each group is a single tip
             return self
         skin = self.skin
         if skin is not None:

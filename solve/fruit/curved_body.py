@@ -32,7 +32,7 @@ from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.footprints import Footprint
 from solve.fruit.remainder import Parity
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
-from solve.fruit.split import LARGEST_ERROR, largest_errors, relative_changes
+from solve.fruit.split import LARGEST_ERROR, Errors, largest_errors, relative_changes
 from solve.linear import factorise
 
 STEPS = BodySteps()
@@ -80,22 +80,14 @@ def curved_compliance(
     """Return the compliance [1/mm] of a curved fruit, given the compliance `block` of its equivalent block.
 
     `footprints` are the footprints of the tips. With `along_normals`, the tips press along the normals of the skin, as
-    domes do. If the block is rough or the relative `tolerance` [1] is above 1e-3, a coarser mesh is tried first; it
-    takes a tenth of the time. It is used if the error of the change is within the tolerance, or if the block is rough.
-    Raises InputError for a fruit that is too steep under a tip, too small or too thick. Raises SolveError if a solve
-    does not converge.
+    domes do. The error of the change due to the shape is within the relative `tolerance` [1] if one of the meshes
+    achieves this. Raises InputError for a fruit that is too steep under a tip, too small or too thick. Raises
+    SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
-    may_be_rough = block.rough or tolerance > LARGEST_ERROR
-    tried_steps = (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,)  # from coarse to fine
-    for steps in tried_steps:
-        shape = shape_change(fruit, footprints, steps, along_normals)
-        S = block.S + shape.change
-        mesh_errors = SAFETY * relative_changes(shape.step, S)
-        errors = largest_errors(mesh_errors + relative_changes(shape.bound, S), len(S))
-        if block.rough or max(errors) <= tolerance:
-            break
+    shape, errors = _coarsest_change(block, fruit, footprints, along_normals, tolerance)
+    S = block.S + shape.change
     info = SolveInfo(
         method=f"{block.info.method}, bent to the shape of the fruit",
         dofs=max(block.info.dofs, shape.dofs),
@@ -110,6 +102,28 @@ def curved_compliance(
         info=info,
         shape_change=shape.change,
     )
+
+
+def _coarsest_change(
+    block: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool, tolerance: float
+) -> tuple[ShapeChange, Errors]:
+    """Return the change due to the shape from the coarsest sufficient mesh, and the relative errors [1] of the sum.
+
+    The sum is the compliance of the curved fruit. If the block is rough or the `tolerance` [1] is above 1e-3, a coarser
+    mesh is tried first, which takes a tenth of the time. It is sufficient if its errors are within the tolerance, or if
+    the block is rough. Otherwise the normal mesh is used, whatever its errors are. Raises SolveError if a solve does
+    not converge.
+    """
+    may_be_rough = block.rough or tolerance > LARGEST_ERROR
+    tried_steps = (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,)  # from coarse to fine
+    for steps in tried_steps:
+        shape = shape_change(fruit, footprints, steps, along_normals)
+        S = block.S + shape.change
+        mesh_errors = SAFETY * relative_changes(shape.step, S)
+        errors = largest_errors(mesh_errors + relative_changes(shape.bound, S), len(S))
+        if block.rough or max(errors) <= tolerance:
+            break
+    return shape, errors
 
 
 def _curved_status(block: FruitCompliance, fruit: Fruit, shape: ShapeChange, S: Floats, error: float) -> str:
@@ -177,6 +191,7 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
             bound = f"where the skin slopes by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
             raise validation_error("centre of a tip, x", footprint.x, "mm", bound, NEARER_HINT)
     if fruit.is_whole:
+        # Half sizes along x and y of the rectangle around the tips, and of the cap around the apex.
         for axis, core, cap in zip("xy", shape.core, shape.cap, strict=True):
             if core > OUTERMOST * cap:
                 name = f"reach of the tips along {axis}"
@@ -203,10 +218,10 @@ def _sharpness_correction(
     shape = CurvedShape(fruit, Plan(0.0, 0.0))  # the size of the core does not affect slope and curvature
     slope = shape.slope(footprint.x, footprint.y)
     curvature = shape.mean_curvature(footprint.x, footprint.y)
+    # A normal distribution with this standard deviation has the compliance R of the rigid tip on a half-space.
     deviation = least_deviation(footprint)
-    # R. A normal distribution with this standard deviation has the compliance of the rigid tip.
     rigid_compliance = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation
-    ratio = deviation / load.deviation  # S / R
+    ratio = deviation / load.deviation  # S / R, because the compliance is inversely proportional to the deviation
     if along_normals:
         smooth_compliance = rigid_compliance * ratio  # S
         slope_term = smooth_compliance * (1.0 - stretch_factor(slope))
@@ -262,16 +277,16 @@ def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     """Return the compliance F.K^-1 F (loads, loads) for loads F (dofs, loads).
 
     The function `solve` multiplies its argument (dofs, n) by K^-1. On a mesh that ends at mirror planes, loads often
-    differ only in sign. Such loads are solved only once.
+    differ only in sign. Such loads are solved only once, and the signs are restored in the result.
     """
     # Each load is multiplied by the sign of its first nonzero component, which makes opposite loads equal.
     first_nonzero = np.argmax(forces != 0.0, axis=0)[None]
     signs = np.sign(np.take_along_axis(forces, first_nonzero, axis=0))[0]
-    normalised_loads = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
+    # Loads are compared by their bytes. Adding 0 removes the sign of zeros, which would make equal loads differ.
+    normalised_loads = [column.tobytes() for column in (forces * signs + 0.0).T]
     representative = [normalised_loads.index(column) for column in normalised_loads]  # index of the first equal load
     distinct_loads = sorted(set(representative))
     distinct_compliance = forces[:, distinct_loads].T @ solve(forces[:, distinct_loads])
-    # row of each load in the compliance of distinct loads
-    rows = [distinct_loads.index(load) for load in representative]
-    relative_sign = signs * signs[representative]
+    rows = [distinct_loads.index(load) for load in representative]  # row of each load in `distinct_compliance`
+    relative_sign = signs * signs[representative]  # -1 if a load is opposite to its representative
     return np.asarray(np.outer(relative_sign, relative_sign) * distinct_compliance[np.ix_(rows, rows)])

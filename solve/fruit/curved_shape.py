@@ -66,11 +66,12 @@ def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats
 
         H = (a^2 + b^2 + c^2 - r^2) / (2 (a b c)^2 |g|^3),    K = 1 / ((a b c)^2 |g|^4).
     """
-    gradient_squared = (from_centre**2 / semi_axes**4).sum(axis=-1)
-    product_squared = semi_axes.prod(axis=-1) ** 2
-    difference = (semi_axes**2).sum(axis=-1) - (from_centre**2).sum(axis=-1)
-    mean = difference / (2.0 * product_squared * gradient_squared**1.5)
-    return mean, 1.0 / (product_squared * gradient_squared**2)
+    gradient_squared = (from_centre**2 / semi_axes**4).sum(axis=-1)  # |g|^2
+    product_squared = semi_axes.prod(axis=-1) ** 2  # (a b c)^2
+    mean_numerator = (semi_axes**2).sum(axis=-1) - (from_centre**2).sum(axis=-1)
+    mean = mean_numerator / (2.0 * product_squared * gradient_squared**1.5)
+    gaussian = 1.0 / (product_squared * gradient_squared**2)
+    return mean, gaussian
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ class CurvedShape:
         if skin_thickness is None:
             return np.stack([x, y, skin_depth + z * (1.0 - skin_depth / depth)])
         a, b, c = self.semi_axes
-        u, v = self.fruit.to_principal(x, y)
+        u, v = self.fruit.to_principal(x, y)  # along the principal directions, which are the axes a and b
         # The slope of the skin is |(u / a^2, v / b^2)| c^2 / h, with the height h = c - skin_depth above the centre.
         slope = np.hypot(u / a**2, v / b**2) * c**2 / (c - skin_depth)
         secant = np.hypot(slope, 1.0)  # vertical thickness of the skin divided by its thickness along the normal
@@ -205,10 +206,10 @@ class CurvedShape:
         core = np.array(self.core)
         cap = np.array(self.cap)
         distance = np.abs(plan)
-        # `edge_share` increases from 0 in the core to 1 at the edge of the plan, and `rounding` from 0 to 1/2, its
-        # value in the elliptical map.
+        # `edge_share` increases from 0 in the core to 1 at the edge of the plan, separately along x and y. `rounding`
+        # increases from 0 to 1/2, its value in the elliptical map.
         edge_share = np.maximum(0.0, (distance - core[:, None]) / (half_plan - core)[:, None])
-        within_core = np.minimum(distance, core[:, None])
+        within_core = np.minimum(distance, core[:, None])  # the part of the distance that lies in the core
         p, q = np.sign(plan) * (within_core + edge_share * (cap - core)[:, None]) / cap[:, None]
         rounding = 0.5 * (1.0 - ((1.0 - edge_share[0] ** 2) * (1.0 - edge_share[1] ** 2)) ** 2)
         return np.stack([p * np.sqrt(1.0 - rounding * q**2), q * np.sqrt(1.0 - rounding * p**2)])

@@ -151,7 +151,7 @@ def node_remainder(
     # A node outside the meshed part is replaced by its mirror image, which lies inside.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
     mirrored = np.abs(parities[0])  # for x and y: 1 if there is a mirror plane, otherwise 0
-    is_beyond = mirrored * nodes < 0.0
+    is_beyond = mirrored * nodes < 0.0  # (nodes, 2), for x and y
     nodes = np.where(is_beyond, -nodes, nodes)
 
     # Nodes that coincide to SAME_POINT decimals form one load. Adding 0 converts -0 to 0.
@@ -163,9 +163,10 @@ def node_remainder(
     # A single force is the mean of an even and an odd pair of forces about each mirror plane.
     compliance = np.zeros((len(nodes), len(nodes)))
     for parity, load_compliance in zip(parities, load_compliances, strict=True):
+        # A node that was replaced by its mirror image has the sign of the parity.
         sign = np.where(is_beyond, parity, 1).prod(axis=1)
         compliance += np.outer(sign, sign) * load_compliance[np.ix_(load_of_node, load_of_node)]
-    compliance /= 2 ** mirrored.sum()
+    compliance /= 2 ** mirrored.sum()  # the mean over one or two pairs
 
     interpolation = _interpolation_matrix(footprints, counts)
     return interpolation @ compliance @ interpolation.T, dofs

@@ -118,9 +118,9 @@ def remainder_compliance(
     meshed. All parities share the mesh, so ValueError is raised unless their zeros agree. Raises SolveError if a solve
     does not converge, or if a compliance is not symmetric.
     """
-    mirrored = np.abs(parities[0])
+    mirrored = np.abs(parities[0])  # for x and y: 1 if the mesh ends at the mirror plane, otherwise 0
     if (np.abs(parities) != mirrored).any():
-        msg = f"remainder: parities {parities} must be 0 exactly for those planes of which both sides are meshed"
+        msg = f"remainder: parities {parities} must have zeros for the same planes. Group them by their mirror planes."
         raise ValueError(msg)
     mirror_planes = [plane for plane, has_plane in zip(PLANES, mirrored, strict=True) if has_plane]
     problem = _boundary_problem(mesh, poisson, mirror_planes)
@@ -133,6 +133,7 @@ def remainder_compliance(
 
     compliances = []
     for parity in parities:
+        # An image that is reflected in a plane has the sign of the parity for this plane.
         image_signs = np.where(images < 0, parity, 1).prod(axis=1)
         side_sum = _signed_sum(image_signs, side_fields)
         base_sum = _signed_sum(image_signs, base_fields)
@@ -172,13 +173,13 @@ def _signed_sum(signs: Ints, fields: Sequence[HalfSpaceFields]) -> HalfSpaceFiel
 
 
 def _check_reciprocity(compliances: Sequence[Floats]) -> None:
-    """Raise SolveError unless all compliances are symmetric; an asymmetry reveals incorrect half-space fields."""
+    """Raise SolveError unless all compliances are symmetric. An asymmetry reveals incorrect half-space fields."""
     scale = max(float(np.abs(each).max()) for each in compliances)
     skew = max(float(np.abs(each - each.T).max()) for each in compliances)
     if not skew <= RECIPROCITY_LIMIT * scale:
         msg = (
-            f"remainder: relative asymmetry of the compliance = {skew / scale:.1e}: must be at most "
-            f"{RECIPROCITY_LIMIT:.0e}; use a finer mesh"
+            f"remainder: relative asymmetry of the compliance = {skew / scale:.1e} must be at most "
+            f"{RECIPROCITY_LIMIT:.0e}. Use a finer mesh."
         )
         raise SolveError(msg)
 
@@ -207,6 +208,7 @@ def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
     dofs are the displacements normal to the plane; if it is -1, the displacements in the plane. If it is 0, the face is
     not a mirror plane.
     """
+    # Displacements along x, y and z are called u^1, u^2 and u^3. The first entry is for x_low, the second for y_low.
     normal_components = (["u^1"], ["u^2"])
     tangential_components = (["u^2", "u^3"], ["u^1", "u^3"])
     dofs = np.zeros(0, dtype=np.int64)
@@ -218,9 +220,9 @@ def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
 
 
 def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQuadrature:
-    """Return one quadrature rule over several faces of the box.
+    """Return one quadrature rule over several faces of the box, for integrals over all of them at once.
 
-    `faces` maps the name of each face to its outward normal (3,).
+    `faces` maps the name of each face to its outward normal (3,). The facets of the faces are concatenated.
     """
     points, weights = get_quadrature(RefQuad, SURFACE_ORDER)
     patches = []
@@ -270,7 +272,7 @@ def _projection(faces: FaceQuadrature, field: Floats, used_dofs: Ints, size: int
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
     right_side = _load_vector(faces, field, size)
     displacements = np.zeros_like(right_side)
-    for component in range(3):
+    for component in range(3):  # the mass matrix is the same for x, y and z, so the components are solved separately
         component_dofs = faces.dofs[:, component].T
         used = np.intersect1d(component_dofs, used_dofs)
         matrix = assemble_elements(mass, component_dofs, size)[used][:, used].toarray()

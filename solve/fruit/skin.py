@@ -42,7 +42,8 @@ FLOOR = 2e-4  # smallest relative error bar, because wider smooth loads change t
 # tip.
 DEPTH_FRACTION = 0.125  # limit as a fraction of the depth of the fruit
 WIDEST = 4.6  # limit as a multiple of the smallest standard deviation for the tip
-BASIS_SIZES = (3, 2)  # numbers of skin moduli whose solutions form the reduced basis, on the fine and the coarse mesh
+FINE_BASIS_SIZE = 3  # number of skin moduli whose solutions form the reduced basis on the fine mesh
+COARSE_BASIS_SIZE = 2  # the same number on the coarse mesh
 MODULI = 13  # number of moduli in the table
 BEYOND = 1.3  # factor by which the table extends above the largest and below the smallest modulus
 SOFTEST = 1.0 / 24.0  # modulus at the second point of the curve of P, divided by E_max
@@ -78,31 +79,38 @@ def skin_compliance(
     start = time.perf_counter()
     moduli = table_moduli(fruit)
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
-    smallest_deviation = least_deviation(footprints[0])
-    # Wide loads need few elements, but must not reach the boundary of the fruit.
-    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, DEPTH_FRACTION * fruit.depth_mm / smallest_deviation)))
+    loads = _wide_loads(fruit, footprints)
     local_change = _local_change(fruit, footprints, loads, layers, along_normals)
     fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
     coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
-    fine_change = body_change(fine_body, layers, BASIS_SIZES[0])
-    coarse_change = body_change(coarse_body, layers, BASIS_SIZES[1])
+    fine_change = body_change(fine_body, layers, FINE_BASIS_SIZE)
+    coarse_change = body_change(coarse_body, layers, COARSE_BASIS_SIZE)
 
     # In the change from the mesh, the half-space part under smooth loads is replaced by the half-space part under tips.
     table = flesh.S + fine_change + local_change.rigid - local_change.smooth - local_change.shell
     # Flesh softer than the design's range occurs only at the start of a curve of P; the error bars exclude it.
     is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # the margin is for round-off
     errors = _table_errors(table, fine_change - coarse_change, local_change, np.flatnonzero(is_in_range))
-    skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
     status = f"{flesh.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
     seconds = flesh.info.seconds + time.perf_counter() - start
     return replace(
         flesh,
-        skin=skin,
+        skin=SkinTable(E=moduli, S=table),
         difference_error=flesh.difference_error + errors.pair,
         s11_error=flesh.s11_error + errors.own,
         info=replace(flesh.info, method=f"{flesh.info.method}, under a skin", seconds=seconds, status=status),
     )
+
+
+def _wide_loads(fruit: Fruit, footprints: Sequence[Footprint]) -> tuple[SmoothLoad, ...]:
+    """Return the smooth loads that replace the footprints on a fruit with a skin.
+
+    Wide loads need few elements, but must not reach the boundary of the fruit. Their width is therefore limited by the
+    depth of the fruit, and by a multiple of the smallest standard deviation for the tip.
+    """
+    ratio_for_depth = DEPTH_FRACTION * fruit.depth_mm / least_deviation(footprints[0])
+    return smooth_loads(fruit, footprints, min(WIDEST, max(1.0, ratio_for_depth)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,22 +141,23 @@ def _local_change(
     loads that replace the footprints. With `along_normals`, the tips press along the normals of the skin, as domes do.
     Raises SolveError if the nodal forces have a large residual.
     """
+    # All layers have the same thickness, and all footprints have the same side and shape.
     thickness = layers[0].thickness
     if footprints[0].punch is circle_punch:
         per_side = ROUND_NODES
     else:
         per_side = next(nodes for smallest, nodes in NODES if thickness >= smallest * footprints[0].side)
     rigid = layered_change(footprints, layers, per_side)
-    fewer_nodes = layered_change(footprints, layers, (per_side + 1) // 2)
+    fewer_nodes = layered_change(footprints, layers, (per_side + 1) // 2)  # half as many, rounded up
     smooth = smooth_change(loads, layers)
     shell = np.zeros_like(rigid)
     if fruit.radius_mm is not None:
-        # Slope and curvature mainly affect the compliance of a tip under its own load.
-        own = np.arange(len(footprints))
-        shell[:, own, own] = _shell_effects(fruit, footprints, loads, layers, per_side)
+        # Slope and curvature mainly affect the compliance of a tip under its own load, which is on the diagonal.
+        tips = np.arange(len(footprints))
+        shell[:, tips, tips] = _shell_effects(fruit, footprints, loads, layers, per_side)
         rigid_factors, smooth_factors = _slope_factors(fruit, footprints, loads, along_normals)
-        rigid[:, own, own] *= rigid_factors
-        smooth[:, own, own] *= smooth_factors
+        rigid[:, tips, tips] *= rigid_factors
+        smooth[:, tips, tips] *= smooth_factors
     return _LocalChange(rigid=rigid, fewer_nodes=fewer_nodes, smooth=smooth, shell=shell)
 
 
@@ -179,7 +188,9 @@ def _slope_factors(
     """
     shape = CurvedShape(fruit, core_of(loads))
     slopes = [shape.slope(footprint.x, footprint.y) for footprint in footprints]
-    if along_normals:  # the contact is circular on the skin, whereas the smooth load is circular in plan
+    if along_normals:
+        # The contact of a dome is circular on the skin, so a slope does not change its compliance. The smooth load is
+        # circular in plan.
         return np.ones(len(slopes)), np.array([stretch_factor(slope) for slope in slopes])
     factors = np.array([slope_factor(fruit.poisson, slope) for slope in slopes])
     return factors, factors
@@ -238,10 +249,10 @@ def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Float
     The result is the change times the modulus of the half-space [1/mm], with shape (layers, loads, loads).
     """
     poisson = layers[0].poisson_below
-    # A layer of the material below it has no effect.
-    without_layer = Layer(thickness=layers[0].thickness, modulus=1.0, poisson=poisson, poisson_below=poisson)
+    # A layer that consists of the material below it has no effect, so it represents the half-space without a layer.
+    no_layer = Layer(thickness=layers[0].thickness, modulus=1.0, poisson=poisson, poisson_below=poisson)
     S = np.empty((len(layers) + 1, len(loads), len(loads)))
-    for layer_index, layer in enumerate((*layers, without_layer)):
+    for layer_index, layer in enumerate((*layers, no_layer)):
         for i, displaced_load in enumerate(loads):
             for j, load in enumerate(loads):
                 distance = float(np.hypot(displaced_load.x - load.x, displaced_load.y - load.y))
@@ -264,7 +275,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> F
     skin_matrix = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
     matrix_without_skin = flesh_matrix + stiffness_matrix(body.bent, in_skin, poisson, b_bar=True)
     moduli = np.array([layer.modulus for layer in layers])
-    solved_moduli = np.geomspace(moduli.min(), moduli.max(), solve_count)
+    solved_moduli = np.geomspace(moduli.min(), moduli.max(), solve_count)  # relative moduli of the skin
 
     load_count = len(body.loads)
     change = np.zeros((len(layers), load_count, load_count))

@@ -60,6 +60,7 @@ def line_fractions(line: Floats, centre: float, deviation: float, sign: int) -> 
     deviation `deviation` [mm]. Its mirror image at -centre is added if `sign` is 1, subtracted if it is -1, and omitted
     if it is 0.
     """
+    # Each element has a node at both ends, and one in the middle.
     nodes = np.zeros(2 * len(line) - 1)
     nodes[::2] = line
     nodes[1::2] = 0.5 * (line[1:] + line[:-1])
@@ -67,7 +68,7 @@ def line_fractions(line: Floats, centre: float, deviation: float, sign: int) -> 
     # Integrals of the density times the three shape functions of each element, by Gauss quadrature.
     t = 0.5 * (GAUSS_POINTS + 1.0)  # coordinate within an element, from 0 to 1
     element_lengths = np.diff(line)[:, None]
-    s = line[:-1, None] + element_lengths * t
+    s = line[:-1, None] + element_lengths * t  # Gauss points of all elements [mm], (elements, points)
     density = _normal_density(s - centre, deviation) + sign * _normal_density(s + centre, deviation)
     shapes = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
     element_forces = (0.5 * element_lengths * GAUSS_WEIGHTS * density) @ shapes.T

@@ -138,24 +138,10 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
     tolerance and 1e-3, and SolveError if a solve does not converge.
     """
     limit = max(tolerance, LARGEST_ERROR)
-    levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS
-    candidates = []
-    for grading in levels:
-        if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
-            continue  # this mesh would need too much memory
-        try:
-            mesh_compliance = footprint_compliance(block, footprints, grading)
-        except SolveError:
-            if grading != ROUGH:
-                raise
-            continue  # the rough mesh is too coarse for a symmetric compliance
-        errors = level_errors(block, footprints, grading, mesh_compliance.S)
-        candidates.append((mesh_compliance, errors))
-        if errors.pair <= tolerance and max(errors) <= limit:
-            break
+    candidates = _solve_levels(block, footprints, tolerance, limit)
 
     def rank(candidate: tuple[MeshCompliance, Errors]) -> tuple[bool, float]:
-        """Return the key for `min`: levels within the limit come first, and then those with a smaller pair error."""
+        """Return the key for `min`: meshes within the limit come first, and then those with a smaller pair error."""
         _, errors = candidate
         return max(errors) > limit, errors.pair
 
@@ -166,6 +152,33 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
             "relative error of the contact", float(f"{max(errors):.3g}"), "1", f"at most {limit:g}", hint
         )
     return mesh_compliance, errors
+
+
+def _solve_levels(
+    block: Fruit, footprints: Sequence[Footprint], tolerance: float, limit: float
+) -> list[tuple[MeshCompliance, Errors]]:
+    """Return the compliance and its relative errors [1] on successively finer meshes, until one is accurate enough.
+
+    A mesh is accurate enough if its error of s11 - s12 is at most `tolerance` [1], and no error is above `limit` [1].
+    The rough mesh is tried only for loose tolerances. Finer meshes that would need too much memory are skipped. Raises
+    SolveError if a solve on any other mesh than the rough one does not converge.
+    """
+    levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS
+    candidates = []
+    for grading in levels:
+        if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
+            continue
+        try:
+            mesh_compliance = footprint_compliance(block, footprints, grading)
+        except SolveError:
+            if grading != ROUGH:
+                raise
+            continue  # the rough mesh is too coarse for a symmetric compliance
+        errors = level_errors(block, footprints, grading, mesh_compliance.S)
+        candidates.append((mesh_compliance, errors))
+        if errors.pair <= tolerance and max(errors) <= limit:
+            break
+    return candidates
 
 
 def _status(dofs: int, error: float, tolerance: float, close_error: float) -> str:
@@ -221,7 +234,7 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     node_count = nodes_between(footprints)
     node_error = max(footprint.punch(node_count).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
-    # This array and those below hold one value per pair of tips, followed by one value per tip.
+    # All arrays of errors and differences hold one value per pair of tips, followed by one value per tip.
     relative_remainder = relative_changes(fine - half_space, fine)
     if grading == ROUGH:
         error = ROUGH_ERROR * float(relative_remainder.max()) + node_error
@@ -230,7 +243,8 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     smallest_difference = smallest_fraction * 0.5 * (relative_remainder + relative_remainder.max())
     coarse = footprint_compliance(fruit, footprints, grading.coarser()).S
     relative_difference = relative_changes(fine - coarse, fine)
-    return largest_errors(SAFETY * np.maximum(relative_difference, smallest_difference) + node_error, len(footprints))
+    mesh_errors = SAFETY * np.maximum(relative_difference, smallest_difference)
+    return largest_errors(mesh_errors + node_error, len(footprints))
 
 
 def largest_errors(errors: Floats, tips: int) -> Errors:
@@ -249,7 +263,8 @@ def relative_changes(change: Floats, S: Floats) -> Floats:
 
     `change` is the change in the compliance S; both are (tips, tips) in the same unit.
     """
-    # The work of two opposite unit forces is s_ii + s_jj - 2 s_ij, and the work of a single unit force is s_ii.
+    # The product load @ S @ load is s_ii for a unit force on tip i, and s_ii + s_jj - 2 s_ij for opposite unit forces
+    # on the tips i and j.
     single_loads = list(np.eye(len(S)))
     opposite_loads = [a - b for a, b in itertools.combinations(single_loads, 2)]
     changes = []
