@@ -40,17 +40,18 @@ _UNNEEDED = (
 
 
 def load_kernel() -> None:
-    """Import all modules that draw, write and check a sensor. A worker process calls this at its start.
+    """Import all modules that draw, write and check a sensor. A worker process calls this function at its start.
 
     The garbage collector is disabled during the imports, because it would take a third of their CPU time. Afterwards it
-    ignores the imported objects, because they exist until the process ends. Modules that are not needed are replaced by
-    stubs.
+    ignores the imported objects, because they exist until the process ends. During the import of the kernel, modules
+    that are not needed are replaced by stubs.
     """
     gc.disable()
     try:
         with _stub_unneeded_modules():
             for name in (*_MODULES_THAT_IMPORT_VTK, "cadquery", "trimesh"):
                 importlib.import_module(name)
+        # This module imports all other modules that draw, write and check a sensor.
         importlib.import_module("cad.checks.sensor_checks")
     finally:
         gc.freeze()
@@ -68,7 +69,7 @@ def solid_size(housing: Housing) -> PartSize:
 def _stub_unneeded_modules() -> Iterator[None]:
     """Replace the modules in `_UNNEEDED` by stubs inside a `with` block. A later import loads the real module.
 
-    Modules that have already been imported are not replaced.
+    Modules that have already been imported are not replaced, because other modules may be using them.
     """
     stubbed = [name for name in _UNNEEDED if name not in sys.modules]
     sys.modules.update({name: _Stub(name) for name in stubbed})
@@ -83,7 +84,7 @@ class _Stub(ModuleType):
     """A substitute for a module and for every name in it. It can be imported, but not called."""
 
     def __getattr__(self, name: str) -> "_Stub":
-        if name.startswith("__"):
+        if name.startswith("__"):  # Python looks up such names itself, and must not get a stub
             raise AttributeError(name)
         return _Stub(f"{self.__name__}.{name}")
 

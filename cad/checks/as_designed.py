@@ -65,30 +65,42 @@ def as_designed_verdict(
     comes closest to it. If its distance exceeds the limit, the reference text begins with the likely causes. `against`
     names the part of the design with which the file was compared; if it is empty, no part is named.
     """
-    farthest_points = {}
-    limits = {}
-    for name, (mesh, design) in pairs.items():
-        farthest_points[name] = largest_distance(mesh, design)
-        if limit is not None:
-            limits[name] = limit
-        elif Path(name).suffix.lower() in STEP_KINDS:
-            limits[name] = OWN_MM
-        else:  # the triangles of an STL or 3MF file may also deviate from curved faces by their chord height
-            limits[name] = OWN_MM + CHORD_MM
+    farthest_points = {name: largest_distance(mesh, design) for name, (mesh, design) in pairs.items()}
+    limits = {name: _own_file_limit(name) if limit is None else limit for name in pairs}
     worst = max(pairs, key=lambda name: farthest_points[name].distance - limits[name])
     farthest, worst_limit = farthest_points[worst], limits[worst]
     mesh, design = pairs[worst]
-    x, y, z = farthest.point
-    place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
-    part = f", compared with the {against} of the design" if against else ""
     remarks: list[str] = []
     if farthest.distance > worst_limit:
         remarks += _likely_causes(mesh, design, worst_limit)
-    remarks.append(f"distance between both surfaces, measured from each{part}{place}")
+    remarks += [_distance_text(farthest, against), _volume_text(mesh, design)]
+    return judge(NAME, farthest.distance, f"{worst}: {'; '.join(remarks)}", limit=worst_limit)
+
+
+def _own_file_limit(name: str) -> float:
+    """Return the largest distance [mm] allowed between a file of this program and its design, by the file name.
+
+    The triangles of an STL or 3MF file may also deviate from curved faces by their chord height.
+    """
+    return OWN_MM if Path(name).suffix.lower() in STEP_KINDS else OWN_MM + CHORD_MM
+
+
+def _distance_text(farthest: Farthest, against: str) -> str:
+    """Return how the largest distance was measured, and its place unless the distance is 0.
+
+    `against` names the part of the design with which the file was compared, or is empty.
+    """
+    x, y, z = farthest.point
+    place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
+    part = f", compared with the {against} of the design" if against else ""
+    return f"distance between both surfaces, measured from each{part}{place}"
+
+
+def _volume_text(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> str:
+    """Return the volume of a file minus the volume of its design, and the volume of the design [mm^3], as text."""
     # Adding 0.0 replaces -0.0 by 0.0.
     volume_change = round(enclosed_volume(mesh) - enclosed_volume(design), _DECIMALS) + 0.0
-    remarks.append(f"volume {volume_change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design")
-    return judge(NAME, farthest.distance, f"{worst}: {'; '.join(remarks)}", limit=worst_limit)
+    return f"volume {volume_change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design"
 
 
 def part_triangles(path: Path) -> trimesh.Trimesh:
@@ -121,7 +133,8 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
 
     The distance is measured from each surface to the other. Only triangles that the other surface lacks are measured.
     """
-    candidates = [Farthest(0.0, file.corners[0, 0], "file")]  # the result if the two surfaces are equal
+    # If the two surfaces are equal, the result is the distance 0. Its point is arbitrary: the first corner of the file.
+    candidates = [Farthest(0.0, file.corners[0, 0], "file")]
     file_only, design_only = file.unshared_triangles(design), design.unshared_triangles(file)
     for owner, own_triangles, other_triangles, other_surface in (
         ("file", file_only, design_only, design),
@@ -136,12 +149,13 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
             distance_to_unshared, _ = _farthest_point(points, other_triangles)
             if distance_to_unshared == 0.0:
                 continue
-        candidates.append(Farthest(*_farthest_point(points, other_surface), owner))
+        distance, point = _farthest_point(points, other_surface)
+        candidates.append(Farthest(distance, point, owner))
     return max(candidates, key=lambda candidate: candidate.distance)
 
 
 def _surface_of(mesh: trimesh.Trimesh) -> _Surface:
-    """Return the surface of a trimesh mesh."""
+    """Return the surface of a trimesh mesh, without its table of shared vertices."""
     return _Surface(np.asarray(mesh.triangles))
 
 
@@ -188,33 +202,48 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     are acute, so every point between two rows lies directly above the longer row. It is at most d above this row, and
     its foot is at most d / 2 from the nearest point of the row. Its distance from that point is at most sqrt(1.25) d.
     """
-    side_lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    corner_order = (np.argmax(side_lengths, axis=1)[:, None] + np.arange(3)) % 3
-    # The longest side runs from a to b. Each row is at a fraction of the height, from 0 at this side to 1 at c.
-    a, b, c = np.take_along_axis(corners, corner_order[:, :, None], axis=1).transpose(1, 0, 2)
-    longest = side_lengths.max(axis=1)
+    # The longest side runs from a to b, and c is the corner opposite to it; each has the shape (n, 3).
+    a, b, c, longest = _order_by_longest_side(corners)
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    # A triangle whose corners coincide has the longest side 0, and gets the height 0.
     heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
-    # `row_triangles` holds the index of the triangle of each row, and `rows` below the index of the row of each point.
+    # Each row is at a fraction of the height, from 0 at the longest side to 1 at c.
     row_counts = 1 + np.ceil(heights / _SPACING_MM).astype(np.int64)  # for each triangle
-    row_triangles, row_fractions = _spread_evenly(row_counts)
-    starts = a[row_triangles] + row_fractions[:, None] * (c - a)[row_triangles]
-    ends = b[row_triangles] + row_fractions[:, None] * (c - b)[row_triangles]
-    row_lengths = longest[row_triangles] * (1.0 - row_fractions)
+    triangle_of_row, row_fractions = _spread_evenly(row_counts)
+    row_starts = a[triangle_of_row] + row_fractions[:, None] * (c - a)[triangle_of_row]
+    row_ends = b[triangle_of_row] + row_fractions[:, None] * (c - b)[triangle_of_row]
+    row_lengths = longest[triangle_of_row] * (1.0 - row_fractions)
+    # Each point is at a fraction of the length of its row.
     point_counts = 1 + np.ceil(row_lengths / _SPACING_MM).astype(np.int64)  # for each row
-    rows, point_fractions = _spread_evenly(point_counts)
-    return starts[rows] + point_fractions[:, None] * (ends - starts)[rows], row_triangles[rows]
+    row_of_point, point_fractions = _spread_evenly(point_counts)
+    points = row_starts[row_of_point] + point_fractions[:, None] * (row_ends - row_starts)[row_of_point]
+    return points, triangle_of_row[row_of_point]
+
+
+def _order_by_longest_side(corners: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the corners a, b and c (n, 3) [mm] of triangles whose longest side is ab, and its length (n,) [mm].
+
+    `corners` (n, 3, 3) [mm] holds the three corners of each triangle. Their cyclic order is kept.
+    """
+    side_lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)  # side i begins at corner i
+    # Corner a is the corner at which the longest side begins. The other two follow it cyclically, hence the modulo 3.
+    corner_order = (np.argmax(side_lengths, axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, corner_order[:, :, None], axis=1).transpose(1, 0, 2)
+    return a, b, c, side_lengths.max(axis=1)
 
 
 def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
-    """Return the set index and the relative position [1] of each member of consecutive sets.
+    """Return the group index and the relative position [1] of each member of consecutive groups.
 
-    `counts` are the numbers of members of the sets. The relative positions in a set are evenly spaced from 0 to 1; a
-    single member has the position 0.
+    `counts` are the numbers of members of the groups, such as the rows of each triangle. The relative positions in a
+    group are evenly spaced from 0 to 1; a single member has the position 0. The counts 3 and 1 give the group indices
+    0, 0, 0, 1 and the positions 0, 0.5, 1, 0.
     """
-    set_index = np.repeat(np.arange(len(counts)), counts)
-    position_in_set = np.arange(len(set_index)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return set_index, position_in_set / np.maximum(counts[set_index] - 1, 1)
+    group_index = np.repeat(np.arange(len(counts)), counts)
+    first_members = np.cumsum(counts) - counts  # for each group, the index of its first member among all members
+    position_in_group = np.arange(len(group_index)) - np.repeat(first_members, counts)
+    # A single member has no last position to divide by, so the divisor is at least 1.
+    return group_index, position_in_group / np.maximum(counts[group_index] - 1, 1)
 
 
 def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
@@ -246,7 +275,7 @@ def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
 
     A bound is the distance to the triangles of the nearest sample points. It is computed again with more sample points
     if the point may be the farthest one. The true distance is at most `_COVER_MM` smaller than the distance to the
-    nearest sample. So the largest distance to a sample, minus `_COVER_MM`, is a lower bound on the largest true
+    nearest sample. So the largest distance to a nearest sample, minus `_COVER_MM`, is a lower bound on the largest true
     distance. A point with an upper bound below it cannot be the farthest.
     """
     tree, triangle_index = surface.samples
@@ -256,7 +285,9 @@ def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
         candidates = np.flatnonzero(bounds > lower_bound)  # indices of the points that may be the farthest
         for start in range(0, len(candidates), _BATCH):
             batch = candidates[start : start + _BATCH]
-            to_samples, nearest = tree.query(points[batch], k=np.arange(1, 1 + min(neighbour_count, tree.n)))
+            # A list of ranks, with 1 for the nearest sample, makes the results two-dimensional: (points, ranks).
+            ranks = np.arange(1, 1 + min(neighbour_count, tree.n))
+            to_samples, nearest = tree.query(points[batch], k=ranks)
             nearby_triangles = surface.corners[triangle_index[np.asarray(nearest)]]
             bounds[batch] = _triangle_distances(points[batch][:, None], nearby_triangles).min(axis=1)
             lower_bound = max(lower_bound, float(np.asarray(to_samples)[:, 0].max()) - _COVER_MM)
@@ -269,6 +300,7 @@ def _triangle_distances(points: Floats, corners: Floats) -> Floats:
     If the projection of a point lies inside the triangle, the distance is the height of the point above it. Otherwise
     it is the distance to the nearest edge.
     """
+    # Edge i runs from corner i to the next corner. `from_corners` are the vectors from each corner to the point.
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
     # Position of the nearest point of each edge, as a fraction of the edge. The divisor 1 replaces the length 0 of a
@@ -295,6 +327,7 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
     The unit is inferred from the ratio of the volumes. A wrong position, rotation or mirror image is yielded only if
     correcting it brings the file within `limit` [mm] of its design.
     """
+    # Neither a scale nor a centre of mass is defined unless both surfaces enclose a volume.
     if not (enclosed_volume(mesh) > 0.0 and enclosed_volume(design) > 0.0):
         return
     mesh_in_mm = mesh
@@ -303,7 +336,7 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
         if math.isclose(scale, factor, rel_tol=_SCALE_TOLERANCE):  # at most one unit matches
             yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
             mesh_in_mm = mesh.copy()
-            mesh_in_mm.apply_transform(np.diag([factor, factor, factor, 1.0]))
+            mesh_in_mm.apply_transform(np.diag([factor, factor, factor, 1.0]))  # a transform without a translation
     design_surface = _surface_of(design)
     # The identity is tried first, because the unit may be the only mistake.
     for transform in [np.eye(4), *_aligning_transforms(mesh_in_mm, design)]:
@@ -343,7 +376,7 @@ def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list
 
 
 def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
-    """Yield one sentence on how the mesh of a file is displaced from its design.
+    """Yield at most one sentence: how the mesh of a file is displaced from its design.
 
     `transform` (4, 4) moves the mesh [mm] onto its design. Nothing is yielded if the mesh is already in the position of
     its design.
@@ -352,6 +385,7 @@ def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str
     if np.linalg.det(rotation) < 0.0:
         yield "the part is mirrored, but otherwise as designed"
         return
+    # The displacement is the present centre of mass minus the centre at which the transform would place it.
     centre = np.asarray(mesh.center_mass)
     # Adding 0.0 replaces -0.0 by 0.0.
     x, y, z = np.round(centre - (rotation @ centre + transform[:3, 3]), _DECIMALS) + 0.0

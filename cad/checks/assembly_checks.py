@@ -16,15 +16,17 @@ _STOP_FRACTIONS = (0.0, 0.5, 1.0)  # positions at which an arm is measured, as f
 def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.cover_clearance and geometry.cover_over_fruit [mm] for the covers on both faces of a housing.
 
-    `cover` is placed as the back cover, and a rotated copy as the front cover. If two plates are mounted back to back,
-    only the front cover of the first plate is checked. The clearance is the smallest distance between a cover and the
-    shuttles, necks and leaves. It is measured at rest, halfway to the stops, and at the stops. It must be at least the
-    smallest gap that `process` can print. With a Hall read-out, geometry.sensor_windows [mm] is returned too.
+    `cover` is placed as the back cover, and a rotated copy as the front cover. The clearance is the smallest distance
+    between a cover and the shuttles, necks and leaves. It is measured at rest, halfway to the stops, and at the stops.
+    It must be at least the smallest gap that `process` can print. With a Hall read-out, geometry.sensor_windows [mm] is
+    returned too.
     """
     front_place, back_place = cover_locations(sensor.housing)
+    # Two back-to-back plates have no cover between them. Only the front cover of the first plate is checked, because
+    # the second plate is a rotated copy.
     covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back_place)}
     covers["front"] = cover.moved(front_place)
-    pairs = {}
+    pairs = {}  # each arm in each pose with each cover
     for pose, arm in _arm_poses(sensor):
         for side, placed_cover in covers.items():
             pairs[f"{side}, {pose}"] = (arm, placed_cover)
@@ -64,20 +66,20 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """
     if not sensor.housing.back_to_back:
         return ()
-    name = "geometry.plates"
+    verdict_name = "geometry.plates"
     plate, other_plate = (sensor.part.shape.moved(placement) for placement in plate_locations(sensor.housing))
     common_volume = sum(solid.Volume() for solid in plate.intersect(other_plate).Solids())
     if common_volume > 0.0:
         reference = f"the plates intersect in a volume of {common_volume:.3g} mm^3"
-        return (judge(name, None, reference),)
+        return (judge(verdict_name, None, reference),)
     # The plates are closest to each other at their pads.
-    _, pad_gap = nearest_pair({name: (plate, other_plate)})
+    _, pad_gap = nearest_pair({"plates": (plate, other_plate)})
     if pad_gap > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not touch: screws would bend the plates by {pad_gap:.3g} mm"
-        return (judge(name, None, reference),)
+        return (judge(verdict_name, None, reference),)
     pairs = {pose: (arm, other_plate) for pose, arm in _arm_poses(sensor)}
     nearest_name, distance = nearest_pair(pairs)
     reference = (
         f"the pads of the plates touch; smallest distance between the moving parts of one and the other: {nearest_name}"
     )
-    return (judge(name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)
+    return (judge(verdict_name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)

@@ -9,7 +9,7 @@ import numpy as np
 import OCP
 from numpy.typing import NDArray
 
-from cad.checks.line_probe import UP, Lines, Vector, solid_lines
+from cad.checks.line_probe import UP, LineProbe, Vector, solid_probe
 from cad.parts.assembly import plate_locations
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.part import box_through
@@ -32,8 +32,8 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.frame_clearance and geometry.neck_clearance: the smallest distances from the fruit [mm].
 
     The housing is lowered by the travel and tilted in 16 directions. The necks are tilted by the tilt of the press, and
-    the frame by at least 3 degrees. The fruit is assumed to be undeformed. This is conservative, because pressed fruit
-    recedes.
+    the frame by at least 3 degrees. The fruit is assumed to be undeformed. This assumption is conservative, because
+    pressed fruit recedes.
     """
     housing = sensor.housing
     low, high = housing.arms
@@ -41,7 +41,8 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     # A printed tip may touch the fruit, so the neck is measured from above the tip. The foot of a pin must not touch
     # the fruit, so it is included.
     tip_height = housing.tip_height if housing.pin is None else 0.0
-    # The arms are inside this box, so the frame remains if the box is cut away.
+    # The arms are inside this box, between their walls and below the top of the cavity. So the frame remains if the box
+    # is cut away.
     arm_box = box_through(housing.depth, (low.wall, high.wall), (-_MARGIN_MM, housing.cavity_level))
     frame = sensor.part.shape.cut(arm_box)
     necks = sensor.part.shape.intersect(
@@ -65,10 +66,12 @@ def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) ->
 
 def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
     """Return the moving part of one spring [mm]: its shuttle, neck, tip and leaves, cut off at the leaf roots."""
+    # The arm lies between its wall and the plane x = 0 midway between the tips.
     x_range = (min(arm.wall, 0.0), max(arm.wall, 0.0))
     box = box_through(sensor.housing.depth, x_range, (-_MARGIN_MM, sensor.housing.cavity_level))
     pieces = sensor.part.shape.intersect(box)
-    # The box also cuts off fillets of the cavity, which belong to the frame. The arm is the largest of the solids.
+    # The box also cuts off fillets of the cavity, which belong to the frame. The arm is the largest of the solids. If
+    # there is no solid in the box, the empty intersection is returned.
     return max(pieces.Solids(), key=lambda solid: solid.Volume(), default=pieces)
 
 
@@ -79,7 +82,7 @@ def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: f
     """
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
-    # Pins protrude beyond z = 0. At the first touch, their ends are at z = 0, where the top of the fruit is.
+    # Pins protrude below z = 0. The sensor is raised, so that their ends are at z = 0, where the top of the fruit is.
     touching_shape = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.beyond_face)))
     headings: tuple[float, ...] = (0.0,)  # without a tilt, the heading has no effect
     if tilt > 0.0:
@@ -125,7 +128,8 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
 
 def _triangulate(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:
     """Return a triangulation of a shape: its corners (n, 3) [mm], and the corner indices of each triangle (m, 3)."""
-    # OCCT stores triangles in the shape, and would reuse an earlier, coarser triangulation. The copy has no triangles.
+    # The CAD kernel OCCT stores triangles in the shape, and would reuse an earlier, coarser triangulation. The copy has
+    # no triangles.
     copy = shape.copy()
     OCP.BRepMesh.BRepMesh_IncrementalMesh(copy.wrapped, _CHORD_MM, isRelative=False, theAngDeflection=_CHORD_ANGLE_RAD)
     vertices, triangles = copy.tessellate(_CHORD_MM, _CHORD_ANGLE_RAD)
@@ -134,9 +138,12 @@ def _triangulate(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:
 
 
 def _enclosed_body(corners: Floats, triangles: NDArray[np.uint64]) -> manifold3d.Manifold:
-    """Return the body that triangles enclose. Its status is an error if the triangles do not enclose a body."""
+    """Return the body that triangles enclose. Its status is an error if the triangles do not enclose a body.
+
+    `corners` (n, 3) [mm] are the corners, and `triangles` (m, 3) holds the corner indices of each triangle.
+    """
     mesh = manifold3d.Mesh64(corners, triangles)
-    mesh.merge()
+    mesh.merge()  # joins the faces, each of which has its own copies of the corners on its edges
     return manifold3d.Manifold(mesh)
 
 
@@ -160,17 +167,17 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
     spring. The value of geometry.deflected_gap_* is the gap that remains between leaf and frame when the shuttle is at
     its stop.
     """
-    lines = solid_lines(sensor.part.shape)
+    probe = solid_probe(sensor.part.shape)
     verdicts: list[Verdict] = []
     for arm, deflection in zip(sensor.housing.arms, deflections, strict=True):
-        verdicts += _arm_stop_verdicts(lines, sensor.housing, arm, deflection)
+        verdicts += _arm_stop_verdicts(probe, sensor.housing, arm, deflection)
     return tuple(verdicts)
 
 
-def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
+def _arm_stop_verdicts(probe: LineProbe, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
     """Return the verdicts on the stop of an arm and on the gap above its upper leaf at the stop.
 
-    `lines` returns the chords of a line through the part, and `deflection` [mm] is the deflection of the shuttle at
+    `probe` returns the chords of a line through the part, and `deflection` [mm] is the deflection of the shuttle at
     full travel. The frame stops the shuttle or a point of the leaf, whichever meets it first. If the shuttle deflects
     by d, a point at the fraction s of the leaf length deflects by `guided_leaf_shape`(s) d. So a gap g above this point
     stops the arm at d = g / `guided_leaf_shape`(s).
@@ -178,8 +185,8 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     stop_name = f"geometry.stops_{arm.name}"
     gap_name = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
-    shuttle_stop = _gap_above_shuttle(lines, housing, arm)
-    leaf_gaps = _gaps_above_leaf(lines, arm)  # keyed by `guided_leaf_shape` of the point below the gap
+    shuttle_stop = _gap_above_shuttle(probe, housing, arm)
+    leaf_gaps = _gaps_above_leaf(probe, arm)  # keyed by `guided_leaf_shape` of the point below the gap
     # Neither verdict has a value if a gap is infinite: above the whole shuttle, or above any point of the leaf.
     for member, gap in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
         if math.isinf(gap):
@@ -197,24 +204,26 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     return stop, judge(gap_name, smallest_gap, gap_text)
 
 
-def _gap_above_shuttle(lines: Lines, housing: Housing, arm: Arm) -> float:
+def _gap_above_shuttle(probe: LineProbe, housing: Housing, arm: Arm) -> float:
     """Return the smallest gap [mm] above the shuttle of an arm; it is infinite if no measured point has a gap."""
     smallest = math.inf
     for fraction in _SHUTTLE_FRACTIONS:
+        # The shuttle extends from the roots of its leaves towards the middle of the sensor.
         x = arm.shuttle - arm.sign * fraction * housing.shuttle_width
-        smallest = min(smallest, _gap_above(lines, (x, 0.0, housing.neck_level)))
+        smallest = min(smallest, _gap_above(probe, (x, 0.0, housing.neck_level)))
     return smallest
 
 
-def _gaps_above_leaf(lines: Lines, arm: Arm) -> dict[float, float]:
+def _gaps_above_leaf(probe: LineProbe, arm: Arm) -> dict[float, float]:
     """Return the gap [mm] above each measured point of the upper leaf of an arm.
 
     The keys are the deflections of these points, divided by the deflection of the shuttle [1].
     """
+    _, upper_level = arm.levels
     gaps = {}
     for fraction in _LEAF_FRACTIONS:
         x = arm.wall + fraction * (arm.shuttle - arm.wall)
-        gaps[guided_leaf_shape(fraction)] = _gap_above(lines, (x, 0.0, arm.levels[1]))
+        gaps[guided_leaf_shape(fraction)] = _gap_above(probe, (x, 0.0, upper_level))
     return gaps
 
 
@@ -227,14 +236,15 @@ def guided_leaf_shape(s: float) -> float:
     return 3.0 * s**2 - 2.0 * s**3
 
 
-def _gap_above(lines: Lines, point: Vector) -> float:
+def _gap_above(probe: LineProbe, point: Vector) -> float:
     """Return the gap [mm] between the material around a point and the next material above it.
 
     The gap is infinite if the point is outside the material, or if there is no material above it. A second body that
     touches the material is treated as part of it.
     """
-    spans = lines(point, UP)
-    for material, next_material in itertools.pairwise(spans):
+    # Positions on the line are measured from the point, so the material around the point contains the position 0.
+    chords = probe(point, UP)
+    for material, next_material in itertools.pairwise(chords):
         if material.enter <= 0.0 <= material.leave:
             return next_material.enter - material.leave
     return math.inf

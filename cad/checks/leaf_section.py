@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Mapping
 
-from cad.checks.line_probe import UP, Lines, Vector
+from cad.checks.line_probe import UP, LineProbe, Vector
 from cad.parts.housing import Arm, Housing
 from sensor.verdict import Verdict, judge
 
@@ -13,7 +13,7 @@ _BESIDE_MIDDLE = 0.03  # fraction of the depth; a line in the plane of symmetry 
 _DEPTH_FRACTIONS = (-0.42, _BESIDE_MIDDLE, 0.42)  # measured points from mid-depth, as fractions of the depth
 
 
-def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:
+def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, LineProbe]) -> tuple[Verdict, ...]:
     """Return geometry.leaf_thickness_low and _high: the measured thickness [mm] that deviates most from the design.
 
     `forms` holds a line probe for each form of the part: the solid, the STEP file and the STL file. The keys are the
@@ -22,11 +22,11 @@ def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tup
     return tuple(_leaf_thickness_verdict(housing, arm, forms) for arm in housing.arms)
 
 
-def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Lines]) -> Verdict:
+def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, LineProbe]) -> Verdict:
     """Return the verdict on the leaves of an arm: the thickness [mm] that deviates most from the design.
 
     `forms` holds a line probe for each form of the part, such as the STL file. The verdict fails if there is no
-    material at a measured point.
+    material at a measured point. Its reference text gives the place of the largest deviation.
     """
     name = f"geometry.leaf_thickness_{arm.name}"
     nominal = arm.flexure.thickness
@@ -34,7 +34,7 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
     worst_text = ""
     for form, point in itertools.product(forms, _leaf_points(housing, arm)):
         point_text = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
-        # The measured point is at 0 on the line, so the chord that contains 0 is the chord of the leaf.
+        # Positions on the line are measured from the point, so the chord that contains 0 runs through the leaf.
         chords = [chord for chord in forms[form](point, UP) if chord.enter < 0.0 < chord.leave]
         if not chords:
             return judge(name, None, f"no leaf {point_text}", limit=nominal)

@@ -30,24 +30,30 @@ class Chord(NamedTuple):
     leave: float
 
 
-Lines = Callable[[Vector, Vector], tuple[Chord, ...]]
-"""A function that returns the chords of an infinite line, given by a point [mm] and a unit direction, in a part."""
+LineProbe = Callable[[Vector, Vector], tuple[Chord, ...]]
+"""A function that returns the chords of an infinite line in a part.
+
+The line is given by a point [mm] and a unit direction. Positions on the line are measured from the point.
+"""
 
 
-def solid_lines(shape: cq.Shape) -> Lines:
+def solid_probe(shape: cq.Shape) -> LineProbe:
     """Return a function that measures the chords [mm] of lines in a B-rep solid."""
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
     intersector.Load(shape.wrapped, _KERNEL_TOLERANCE_MM)
 
     def measure_chords(start: Vector, direction: Vector) -> tuple[Chord, ...]:
+        """Return the chords [mm] of the line through `start` [mm] along the unit vector `direction`."""
         line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*start), OCP.gp.gp_Dir(*direction))
         intersector.Perform(line, -_REACH_MM, _REACH_MM)
-        return _pair_crossings(np.array([intersector.WParameter(i + 1) for i in range(intersector.NbPnt())]))
+        # The CAD kernel numbers the crossings from 1.
+        crossings = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
+        return _pair_crossings(np.array(crossings))
 
     return measure_chords
 
 
-def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
+def mesh_probe(mesh: trimesh.Trimesh) -> LineProbe:
     """Return a function that measures the chords [mm] of lines in a closed triangle mesh.
 
     A line from s in direction d meets the plane of a triangle with corner o and sides a and b where
@@ -92,6 +98,7 @@ def _pair_crossings(crossings: Floats) -> tuple[Chord, ...]:
     chord is returned.
     """
     ordered = np.sort(crossings)
+    # The first crossing is always distinct, because the position -inf is put before it.
     is_distinct = np.diff(ordered, prepend=-np.inf) > NEAR_MM
     distinct = ordered[is_distinct]
     if len(distinct) % 2:

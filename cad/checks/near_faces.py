@@ -12,7 +12,7 @@ _ROUND_OFF_MM = 1e-9  # round-off error of the gap between two boxes
 
 
 def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, float]:
-    """Return the name of the pair of shapes that are closest to each other, and their distance [mm].
+    """Return the name of the pair of shapes that are closest to each other, and the distance [mm] between the two.
 
     The distance is 0 if the shapes intersect or if one lies inside the other. The CAD kernel measures pairs of faces in
     ascending order of the gaps between their bounding boxes. The search stops when the next gap exceeds the smallest
@@ -25,19 +25,25 @@ def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, f
     for name, (first, second) in pairs.items():
         if _starts_inside(first, second) or _starts_inside(second, first):
             return name, 0.0
-        gaps = _box_gaps(boxes[first], boxes[second])
+        gaps = _box_gaps(
+            boxes[first], boxes[second]
+        )  # one row for each face of `first`, one column for each of `second`
         for index in np.argsort(gaps, axis=None, kind="stable").tolist():
-            i, j = divmod(index, len(faces[second]))
-            if gaps[i, j] >= smallest_distance - _ROUND_OFF_MM:
+            # The index counts the gaps row by row.
+            row, column = divmod(index, len(faces[second]))
+            if gaps[row, column] >= smallest_distance - _ROUND_OFF_MM:
                 break
-            distance = faces[first][i].distance(faces[second][j])
+            distance = faces[first][row].distance(faces[second][column])
             if distance < smallest_distance:
                 nearest_name, smallest_distance = name, distance
     return nearest_name, float(smallest_distance)
 
 
 def _starts_inside(shape: cq.Shape, other: cq.Shape) -> bool:
-    """Return whether the first vertex of a shape lies inside a solid of another shape."""
+    """Return whether the first vertex of a shape lies inside a solid of another shape.
+
+    If the surfaces of two shapes do not meet, this vertex shows whether the first shape lies inside the other.
+    """
     corner = shape.Vertices()[0].Center()
     return any(solid.isInside(corner) for solid in other.Solids())
 
@@ -53,5 +59,6 @@ def _box_gaps(boxes: Floats, other_boxes: Floats) -> Floats:
 
     The gap between boxes that overlap is 0.
     """
+    # Along each axis, the separation of two boxes is negative if their ranges overlap.
     separations = np.maximum(other_boxes[None, :, 0] - boxes[:, None, 1], boxes[:, None, 0] - other_boxes[None, :, 1])
     return np.asarray(np.linalg.norm(np.maximum(separations, 0.0), axis=2))

@@ -44,12 +44,12 @@ _KERNEL_TOLERANCE_MM = 1e-7  # tolerance of the CAD kernel for the crossing of a
 def require_one_solid(
     shape: cq.Shape, name: str, housing: Housing | None = None, *, any_size: bool = False
 ) -> cq.Solid:
-    """Return the solid [mm] of a shape that consists of exactly one valid, closed solid.
+    """Check that a shape consists of exactly one valid, closed solid, and return this solid [mm].
 
     In error messages, `name` is the name of the file or the part. If `housing` is given, a part that was exported in
     inches is recognised by its length. `any_size` skips the size check, for calls before the housing is known. Raises
     InputError if the number of solids is not one, or if there are faces outside the solid. InputError is also raised
-    if OCCT finds the solid invalid, or if its size is wrong.
+    if the CAD kernel OCCT finds the solid invalid, or if its size is wrong.
     """
     solids = shape.Solids()
     if not solids:
@@ -121,8 +121,8 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
     """Return the indices in `solid.Faces()` of the faces on which the points [mm] lie, each index once.
 
     A point lies on a face if it is at most 0.05 mm away from it. If a point lies on a cylindrical wall that is divided
-    into several faces, the indices of all of them are returned. In error messages, `flag` names the command-line flag
-    that holds the points. Raises InputError if a point is not on a face, or if it is on an edge.
+    into several faces, the indices of all these faces are returned. In error messages, `flag` names the command-line
+    flag that holds the points. Raises InputError if a point is not on a face, or if it is on an edge.
     """
     faces = solid.Faces()
     indices: list[int] = []
@@ -130,7 +130,7 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
         vertex = cq.Vertex.makeVertex(*point)
         distances = [face.distance(vertex) for face in faces]
         nearest = int(np.argmin(distances))
-        if not distances[nearest] <= _ON_FACE_MM:
+        if not distances[nearest] <= _ON_FACE_MM:  # also true if the distance is NaN
             point_text = ",".join(f"{value:g}" for value in point)
             bound = f"within {_ON_FACE_MM:g} mm of a face: the nearest is {distances[nearest]:.3g} mm away"
             raise validation_error(
@@ -139,7 +139,7 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
         wall = _faces_of_wall(faces, nearest)
         _reject_edge(faces, distances, wall, flag, point)
         indices += wall
-    return tuple(dict.fromkeys(indices))
+    return tuple(dict.fromkeys(indices))  # without repetitions, in the order of the points
 
 
 def _reject_edge(
@@ -152,10 +152,10 @@ def _reject_edge(
     """
     location = cq.Vector(*point)
     for index, face in enumerate(faces):
-        # A face that is farther away than the nearest face does not contain the point.
+        # Only faces as close as the nearest face meet at the point. The faces of the wall itself are no ambiguity.
         if index in wall or distances[index] > min(distances) + _NEAR_MM:
             continue
-        # If a face continues the wall smoothly, the point is not ambiguous: a press has the same direction on both.
+        # A face that continues the wall smoothly is accepted, because a press has the same direction on both.
         if abs(face.normalAt(location).dot(faces[wall[0]].normalAt(location))) < 1.0 - _ANGLE_TOLERANCE:
             point_text = ",".join(f"{value:g}" for value in point)
             bound = "on one face: it lies on the edge between two faces"
@@ -165,7 +165,8 @@ def _reject_edge(
 def _faces_of_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
     """Return the indices of the faces that touch a face and lie on the same cylinder, including the face itself.
 
-    `index` is the index of the face in `faces`. If the face is not cylindrical, only this index is returned.
+    CAD programs often divide one cylindrical wall into several faces. `index` is the index of the face in `faces`. If
+    the face is not cylindrical, only this index is returned.
     """
     cylinder = _cylinder_parameters(faces[index])
     if cylinder is None:
@@ -173,11 +174,10 @@ def _faces_of_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
     wall = []
     for other_index, face in enumerate(faces):
         other_cylinder = _cylinder_parameters(face)
-        if (
-            other_cylinder is not None
-            and np.allclose(cylinder, other_cylinder, atol=_NEAR_MM)
-            and face.distance(faces[index]) < _NEAR_MM
-        ):
+        if other_cylinder is None:
+            continue
+        is_same_cylinder = np.allclose(cylinder, other_cylinder, atol=_NEAR_MM)
+        if is_same_cylinder and face.distance(faces[index]) < _NEAR_MM:
             wall.append(other_index)
     return wall
 
@@ -195,7 +195,8 @@ def _cylinder_parameters(face: cq.Face) -> Floats | None:
     axis = cylinder.Axis()
     direction = np.array([axis.Direction().X(), axis.Direction().Y(), axis.Direction().Z()])
     direction *= np.sign(direction[np.argmax(np.abs(direction))])
-    point = np.array([axis.Location().X(), axis.Location().Y(), axis.Location().Z()])  # any point of the axis
+    # OCCT may return any point of the axis. Removing the component along the axis leaves the foot.
+    point = np.array([axis.Location().X(), axis.Location().Y(), axis.Location().Z()])
     foot = point - (point @ direction) * direction
     return np.concatenate([[cylinder.Radius()], direction, foot])
 
@@ -238,7 +239,7 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
     for index in indices:
         face = faces[index]
         mean_normal = _FaceNormals(face).normals.mean(axis=0)
-        # On a reversed face, the normal of the surface points into the solid.
+        # The normal of a face is the normal of its surface. On a reversed face, it points into the solid.
         is_reversed = face.wrapped.Orientation() == OCP.TopAbs.TopAbs_REVERSED
         outer_normal = -mean_normal if is_reversed else mean_normal
         area_vector += face.Area() * outer_normal
@@ -256,7 +257,8 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
 def combine_shapes(solid: object) -> cq.Shape:
     """Return a CadQuery shape unchanged, or the shapes on a workplane as one shape.
 
-    Raises InputError if `solid` is neither a shape nor a workplane.
+    Several shapes on a workplane become one compound. `solid` is what the user passed, so it may have any type. Raises
+    InputError if it is neither a shape nor a workplane.
     """
     if isinstance(solid, cq.Shape):
         return solid
@@ -282,6 +284,7 @@ def fill_round_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
         face = min(solid.Faces(), key=lambda candidate: candidate.distance(contact))
         if face.geomType() == "SPHERE" and face.distance(contact) <= _ON_FACE_MM:
             box = face.BoundingBox()
+            # The bar fills the bounding box of the spherical face.
             corner = cq.Vector(box.xmin, box.ymin, box.zmin)
             shape = shape.fuse(cq.Solid.makeBox(box.xlen, box.ylen, box.zlen, corner))
     # If a tip was filled, cleaning merges the faces of its bar with the faces of the solid in the same planes.
@@ -325,13 +328,15 @@ class Extrusion:
         intersector.Load(self.part.shape.wrapped, _KERNEL_TOLERANCE_MM)
         y_direction = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
         box = self.part.shape.BoundingBox()
+        # Each line starts below the part and ends above it.
         start, ray_length = box.ymin - _MARGIN_MM, box.ylen + 2.0 * _MARGIN_MM
         lowest, highest, lengths = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
         for i, (line_x, line_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
             line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), y_direction)
             intersector.Perform(line, 0.0, ray_length)
+            # OCCT numbers the crossings from 1.
             distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
-            # A line through the edge between two faces crosses both faces at one point, which must count once.
+            # A line through the edge between two faces crosses both faces at one point, which must be counted once.
             crossings = [
                 distance
                 for distance, following in itertools.pairwise([*distances, math.inf])
@@ -339,9 +344,9 @@ class Extrusion:
             ]
             if len(crossings) > 1:
                 lowest[i], highest[i] = crossings[0], crossings[-1]
-                # The line enters the material at every other crossing, and leaves it at the next one. A last crossing
-                # without a partner is ignored.
-                lengths[i] = sum(b - a for a, b in zip(crossings[::2], crossings[1::2], strict=False))
+                # Entries into the material and exits from it alternate. A last entry without an exit is ignored.
+                entries, exits = crossings[::2], crossings[1::2]
+                lengths[i] = sum(leave - enter for enter, leave in zip(entries, exits, strict=False))
         return lowest + start, highest + start, lengths
 
     def feature_pieces(self) -> Iterator[tuple[Floats, float, float]]:
@@ -354,10 +359,12 @@ class Extrusion:
         y_axis = np.array([0.0, 1.0, 0.0])
         for face in self.part.shape.Faces():
             face_normals = _FaceNormals(face)
-            to_nearer_end = min(abs(face_normals.middle[1] - end) for end in (self.low, self.high))
+            _, middle_y, _ = face_normals.middle
+            to_nearer_end = min(abs(middle_y - end) for end in (self.low, self.high))
             is_end_of_sweep = face_normals.is_cap(y_axis) and to_nearer_end < _NEAR_MM
             if is_end_of_sweep or face_normals.is_side(y_axis):
                 continue
+            # The components 0 and 2 of the centroid of a piece are its x and z.
             pieces = [(middle[[0, 2]], area) for middle, area in _pieces_along_y(face) if area > _NEAR_MM**2]
             # The mean width is the area of the face divided by the diagonal of its bounding box, both seen along y.
             box = face.BoundingBox()
@@ -368,11 +375,12 @@ class Extrusion:
         """Return whether the centroid of the faces with this name is at mid-depth, within 0.1 % of the depth."""
         all_faces = self.part.shape.Faces()
         faces = [all_faces[index] for index in self.part.faces[name]]
+        # The first moment of area [mm^3] about mid-depth is the area times the distance of the centroid.
         moment = sum(face.Area() * (face.Center().y - 0.5 * (self.low + self.high)) for face in faces)
         return abs(moment) < _OFF_CENTRE * (self.high - self.low) * sum(face.Area() for face in faces)
 
     def polygon_area(self, name: str) -> float | None:
-        """Return the area [mm^2] of the faces with this name, or None if one of them is curved or has a curved edge."""
+        """Return the area [mm^2] of the faces with this name, or None if a face is curved or has a curved edge."""
         all_faces = self.part.shape.Faces()
         faces = [all_faces[index] for index in self.part.faces[name]]
         is_straight = all(
@@ -403,13 +411,16 @@ def extrusion_of(part: Part) -> Extrusion | None:
     """Return a part as a section that is swept along y, or None if the part is not such an extrusion.
 
     The normals of all plane faces are candidates for the direction of the sweep. The best candidate is the direction
-    whose sweep has sides and ends that cover the largest fraction of the surface. A part is not an extrusion if this
-    fraction is below 80 %. The same holds if its largest section is in pieces, or if another section has material
-    outside it.
+    whose sweep has sides and ends that cover the largest fraction of the surface. The part is then rotated, so that
+    this direction becomes the y axis. A part is not an extrusion if this fraction is below 80 %, if its largest section
+    is in pieces, or if another section has material outside it.
     """
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
     direction = max(_plane_normals(faces), key=lambda axis: _swept_fractions(faces, axis), default=None)
-    if direction is None or _swept_fractions(faces, direction)[0] < _MIN_SWEPT_FRACTION:
+    if direction is None:  # the part has no plane face
+        return None
+    swept_fraction, _ = _swept_fractions(faces, direction)
+    if swept_fraction < _MIN_SWEPT_FRACTION:
         return None
     rotation = _rotation_to_y(direction)
     rotated = part
@@ -425,12 +436,13 @@ class _FaceNormals:
         """Evaluate the normals on a grid of three by three surface parameters."""
         self.area = float(face.Area())
         self.middle = np.array(face.Center().toTuple())
-        u_min, u_max, v_min, v_max = face._uvBounds()
+        u_min, u_max, v_min, v_max = face._uvBounds()  # the ranges of the two surface parameters
         surface = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped)
         normals = []
         for u_fraction, v_fraction in itertools.product(_SAMPLES, _SAMPLES):
             u, v = u_min + u_fraction * (u_max - u_min), v_min + v_fraction * (v_max - v_min)
-            # The normal follows from first derivatives. OCCT leaves it undefined if they are smaller than 1e-9.
+            # The argument 1 requests first derivatives, from which the normal follows. OCCT leaves the normal undefined
+            # if they are smaller than 1e-9.
             local_properties = OCP.BRepLProp.BRepLProp_SLProps(surface, u, v, 1, 1e-9)
             if local_properties.IsNormalDefined():
                 normal = local_properties.Normal()
@@ -456,14 +468,14 @@ def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
     """
     earlier_normals: list[Floats] = []
     for face in sorted(faces, key=lambda face: -face.area):
-        face_normal = face.normals[0]
-        is_plane = np.allclose(face.normals, face_normal, atol=_ANGLE_TOLERANCE)  # the normals of a curved face differ
+        face_normal = face.normals[0]  # on a plane face, all normals are equal
+        is_plane = np.allclose(face.normals, face_normal, atol=_ANGLE_TOLERANCE)
         is_defined = face_normal.any()  # a face whose normal is undefined everywhere has a zero vector instead
         if not is_plane or not is_defined:
             continue
         # Opposite normals give the same direction, because their largest component is made positive.
         sign = np.sign(face_normal[np.argmax(np.abs(face_normal))])
-        normal = np.round(face_normal * sign, 9) + 0.0
+        normal = np.round(face_normal * sign, 9) + 0.0  # adding 0.0 replaces -0.0 by 0.0
         if all(abs(normal @ earlier) < 1.0 - _ANGLE_TOLERANCE**2 for earlier in earlier_normals):
             earlier_normals.append(normal)
             yield normal
@@ -473,9 +485,9 @@ def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[
     """Return the fractions of the surface area [1] that are covered by sides and ends of a sweep, and by ends only.
 
     `direction` is the unit vector of the sweep, and `faces` are all faces of the part. The ends are the faces
-    perpendicular to the direction at the two levels with the largest area of such faces. The second fraction decides
-    between directions whose first fractions are equal. Both are rounded to three decimals, so that rounding errors do
-    not decide between equally good directions.
+    perpendicular to the direction, at the two levels where such faces have the largest area. The second fraction
+    decides between directions whose first fractions are equal. Both are rounded to three decimals, so that round-off
+    does not decide between equally good directions.
     """
     total_area = sum(face.area for face in faces)
     cap_areas: dict[float, float] = {}  # area of the perpendicular faces [mm^2], keyed by their level [mm]
@@ -483,16 +495,19 @@ def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[
         if face.is_cap(direction):
             level = round(float(face.middle @ direction), 4)  # levels that differ only by round-off become equal
             cap_areas[level] = cap_areas.get(level, 0.0) + face.area
-    end_area = sum(sorted(cap_areas.values())[-2:])
+    end_area = sum(sorted(cap_areas.values())[-2:])  # the two largest areas
     side_area = sum(face.area for face in faces if face.is_side(direction))
     return round((end_area + side_area) / total_area, 3), round(end_area / total_area, 3)
 
 
 def _rotation_to_y(direction: Floats) -> Floats:
-    """Return a rotation matrix (3, 3) that maps a unit vector to the y axis; it is the identity for the y axis."""
+    """Return a rotation matrix (3, 3) that maps a unit vector to the y axis; it is the identity for the y axis.
+
+    Its rows are the new x, y and z axes in the old coordinates.
+    """
     y = direction
-    # The new x axis is the old x axis, or the old y axis if x is too close to the direction. It is then made
-    # perpendicular to the direction.
+    # The new x axis is the old x axis, made perpendicular to the direction. If the old x axis is less than 45 degrees
+    # from the direction, the old y axis is used instead.
     old_axis = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
     x = old_axis - (old_axis @ y) * y
     x /= np.linalg.norm(x)
@@ -502,6 +517,7 @@ def _rotation_to_y(direction: Floats) -> Floats:
 def _rotation_location(rotation: Floats) -> cq.Location:
     """Return the CadQuery location that rotates a shape by a matrix (3, 3)."""
     transform = OCP.gp.gp_Trsf()
+    # Each row of the matrix is followed by a translation of 0.
     transform.SetValues(*(value for row in rotation.tolist() for value in (*row, 0.0)))
     return cq.Location(transform)
 
@@ -521,14 +537,14 @@ def _extrude_largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     levels_by_area = sorted(cap_areas, key=lambda level: -cap_areas[level])
     low, high = sorted(levels_by_area[:2])
     neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
-    # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels. A layer thinner than
-    # `_STEP_MM` is not cut.
+    # One section is cut in the middle of the sweep, and one between each pair of neighbouring levels. A layer thinner
+    # than `_STEP_MM` is not cut.
     planes = [0.5 * (low + high)]
     planes += [round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM]
     sections = [(_cut_across_y(part.shape, box, plane), plane) for plane in dict.fromkeys(planes)]
     # Areas are rounded, so that round-off does not decide between sections of the same area.
     section, plane = max(sections, key=lambda candidate: round(candidate[0].Area(), 3))
-    if len(section.Faces()) != 1:
+    if len(section.Faces()) != 1:  # the section is in pieces, or empty
         return None
     # Material outside the section, such as a bridge or a second leaf, would be missing from the sweep.
     if any(_area_outside(other, level, section, plane) > _OUTSIDE_MM2 for other, level in sections if level != plane):
@@ -551,7 +567,7 @@ def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float],
     edges of slanted faces, projected onto the section.
     """
     y_axis = np.array([0.0, 1.0, 0.0])
-    levels = []
+    levels = []  # may hold a level several times
     slanted_edges = []
     cap_areas: dict[float, float] = {}
     for face in shape.Faces():
@@ -608,19 +624,24 @@ def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
         projected_area = 0.5 * abs(float(np.cross(b - a, c - a)[1]))
         count = max(1, math.ceil(math.sqrt(projected_area) / _PIECE_MM))
         for i, j in itertools.product(range(count), repeat=2):
+            # The centroid is a third of the way along each side of the small triangle at the position (i, j).
             r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
             if r + s < 1.0:  # otherwise the centroid lies outside the original triangle
                 yield a + r * (b - a) + s * (c - a), 2.0 * projected_area / (count * (count + 1))
 
 
 def _projected_edge(edge: cq.Edge) -> _Segment:
-    """Return the ends of a straight edge projected onto the section, in ascending order."""
+    """Return the ends (x, z) [mm] of a straight edge projected onto the section, in ascending order.
+
+    Two faces share an edge but may run along it in opposite directions. The order and the rounding make both results
+    equal.
+    """
     a, b = sorted((round(point.x, 6), round(point.z, 6)) for point in (edge.startPoint(), edge.endPoint()))
     return a, b
 
 
 def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
-    """Return a solid as a `Part`; `faces` maps each name to indices in `solid.Faces()`."""
+    """Return a solid as a `Part` with named faces; `faces` maps each name to indices in `solid.Faces()`."""
     return Part(name="part", shape=solid, faces=dict(faces))
 
 
@@ -644,7 +665,7 @@ def sample_wall_thickness(part: Part) -> Walls:
 
     At each point, a ray is cast into the material. The wall thickness is the distance to the face at which the ray
     leaves the part. A point is omitted if its ray hits no face. At a cylindrical face, the element size is also at most
-    a quarter of half its circumference.
+    an eighth of the circumference.
     """
     shape = part.shape
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
@@ -669,7 +690,7 @@ def sample_wall_thickness(part: Part) -> Walls:
 def _max_element_size(face: cq.Face) -> float:
     """Return the largest element size [mm] at a cylindrical face: a quarter of half its circumference.
 
-    The size is infinite for any other face.
+    Then at least four elements follow a half-round wall. The size is infinite for any other face.
     """
     cylinder = _cylinder_parameters(face)
     if cylinder is None:
@@ -681,8 +702,8 @@ def _max_element_size(face: cq.Face) -> float:
 def _points_and_normals(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
     """Yield points (3,) [mm] on a face, about `spacing` [mm] apart, and the outer unit normal (3,) at each point.
 
-    Every triangle of the face is divided into count^2 equal triangles. The points are the centroids of those with the
-    orientation of the original.
+    Every triangle of the face is divided into count^2 equal triangles. The points are the centroids of the small
+    triangles with the orientation of the original.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -694,6 +715,7 @@ def _points_and_normals(face: cq.Face, spacing: float) -> Iterator[tuple[Floats,
             continue
         count = max(1, math.ceil(math.sqrt(doubled_area) / spacing))
         for i, j in itertools.product(range(count), repeat=2):
+            # The centroid is a third of the way along each side of the small triangle at the position (i, j).
             r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
             if r + s < 1.0:  # otherwise the centroid lies outside the original triangle
                 yield a + r * (b - a) + s * (c - a), normal / doubled_area

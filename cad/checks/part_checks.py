@@ -33,7 +33,8 @@ KINDS = (".step", ".stp", ".stl", ".3mf")
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     """Return the verdicts geometry.valid and geometry.one_solid for a shape.
 
-    Their values are the number of faulty faces, edges and vertices, and the number of solids.
+    Their values are the number of faulty faces, edges and vertices, and the number of solids. The reference text of
+    geometry.one_solid mentions faces that belong to no solid.
     """
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     fault_count = 0
@@ -43,9 +44,9 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
         fault_count = max(1, sum(not analyser.IsValid(entity.wrapped) for entity in entities))
     solid_count = len(shape.Solids())
     face_count = sum(len(solid.Faces()) for solid in shape.Solids())
-    solid_text = (
-        "number of solids" if face_count == len(shape.Faces()) else "number of solids; some faces belong to none"
-    )
+    solid_text = "number of solids"
+    if face_count != len(shape.Faces()):
+        solid_text += "; some faces belong to none"
     return (
         judge("geometry.valid", fault_count, "faulty faces, edges, vertices by OCCT"),
         judge("geometry.one_solid", solid_count, solid_text),
@@ -56,7 +57,7 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
     """Return every verdict on a triangle mesh [mm]: closed surface, number of bodies, size, wall, gap and overhang.
 
     `process` is the print process, which sets the limits, and `poses` are the names in `POSES` of the print poses to
-    consider. Wall, gap and overhang are omitted if the mesh is not closed, because it then has no inside.
+    consider. Wall, gap and overhang are omitted if the mesh is not closed, because it then has no interior.
     """
     cleaned = drop_collapsed_triangles(mesh)
     closed_surface = closed_verdicts(cleaned)

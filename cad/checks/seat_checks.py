@@ -12,7 +12,7 @@ from sensor.verdict import Verdict, judge
 def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.magnet_pockets, the verdict on the thinnest wall [mm] around a magnet pocket.
 
-    The walls above and below the two pockets of a shuttle are not measured, because they are millimetres thick in every
+    The walls above and below the two pockets of a shuttle are not included, because they are millimetres thick in every
     design. Without a Hall read-out, an empty tuple is returned.
     """
     housing, seats = sensor.housing, sensor.seats
@@ -27,16 +27,17 @@ def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.sensor_windows, a verdict on the thinnest wall [mm] of the cover around its sensor windows.
+    """Return geometry.sensor_windows, the verdict on the thinnest wall [mm] of the cover around its sensor windows.
 
-    The tuple has this verdict, or is empty without a Hall read-out. The walls under a sensor and between the windows
-    are measured. The verdict fails if the Hall sensors do not fit side by side.
+    The walls are under a sensor and between the windows. The verdict fails if the Hall sensors do not fit side by side.
+    Without a Hall read-out, an empty tuple is returned.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
         return ()
     name = "geometry.sensor_windows"
     if housing.spacing < PROBE.package_width_mm:
+        # Each sensor is centred on the axis of its tip, and the two axes are `spacing` apart.
         reference = f"sensors {PROBE.package_width_mm:g} mm wide do not fit side by side, {housing.spacing:g} mm apart"
         return (judge(name, None, reference, limit=seats.least_wall),)
     # The wall is part of the plate of the cover, which begins at the height of its rim in front of the frame. It ends
@@ -48,7 +49,10 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def _thinnest_wall_verdict(name: str, walls: Mapping[str, float], limit: float) -> Verdict:
-    """Return the verdict on the thinnest wall; `walls` holds the wall thicknesses [mm], keyed by place."""
+    """Return the verdict on the thinnest wall, which must be at least `limit` [mm] thick.
+
+    `walls` holds the thickness [mm] of each wall, keyed by its place.
+    """
     place = min(walls, key=walls.__getitem__)
     reference = f"thinnest wall by the lengths of the design: {place}"
     return judge(name, walls[place], reference, limit=limit, tolerance=PLACE_TOLERANCE_MM)

@@ -5,7 +5,7 @@ from pathlib import Path
 from cad.checks.assembly_checks import plate_verdicts
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.checks.leaf_section import leaf_thickness_verdicts
-from cad.checks.line_probe import Lines, mesh_lines, solid_lines
+from cad.checks.line_probe import LineProbe, mesh_probe, solid_probe
 from cad.checks.part_checks import check_solid, require_file
 from cad.checks.seat_checks import pocket_verdicts
 from cad.checks.triangle_checks import closed_verdicts
@@ -38,9 +38,9 @@ def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], files:
     """
     shape = sensor.part.shape
     step = files.step
-    # The STL file is in print pose. One of two back-to-back plates is printed with its back up.
+    # The STL file is in print pose. A plate that is mounted back to back with another is printed with its back up.
     stl = sensor_pose(files.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back is not None)
-    forms: dict[str, Lines] = {"solid": solid_lines(shape), "STEP": solid_lines(step), "STL": mesh_lines(stl)}
+    forms: dict[str, LineProbe] = {"solid": solid_probe(shape), "STEP": solid_probe(step), "STL": mesh_probe(stl)}
     return (
         *_solid_verdicts(sensor),
         *closed_verdicts(stl),
@@ -53,4 +53,5 @@ def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], files:
 
 
 def _solid_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
+    """Return the verdicts on the solid of a sensor, which do not depend on its files."""
     return check_solid(sensor.part.shape)

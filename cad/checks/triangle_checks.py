@@ -35,8 +35,9 @@ _FACET_ERROR_DEG = 0.5  # angular error of a triangle on a round face or a 45 de
 def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
     """Return geometry.watertight and geometry.manifold, two verdicts on the edges of a mesh.
 
-    Their values are the number of edges with one triangle and the number of edges with three or more. If the surface is
-    closed but its triangles face inward, the value of geometry.watertight is 1.
+    The value of geometry.watertight is the number of edges with only one triangle. The value of geometry.manifold is
+    the number of edges with three or more. If the surface is closed but its triangles face inward, the value of
+    geometry.watertight is 1.
     """
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     open_edges = edges[counts < _TRIANGLES_PER_EDGE]
@@ -85,7 +86,8 @@ def drop_collapsed_triangles(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
     CAD kernels write such triangles at the poles of spheres.
     """
-    faces = np.asarray(mesh.faces)
+    faces = np.asarray(mesh.faces)  # (n, 3), the vertex indices of each triangle
+    # Each vertex is compared with the previous one of the same triangle.
     is_collapsed = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     if not is_collapsed.any():
         return mesh
@@ -102,13 +104,14 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
     """
     x, y, z = mesh.extents
     longest = float(mesh.extents.max())
+    size_text = f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside the limits the file is not in millimetres"
     volume = enclosed_volume(mesh)
     density = process.density_g_per_cm3
     return (
         judge(
             "geometry.units",
             longest,
-            f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside the limits the file is not in millimetres",
+            size_text,
             limit=f"{SHORTEST_MM:g} to {LONGEST_MM:g}",
             passed=SHORTEST_MM <= longest <= LONGEST_MM,
         ),
@@ -127,9 +130,9 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
 def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a print process.
 
-    The limits come from `process`. `poses` are names of print poses in `POSES`. The overhang is measured in each of
-    them, and the smallest overhang is judged. A file that is already in its print pose is checked only in the pose
-    "as it stands".
+    The limits come from `process`. `poses` are names of print poses in `POSES`. The overhang is measured in each pose,
+    and the smallest overhang is judged, because the user can print the part in the best pose. A file that is already in
+    its print pose is checked only in the pose "as it stands".
     """
     widths = {pose: widest_ledge(mesh, np.array(POSES[pose]), process.overhang_deg) for pose in poses}
     best_pose = min(widths, key=widths.__getitem__)
@@ -175,22 +178,27 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> Facing
     points = np.concatenate([random_points, mesh.triangles_center[largest_faces]])
     normals = np.asarray(mesh.face_normals)
     rays = direction * normals[faces]
-    hits, source, target = mesh.ray.intersects_location(points + _OFF_SURFACE_MM * rays, rays, multiple_hits=False)
+    # Each hit is the first point at which a ray meets the mesh. It has the index of its ray and of the triangle there.
+    hits, ray_of_hit, face_of_hit = mesh.ray.intersects_location(
+        points + _OFF_SURFACE_MM * rays, rays, multiple_hits=False
+    )
     if len(hits) == 0:
         return None
-    lengths = np.linalg.norm(hits - points[source], axis=1)
-    is_facing = np.einsum("ij,ij->i", normals[faces[source]], normals[target]) < _OPPOSITE
+    lengths = np.linalg.norm(hits - points[ray_of_hit], axis=1)
+    cosines = np.einsum("ij,ij->i", normals[faces[ray_of_hit]], normals[face_of_hit])
+    is_facing = cosines < _OPPOSITE
     lengths[~is_facing | (lengths > _FARTHEST_MM)] = np.inf
     shortest = int(np.argmin(lengths))
     if not np.isfinite(lengths[shortest]):
         return None
-    return FacingDistance(length=float(lengths[shortest]), start=points[source[shortest]])
+    return FacingDistance(length=float(lengths[shortest]), start=points[ray_of_hit[shortest]])
 
 
 def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, method: str) -> Verdict:
     """Return the verdict on the thickness of a wall or the width of a gap, which must be at least `limit` [mm].
 
-    `distance` is None if no wall or gap was found, and the verdict then passes. `method` says how it was measured.
+    `distance` is None if no wall or gap was found, and the verdict then passes. `method` describes the measurement in
+    the reference text.
     """
     if distance is None:
         return judge(name, None, f"{method}; none within {_FARTHEST_MM:g} mm", limit=limit, passed=True)
@@ -202,16 +210,17 @@ def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:
     """Return the width [mm] of the widest overhang: the widest connected patch of faces that need support when printed.
 
     A face overhangs if its angle from the vertical exceeds `limit_deg` and the face does not lie on the print bed. The
-    width of a patch is the short side of the smallest rectangle around it in plan view. The unit vector `up` is
-    parallel to one of the axes.
+    width of a patch is the short side of the smallest rectangle around it in plan view. The unit vector `up` points
+    upward in the print pose, and is parallel to one of the axes. The width is 0 if no face overhangs.
     """
+    # `heights` (faces, 3) are the heights of the three corners of each face.
     heights = np.asarray(mesh.triangles) @ up
     # If a face points down, its normal has the vertical component -sin(angle of the face from the vertical).
     limit_rad = np.radians(min(limit_deg + _FACET_ERROR_DEG, 90.0))  # beyond 90 degrees, the sine would decrease
     is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(limit_rad)
     is_above_bed = heights.max(axis=1) - heights.min() > _BED_MM
     is_overhang = is_steep & is_above_bed
-    neighbours = np.asarray(mesh.face_adjacency)
+    neighbours = np.asarray(mesh.face_adjacency)  # (pairs, 2), the indices of two faces with a common edge
     overhanging_pairs = neighbours[is_overhang[neighbours].all(axis=1)]
     patches = trimesh.graph.connected_components(overhanging_pairs, nodes=np.flatnonzero(is_overhang))
     plan_view = np.asarray(mesh.triangles)[:, :, up == 0.0]  # the two coordinates across `up`

@@ -55,7 +55,7 @@ IN_TABLE = ")"
 _DASHES = {"AXES": ("CENTER", 4.0)}  # for each layer with dashed lines, ezdxf's pattern and its length on paper [mm]
 _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
-_BY_LAYER = 256
+_BY_LAYER = 256  # DXF colour index with which an entity takes the colour of its layer
 _OFF_CORNERS_MM = 0.00271  # shift of the hatch on paper; not a round number, so that hatch lines miss all corners
 _VERTICAL_DEG = 45.0  # a text rotated by more than this is vertical; texts are rotated by either 0 or 90 degrees
 LINE_TO_TEXT = 0.8  # distance from a dimension line to the middle of its text, in text heights
@@ -126,10 +126,11 @@ class Canvas:
         self.document = _new_document(self.text_height)
         self.space: BaseLayout = self.document.modelspace()
 
-    def paper(self, corner: Point) -> "Canvas":
-        """Return a canvas in millimetres on paper, with its origin at the lower left corner of the sheet.
+    def add_paper_canvas(self, corner: Point) -> "Canvas":
+        """Add a block for the sheet to the document, and return a canvas that draws into this block.
 
-        The canvas draws into a block of the same document. The block is inserted at `corner` [mm on the part].
+        The canvas has the unit millimetres on paper, and its origin is the lower left corner of the sheet. The block is
+        inserted at `corner` [mm on the part], and is reduced or enlarged to the scale of the part.
         """
         paper = copy.copy(self)
         paper.scale = 1.0
@@ -183,23 +184,23 @@ class Canvas:
 
     def centre_line(self, start: Point, end: Point) -> None:
         """Draw a centre line that extends 2 mm on paper beyond both ends."""
-        relative_extension = 2.0 / (self.scale * math.dist(start, end))
-        extension = (relative_extension * (end[0] - start[0]), relative_extension * (end[1] - start[1]))
-        self.line(
-            (start[0] - extension[0], start[1] - extension[1]), (end[0] + extension[0], end[1] + extension[1]), "AXES"
-        )
+        relative_extension = 2.0 / (self.scale * math.dist(start, end))  # as a fraction of the distance of the ends
+        extension_x, extension_z = (relative_extension * (end[axis] - start[axis]) for axis in (0, 1))
+        extended_start = (start[0] - extension_x, start[1] - extension_z)
+        extended_end = (end[0] + extension_x, end[1] + extension_z)
+        self.line(extended_start, extended_end, "AXES")
 
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
         """Hatch an area, except where texts are written on it.
 
         The area lies inside the first of the closed outlines [mm] and outside the other outlines, which are its holes.
-        The lines of ezdxf's pattern are drawn as plain lines in the order of their coordinates. So every viewer shows
-        the same hatch, and identical drawings have identical bytes.
+        ezdxf computes the hatch lines, which are then drawn as plain lines in the order of their coordinates. So every
+        viewer shows the same hatch, and identical drawings have identical bytes.
         """
         hatch = self.space.add_hatch()
         step = HATCH_STEP_MM / (self.scale * math.sqrt(2.0))  # offset of the next line along x and along z
         off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # replaces the random offset of ezdxf
-        # The pattern is one family of lines without dashes, at 45 degrees.
+        # The pattern is one family of lines at 45 degrees: angle, start, offset of the next line, and no dashes.
         hatch.set_pattern_fill("CUT", definition=[[45.0, off_corners, (-step, step), []]])
         for outline in (*outlines, *self._text_frames(outlines)):
             hatch.paths.add_polyline_path(outline, is_closed=True)
@@ -209,17 +210,17 @@ class Canvas:
             self.line((x, z), (end_x, end_z), "HATCH")
 
     def _text_frames(self, outlines: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
-        """Return the frames [mm] of the texts within a hatch, which it must leave blank.
+        """Return the frames [mm] of the texts within a hatch. The hatch must leave these frames blank.
 
-        The texts lie inside the first of the `outlines` [mm] and outside the others, which are holes. A frame is larger
-        than its text by half of the text height on each side. A text inside an earlier frame is skipped.
+        The texts lie inside the first of the `outlines` [mm] and outside the others, which are holes. A frame extends
+        beyond its text by half of the text height on each side. A text inside an earlier frame is skipped.
         """
         outer, *holes = outlines
         margin = 0.5 * self.text_height
         frames: list[Sequence[Point]] = []
-        for _, (left, bottom, right, top) in self.texts():
+        for _, (left, bottom, right, top) in self.find_texts():
             corners = Box(left - margin, bottom - margin, right + margin, top + margin).corners
-            # Only one corner is tested, on the assumption that no text crosses the outline of a hole.
+            # One corner is enough for this test, on the assumption that no text crosses the outline of a hole.
             is_in_hole = any(_is_inside(corners[0], hole) for hole in (*holes, *frames))
             if not is_in_hole and all(_is_inside(corner, outer) for corner in corners):
                 frames.append(corners)
@@ -229,14 +230,14 @@ class Canvas:
         """Return all dimensions of the drawing, in the order in which they were drawn."""
         return [cast(Dimension, entity) for entity in self.space.query("DIMENSION")]
 
-    def texts(self) -> list[tuple[str, Box]]:
+    def find_texts(self) -> list[tuple[str, Box]]:
         """Return every text of the drawing and its bounding box [mm].
 
-        This includes plain texts, texts in the sheet block, and texts of dimensions.
+        The list includes plain texts, texts in the block of the sheet, and texts of dimensions.
         """
         texts = []
-        # The entities of a block have block coordinates. Virtual entities are copies of them in drawing coordinates.
-        # Dimensions have such copies too: the lines and texts by which they are drawn.
+        # The entities of a block have block coordinates. Their virtual entities are copies in drawing coordinates. The
+        # virtual entities of a dimension are the lines and texts by which it is drawn.
         sheet_entities: list[DXFEntity] = []
         for sheet in self.space.query("INSERT"):
             sheet_entities += cast(Insert, sheet).virtual_entities()
@@ -270,7 +271,7 @@ class Canvas:
         align = TextEntityAlignment.MIDDLE_LEFT if left_aligned else TextEntityAlignment.MIDDLE_CENTER
         entity.set_placement(at, align=align)
 
-    def linear_dimension(
+    def add_linear_dimension(
         self,
         axis: Literal["x", "z"],
         start: Point,
@@ -283,13 +284,14 @@ class Canvas:
         `line_position` [mm] is the z of the dimension line for the axis x, or its x for the axis z. `text` gives the
         label and its place. If the text is beyond the ends of the line, the line is extended to it.
         """
+        # `along` is the index of the measured coordinate of a point (x, z). `angle` [deg] is the direction of the line.
         if axis == "x":
-            index, angle, point_on_line = 0, 0.0, (text.at[0], line_position)
+            along, angle, point_on_line = 0, 0.0, (text.at[0], line_position)
         else:
-            index, angle, point_on_line = 1, 90.0, (line_position, text.at[1])
+            along, angle, point_on_line = 1, 90.0, (line_position, text.at[1])
         # If the points are not in ascending order, ezdxf reverses the arrows.
-        low, high = sorted((start, end), key=lambda point: point[index])
-        distance = high[index] - low[index]
+        low, high = sorted((start, end), key=lambda point: point[along])
+        distance = high[along] - low[along]
         dimension = self.space.add_linear_dim(
             base=point_on_line,
             p1=low,
@@ -304,7 +306,7 @@ class Canvas:
         )
         dimension.render()
         half_width = 0.5 * self.label_width(text.label, distance)
-        self._lead_to_text(axis, (low[index], high[index]), line_position, text, half_width)
+        self._lead_to_text(axis, (low[along], high[along]), line_position, text, half_width)
 
     def _lead_to_text(
         self,
@@ -321,9 +323,11 @@ class Canvas:
         beside a vertical line, the line is extended to the bottom of the text, bends there, and underlines the text.
         """
         low, high = ends
-        middle = text.at[0] if axis == "x" else text.at[1]
+        text_x, text_z = text.at
+        middle = text_x if axis == "x" else text_z
         if low < middle < high:
             return
+        # The line is extended from the end that is nearer to the text, in the direction of the text.
         direction = 1.0 if middle > high else -1.0
         end = high if direction > 0.0 else low
         if axis == "x":
@@ -331,12 +335,12 @@ class Canvas:
         elif text.rotation:
             self.line((line_position, end), (line_position, middle + direction * half_width), "DIMENSIONS")
         else:
-            under_text = text.at[1] - LINE_TO_TEXT * self.text_height
+            under_text = text_z - LINE_TO_TEXT * self.text_height
             self.line((line_position, end), (line_position, under_text), "DIMENSIONS")
-            to_far_end = math.copysign(half_width, text.at[0] - line_position)
-            self.line((line_position, under_text), (text.at[0] + to_far_end, under_text), "DIMENSIONS")
+            to_far_end = math.copysign(half_width, text_x - line_position)
+            self.line((line_position, under_text), (text_x + to_far_end, under_text), "DIMENSIONS")
 
-    def callout(
+    def add_callout(
         self,
         dimension_type: Literal["radius", "diameter"],
         centre: Point,
@@ -363,7 +367,7 @@ class Canvas:
         if dimension_type == "radius":
             dimension = self.space.add_radius_dim(centre, radius=size, angle=angle, **attributes)
             dimension.set_location(leader_end, leader=True)
-        else:  # ezdxf chooses where the arrow of a diameter meets the circle
+        else:  # ezdxf determines where the arrow of a diameter meets the circle
             dimension = self.space.add_diameter_dim(centre, radius=0.5 * size, location=leader_end, **attributes)
         dimension.render()
 
@@ -439,14 +443,17 @@ def _new_document(text_height: float) -> Drawing:
         document.layers.add(layer, color=colour, lineweight=PENS[layer])
     document.styles.add(_FONT, font="DejaVuSansMono.ttf")
     style = document.dimstyles.add(_STYLE)
-    sizes = {"dimtxt": 1.0, "dimasz": 0.8, "dimexo": 0.4, "dimexe": 0.4, "dimgap": 0.3}  # in text heights
+    # Sizes in text heights: the text itself, the arrows, the gap and the overhang of extension lines, and the gap
+    # around a text. They were chosen by eye.
+    sizes = {"dimtxt": 1.0, "dimasz": 0.8, "dimexo": 0.4, "dimexe": 0.4, "dimgap": 0.3}
     for name, heights in sizes.items():
         style.dxf.set(name, heights * text_height)
     for name in ("dimclrd", "dimclre", "dimclrt"):  # colours of dimension lines, extension lines and texts
         style.dxf.set(name, _BY_LAYER)
     # These values mean: no trailing zeros (dimzin), and text above the line (dimtad), rotated with it (dimtih, dimtoh),
     # and outside if it does not fit (dimtix).
-    for name, number in {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}.items():
+    switches = {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}
+    for name, number in switches.items():
         style.dxf.set(name, number)
     style.dxf.set("dimdsep", ord("."))
     style.dxf.set("dimtxsty", _FONT)
@@ -459,7 +466,10 @@ def _is_inside(point: Point, outline: Sequence[Point]) -> bool:
 
 
 def _box_of(text: MText) -> Box:
-    """Return the bounding box [mm] of the text of a dimension, which is either horizontal or vertical."""
+    """Return the bounding box [mm] of the text of a dimension, which is either horizontal or vertical.
+
+    The insertion point of the text is its centre.
+    """
     half_length = 0.5 * text_width(str(text.plain_text()), text.dxf.char_height)
     half_text_height = 0.5 * text.dxf.char_height
     is_vertical = abs(text.get_rotation()) > _VERTICAL_DEG

@@ -8,6 +8,7 @@ Distances between lines and texts are multiples of the text height. Where no rea
 printed sheets.
 """
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,8 +17,8 @@ import cadquery as cq
 
 from cad.drawing.canvas import MEASURED, SMALL_MM, Box, CalloutText, Canvas, DimensionText, Point, text_width
 from cad.drawing.lengths import LinearDimension, draw_dimensions
-from cad.drawing.measuring_table import HEADINGS, STEP_MM, MeasuredDimension, measuring_table
-from cad.drawing.projection import draw_view, view_of
+from cad.drawing.measuring_table import HEADINGS, STEP_MM, MeasuredDimension, list_measured_dimensions
+from cad.drawing.projection import draw_view, project_visible_edges
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, lay_out_sheet
 from cad.parts.hall_seats import HallSeats
@@ -41,7 +42,11 @@ Measured = Mapping[str, MeasuredDimension]
 
 @dataclass(frozen=True, kw_only=True)
 class _SheetContents:
-    """The contents of the sheet: sensor, sections of housing and pins, edges of both views, and measuring table."""
+    """The contents of the sheet.
+
+    `cut` and `pin_cuts` are the sections of the housing and of its pins. `from_left` and `from_behind` hold the visible
+    edges of two views. `measured` holds the entries of the measuring table, keyed by name.
+    """
 
     sensor: SensorSolids
     cut: cq.Shape
@@ -52,11 +57,12 @@ class _SheetContents:
 
     @property
     def housing(self) -> Housing:
+        """Return the housing of the sensor."""
         return self.sensor.housing
 
 
-def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
-    """Return the drawing sheet of a housing; `title` holds the contents of its title block.
+def draw_housing_sheet(sensor: SensorSolids, title: Title) -> Sheet:
+    """Draw a housing on a sheet, and return the sheet; `title` holds the contents of its title block.
 
     The sheet shows the section y = 0 seen along +y, and to its right the view from the left. A plate with pads is also
     shown from behind, below these views.
@@ -68,20 +74,22 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
         pins = [pin_shape.moved(place) for place in pin_locations(housing).values()]
     printed_part = sensor.part.shape
     # A single plate has no pads, and no view from behind.
-    from_behind = view_of(printed_part, "behind") if housing.back_to_back else ()
+    from_behind = project_visible_edges(printed_part, "behind") if housing.back_to_back else ()
     contents = _SheetContents(
         sensor=sensor,
         cut=section(printed_part),
         pin_cuts=[section(pin) for pin in pins],
-        from_left=view_of(cq.Compound.makeCompound([printed_part, *pins]), "left"),
+        from_left=project_visible_edges(cq.Compound.makeCompound([printed_part, *pins]), "left"),
         from_behind=from_behind,
-        measured=measuring_table(sensor, title.process),
+        measured=list_measured_dimensions(sensor, title.process),
     )
-    return lay_out_sheet(lambda canvas: _draw_views(canvas, contents), _notes(contents, title.process), title)
+    # The sheet calls this function once for each scale that it tries.
+    draw_views = functools.partial(_draw_views, contents=contents)
+    return lay_out_sheet(draw_views, _notes(contents, title.process), title)
 
 
 def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[Box]]:
-    """Draw all views, and return the measuring table of the sheet and the bounding box of each view [mm].
+    """Draw all views on a canvas, and return the measuring table of the sheet and the bounding box of each view [mm].
 
     The section is drawn first, because its box determines the positions of the other views. The bounding box of each
     other view encloses the entities that were added to the canvas for it.
@@ -126,7 +134,8 @@ def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
     _draw_callouts(canvas, housing, measured["fillet"])
     if contents.sensor.seats is not None:
         _draw_magnet_pockets(canvas, housing, contents.sensor.seats)
-    # The name of the section is written above all dimensions, at a distance chosen by eye.
+    # The name of the section is written above all dimensions, which end at the top of the canvas. Its distance from
+    # them was chosen by eye.
     name_position = (0.5 * (housing.left + housing.right), canvas.extents().top + 1.6 * canvas.text_height)
     canvas.write_text("A-A", name_position, _VIEW_NAME * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))
@@ -155,10 +164,11 @@ def _frame_dimensions(housing: Housing, measured: Measured) -> list[LinearDimens
     top_left = (housing.left, housing.top_level)
     top_right = (housing.right, housing.top_level)
     lower_hole, upper_hole = low.holes
+    _, high_upper_hole = high.holes
     tip_corner = (low.centre - 0.5 * housing.touching_side, -housing.beyond_face)
     return [
         LinearDimension("top", top_left, top_right),  # width
-        LinearDimension("top", upper_hole, high.holes[1]),  # horizontal spacing of the screw holes
+        LinearDimension("top", upper_hole, high_upper_hole),  # horizontal spacing of the screw holes
         LinearDimension("top", top_left, upper_hole),  # screw hole from the left edge
         LinearDimension("bottom", bottom_left, (low.wall, housing.protrusion)),  # thickness of the side wall
         LinearDimension("right", (high.wall, housing.cavity_level), top_right),  # thickness of the upper wall
@@ -175,16 +185,18 @@ def _spring_dimensions(housing: Housing, measured: Measured) -> list[LinearDimen
     The levels are drawn only at the high spring, because they are the same for both springs. `measured` holds the
     entries of the measuring table, whose letters are in the labels.
     """
-    high = housing.arms[1]
-    lower_root = (high.wall, high.levels[0])
-    upper_root = (high.wall, high.levels[1])
+    _, high = housing.arms
+    lower_level, upper_level = high.levels
+    lower_root = (high.wall, lower_level)
+    upper_root = (high.wall, upper_level)
     dimensions = [
         LinearDimension("right", (high.centre, 0.0), lower_root),  # lower leaf from the tip face
         LinearDimension("right", lower_root, upper_root),  # spacing of the leaves
     ]
     for arm in housing.arms:
         left, right = arm.roots
-        underside = arm.levels[0] - 0.5 * arm.flexure.thickness
+        lower_leaf, _ = arm.levels
+        underside = lower_leaf - 0.5 * arm.flexure.thickness
         label = measured[f"{arm.name} length"].label()
         dimensions.append(LinearDimension("bottom", (left, underside), (right, underside), label))
     return dimensions
@@ -196,7 +208,7 @@ def _has_neck(housing: Housing) -> bool:
 
 
 def _tip_dimensions(housing: Housing, measured: Measured) -> list[LinearDimension]:
-    """Return the dimensions of the tips: their spacing, the width of a shuttle, and the levels of tips, necks and pins.
+    """Return the dimensions around the tips: spacing, width of a shuttle, and levels of tips, necks and pins.
 
     If there are pins, a printed tip is the foot from which a pin protrudes. If there are no necks, the dimensions of
     the necks are omitted. `measured` holds the entries of the measuring table, whose letters are in the labels.
@@ -234,18 +246,19 @@ def _draw_thickness(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> No
     height = canvas.text_height
     left, right = arm.roots
     thickness = arm.flexure.thickness
-    underside = arm.levels[1] - 0.5 * thickness
+    _, upper_leaf = arm.levels
+    underside = upper_leaf - 0.5 * thickness
     label = measured.label()
     x = left + max(_BESIDE_LINE * height, 0.1 * (right - left))
     text_position = (x + _BESIDE_LINE * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
-    canvas.linear_dimension("z", (x, underside), (x, underside + thickness), x, DimensionText(text_position, label))
+    canvas.add_linear_dimension("z", (x, underside), (x, underside + thickness), x, DimensionText(text_position, label))
 
 
 def _write_spring_name(canvas: Canvas, arm: Arm) -> None:
     """Write the name of a spring, such as "LOW SPRING (L)", in the window between its two leaves.
 
-    If the window is too narrow, the short form "LOW (L)" is written. The text is slightly above the centre of the
-    window, by a distance chosen by eye.
+    If the window is too narrow, the short form "LOW (L)" is written. A margin of half a text height is left on each
+    side. The text is slightly above the centre of the window, by a distance chosen by eye.
     """
     height = canvas.text_height
     left, right = arm.roots
@@ -272,7 +285,7 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
     label = measured.label()
     offset = _BESIDE_LINE * height + 0.5 * canvas.label_width(label, frame_underside - shuttle_top)
     text_position = (x + arm.sign * offset, housing.top_level + 1.7 * height)
-    canvas.linear_dimension("z", (x, shuttle_top), (x, frame_underside), x, DimensionText(text_position, label))
+    canvas.add_linear_dimension("z", (x, shuttle_top), (x, frame_underside), x, DimensionText(text_position, label))
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) -> None:
@@ -286,14 +299,16 @@ def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) 
     low, _ = housing.arms
     radius = housing.corner
     label = fillet.label(f"{len(fillet_corners(housing))}x {MEASURED}")
-    leaf_top = low.levels[0] + 0.5 * low.flexure.thickness
+    lower_leaf, _ = low.levels
+    leaf_top = lower_leaf + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, leaf_top + radius)
     # These multiples of the text height keep the texts away from leaves and dimension lines. They were chosen by eye.
     radius_text = CalloutText((low.wall, leaf_top + 1.4 * height), "right", label)
-    canvas.callout("radius", centre, radius, radius_text, angle=225.0)  # the corner is to the lower left of the arc
+    canvas.add_callout("radius", centre, radius, radius_text, angle=225.0)  # the corner is to the lower left of the arc
     hole_label = f"{len(housing.holes)}x {MEASURED}"
     hole_text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", hole_label)
-    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, hole_text)
+    _, upper_hole = low.holes
+    canvas.add_callout("diameter", upper_hole, housing.hole_diameter, hole_text)
 
 
 def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> None:
@@ -312,6 +327,7 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
     """
     height = canvas.text_height
     for edge, inward in ((view.top, -1.0), (view.bottom, 1.0)):  # `inward` is the sign of z towards the view
+        # A thick stroke marks the end of the cutting line. An arrow and the letter A are at the middle of the stroke.
         start = edge - 1.2 * inward * height
         canvas.line((middle, start), (middle, start - 2.0 * inward * height))
         tip_x, tip_z = middle - 1.6 * height, start - inward * height
@@ -358,22 +374,23 @@ def _draw_dome_radius(
 ) -> None:
     """Draw the radius of a dome in the view from the left, with its text to the lower right of the tip.
 
-    `radius` is the radius of the dome, `half_tip` half the side of the tip, and `middle_x` the x coordinate of its
-    middle [mm]. `measured` is the entry of the measuring table for the radius.
+    `radius` [mm] is the radius of the dome, whose apex is at z = 0. `half_tip` [mm] is half the side of the tip, and
+    `middle_x` [mm] is the x coordinate of its middle. `measured` is the entry of the measuring table for the radius.
     """
     label = measured.label(f"2x S{MEASURED}")  # a spherical radius is marked by SR, of which ezdxf adds the R
     text = CalloutText((middle_x + half_tip, -1.2 * canvas.text_height), "right", label)
     # The arrow meets the dome halfway between its apex, which is at 270 degrees, and the edge of the tip.
     angle = 270.0 + math.degrees(0.5 * half_tip / radius)
-    canvas.callout("radius", (middle_x, radius), radius, text, angle=angle)
+    canvas.add_callout("radius", (middle_x, radius), radius, text, angle=angle)
 
 
 def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[LinearDimension]:
     """Return the dimensions of the widths of pins and tips in the view from the left.
 
-    The mid-plane of the plate is at x = `middle` [mm]. `measured` is the entry of the measuring table for the part that
-    touches the fruit. Its letter is written at the width of the pins, or at the width of flat tips if there are no
-    pins. For domes, it is written at their radius instead.
+    The prefix 2x of a label means that the dimension applies to both tips. The mid-plane of the plate is at x =
+    `middle` [mm]. `measured` is the entry of the measuring table for the part that touches the fruit. Its letter is
+    written at the width of the pins, or at the width of flat tips if there are no pins. For domes, it is written at
+    their radius instead.
     """
     dimensions = []
     if housing.pin:
@@ -403,7 +420,7 @@ def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: 
         pocket_z = housing.top_level - depth_below_top
         canvas.rectangle(Box(front - seats.pocket_depth, pocket_z - half_width, front, pocket_z + half_width), "NOTES")
         dimensions.append(LinearDimension("right", (front, pocket_z), top_corner))
-    # `seats.face_distance` is the distance of the sensor from the front, and `seats.sensor_level` its depth below the
+    # `seats.face_distance` is the distance of the sensor from the front. `seats.sensor_level` is its distance below the
     # upper edge.
     sensor_centre = (front + seats.face_distance, housing.top_level - seats.sensor_level)
     canvas.circle(sensor_centre, _SENSOR_MARK_MM / canvas.scale, "NOTES")
@@ -435,7 +452,7 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
     draw_view(canvas, contents.from_behind, origin)
     left, top = to_view(housing.right, housing.top_level)
     right, bottom = to_view(housing.left, housing.protrusion)
-    # PAD is written in the middle of the pad's bar.
+    # PAD is written in the middle of the bar of the pad, which lies along the top of the frame.
     middle_x, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
     canvas.write_text("PAD", (middle_x, 0.5 * (bar_underside + top)), canvas.text_height)
     dimensions = [*_dowel_dimensions(housing, to_view), *_pad_dimensions(housing, to_view)]
@@ -472,7 +489,7 @@ def _draw_dowel_diameter(
     right_dowel = to_view(*min(housing.dowels))  # seen from behind, the smallest x is on the right
     _, text_z = to_view(0.0, 0.5 * (housing.cavity_level + housing.protrusion))
     text = CalloutText((right_dowel[0], text_z), "left", f"2x {MEASURED}")  # both holes have this diameter
-    canvas.callout("diameter", right_dowel, diameter, text)
+    canvas.add_callout("diameter", right_dowel, diameter, text)
 
 
 def _pad_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) -> list[LinearDimension]:
@@ -482,16 +499,17 @@ def _pad_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) 
     set back from the cavity in which the arms move. `to_view` maps the coordinates x and z of the housing to a point in
     the view [mm].
     """
+    # The foot ends at the lower edge of a cover, or at the lower edge of the frame if the cover would extend below it.
     foot_level = max(housing.cover_level, housing.protrusion)
-    post_edge = housing.right - housing.wall_width + SETBACK_MM
+    post_edge = housing.right - housing.wall_width + SETBACK_MM  # the inner edge of the post on the right wall
     pad_foot = to_view(housing.right, foot_level)
+    bar_underside = to_view(post_edge, housing.cavity_level + SETBACK_MM)
+    bar_top = to_view(housing.right, housing.top_level)
     dimensions = [
         LinearDimension("bottom", pad_foot, to_view(post_edge, foot_level), f"2x {MEASURED}"),  # both posts
-        LinearDimension(
-            "left", to_view(post_edge, housing.cavity_level + SETBACK_MM), to_view(housing.right, housing.top_level)
-        ),
+        LinearDimension("left", bar_underside, bar_top),  # height of the bar
     ]
-    # Its level is drawn only if the foot is above the lower edge of the frame, at the lower edge of a cover.
+    # The level of the foot is drawn only if the foot is above the lower edge of the frame.
     if foot_level - housing.protrusion > NEAR_MM:
         dimensions.append(LinearDimension("left", to_view(housing.right, housing.protrusion), pad_foot))
     return dimensions

@@ -63,7 +63,7 @@ class _PlacedDimension:
 
         Dimensions in the same row collide if a line or text of one overlaps a line or text of the other, or if their
         texts are less than `gap` [mm] apart. Dimensions in different rows collide if an extension line of the outer
-        dimension comes within `gap` of the text of the inner one.
+        dimension comes within `gap` of the text of the inner one, which it passes on its way to the view.
         """
         if self.row == other.row:
             return self.extent.overlaps(other.extent) or self.text.overlaps(other.text, gap)
@@ -76,7 +76,8 @@ def draw_dimensions(canvas: Canvas, dimensions: Sequence[LinearDimension], view:
     """Draw dimensions around a view, whose bounding box is `view` [mm].
 
     On each side, the dimensions are placed from the shortest to the longest. Each gets the row nearest to the view in
-    which it does not collide with the dimensions already placed. So short dimensions are inside and long ones outside.
+    which it does not collide with the dimensions already placed. So long dimensions are outside short ones, and their
+    extension lines cross few dimension lines.
     """
     for side in SIDES:
         side_dimensions = [dimension for dimension in dimensions if dimension.side == side]
@@ -96,12 +97,13 @@ def _place_dimension(
 
     `later_ends` [mm] are the ends of longer dimensions, which are placed later, in outer rows. Their extension lines
     may cross the text. So the text positions that are crossed by the fewest of these lines are tried first. If the
-    dimension collides even in the first empty row, it is placed there.
+    dimension collides even in the first empty row, it is placed in this row.
     """
     texts = _text_positions(canvas, dimension)
+    # The sort is stable, so equally good positions stay in their order of preference.
     texts.sort(key=lambda text: sum(text.contains(end) for end in later_ends))
     gap = 0.4 * canvas.text_height  # chosen by eye
-    first_empty_row = 1 + max((neighbour.row for neighbour in placed), default=-1)
+    first_empty_row = 1 + max((neighbour.row for neighbour in placed), default=-1)  # row 0 if none is placed
     for row, text in itertools.product(range(first_empty_row + 1), texts):
         candidate = _PlacedDimension(dimension, row, text)
         if not any(candidate.collides(neighbour, gap) for neighbour in placed):
@@ -114,7 +116,8 @@ def _text_positions(canvas: Canvas, dimension: LinearDimension) -> list[Interval
     """Return the possible intervals of the text of a dimension along its side [mm], the preferred one first.
 
     The preferred position is the middle of the dimension line, if the text fits there. The other positions are beyond
-    its ends. The distances of 2 and 1.2 text heights leave room for arrows, and were chosen by eye.
+    the upper or right end, and beyond the lower or left end. The distances of 2 and 1.2 text heights leave room for
+    arrows, and were chosen by eye.
     """
     low, high = dimension.span
     width = canvas.label_width(dimension.label, high - low)
@@ -148,7 +151,7 @@ def _draw_dimension(canvas: Canvas, placed: _PlacedDimension, view: Box) -> None
     text_offset = LINE_TO_TEXT * canvas.text_height
     if dimension.side in ("top", "bottom"):
         text = DimensionText((text_middle, line_position + text_offset), dimension.label)
-        canvas.linear_dimension("x", dimension.start, dimension.end, line_position, text)
+        canvas.add_linear_dimension("x", dimension.start, dimension.end, line_position, text)
     else:
         text = DimensionText((line_position - text_offset, text_middle), dimension.label, rotation=90.0)
-        canvas.linear_dimension("z", dimension.start, dimension.end, line_position, text)
+        canvas.add_linear_dimension("z", dimension.start, dimension.end, line_position, text)

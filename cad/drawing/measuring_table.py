@@ -57,18 +57,23 @@ class MeasuredDimension:
         return [(letter, place, *texts) for letter, place in zip(letters, self.places, strict=True)]
 
 
-def general_mm(process: Process, length: float, *, is_radius: bool = False) -> float:
-    """Return the general tolerance of a length [+/- mm]; below 0.5 mm, it is the wall accuracy of the process."""
+def find_general_tolerance(process: Process, length: float, *, is_radius: bool = False) -> float:
+    """Return the general tolerance of a length [+/- mm]; below 0.5 mm, it is the wall accuracy of the process.
+
+    For a metal, the tolerance is from ISO 2768-1 m, where radii have a table of their own.
+    """
     if length < SMALL_MM:
         return process.accuracy_mm
     if not process.is_metal:
         return GENERAL_MM
     tolerances = _RADII_MM if is_radius else _LENGTHS_MM
+    # The ranges are in ascending order, so the first range that includes the length applies. A length beyond the last
+    # range gets the largest tolerance.
     return next((tolerance for largest, tolerance in tolerances.items() if length <= largest), max(tolerances.values()))
 
 
-def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
-    """Return the dimensions to be measured on a housing, keyed by name.
+def list_measured_dimensions(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
+    """Return the dimensions to be measured on a housing, keyed by name, which are the entries of the measuring table.
 
     They are in the order of the table, and their letters are assigned in this order. The tolerance of a dimension is
     the accuracy of `process` or the general tolerance, except for pins.
@@ -79,7 +84,7 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
         "fillet": MeasuredDimension(
             places=("radius, fillets of leaves",),
             nominal=housing.corner,
-            tolerance=_plus_minus(general_mm(process, housing.corner, is_radius=True)),
+            tolerance=_plus_minus(find_general_tolerance(process, housing.corner, is_radius=True)),
         ),
         **_stop_dimensions(housing, process),
         **_tip_dimensions(sensor, process),
@@ -88,21 +93,20 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
         dimensions["pocket"] = _single_dimension("diameter, magnet pockets", sensor.seats.pocket_diameter, process)
     if housing.back_to_back:
         dimensions["pad"] = _single_dimension("height, pad", housing.back_to_back.pad_height, process)
-    return {
-        name: replace(dimension, letter=letter)
-        # There are more letters than dimensions.
-        for (name, dimension), letter in zip(dimensions.items(), _LETTERS, strict=False)
-    }
+    # There are more letters than dimensions, so the last letters are not used.
+    lettered_dimensions = zip(dimensions.items(), _LETTERS, strict=False)
+    return {name: replace(dimension, letter=letter) for (name, dimension), letter in lettered_dimensions}
 
 
 def _plus_minus(tolerance: float) -> str:
+    """Return a symmetric tolerance [mm] as text."""
     return f"±{tolerance:g}"
 
 
 def _single_dimension(place: str, nominal: float, process: Process, moves: str = "-") -> MeasuredDimension:
     """Return a dimension that is measured at one place and has the general tolerance."""
     return MeasuredDimension(
-        places=(place,), nominal=nominal, tolerance=_plus_minus(general_mm(process, nominal)), moves=moves
+        places=(place,), nominal=nominal, tolerance=_plus_minus(find_general_tolerance(process, nominal)), moves=moves
     )
 
 
@@ -111,10 +115,10 @@ def _change_text(name: str, ratio: float) -> str:
     return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
 
 
-def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the factor [1] by which the stiffness of a pair of leaves changes with its dimensions [mm].
+def compute_stiffness_ratio(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
+    """Return the factor [1] by which a change of its dimensions multiplies the stiffness of a pair of leaves.
 
-    `thickness` and `length` are the changes in thickness and length.
+    `thickness` and `length` [mm] are the changes in thickness and length. The modulus cancels, so it is set to 1.
     """
     t, L, w = flexure.thickness, flexure.length, flexure.depth
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
@@ -123,29 +127,29 @@ def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 
 def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     """Return the dimensions of the leaves: the thickness and length for each spring, and the depth of the plate.
 
-    The thickness is measured on both leaves of a spring, because each leaf contributes half of the stiffness. Both
-    thicknesses come before the lengths, which is the order of the table.
+    The thickness is measured on both leaves of a spring, because each leaf contributes half of the stiffness. In the
+    table, the thicknesses of both springs come before their lengths.
     """
     dimensions = {}
     tolerance = _plus_minus(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
         # An error of one leaf changes half of the stiffness.
-        stiffness_ratio = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))
+        stiffness_ratio = 0.5 * (1.0 + compute_stiffness_ratio(flexure, thickness=STEP_MM))
         dimensions[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,
             tolerance=tolerance,
-            moves=_change_text(f"K_{arm.name[0]}", stiffness_ratio),  # K_l or K_h
+            moves=_change_text(f"K_{arm.name[0]}", stiffness_ratio),  # K_l for the low spring, K_h for the high one
         )
     for arm in housing.arms:
         dimensions[f"{arm.name} length"] = MeasuredDimension(
             places=(f"length, {arm.name} leaves",),
             nominal=arm.flexure.length,
             tolerance=tolerance,
-            moves=_change_text(f"K_{arm.name[0]}", stiffness_gain(arm.flexure, length=STEP_MM)),
+            moves=_change_text(f"K_{arm.name[0]}", compute_stiffness_ratio(arm.flexure, length=STEP_MM)),
         )
-    depth_ratio = (housing.depth + STEP_MM) / housing.depth
+    depth_ratio = (housing.depth + STEP_MM) / housing.depth  # K is proportional to the depth
     return {
         **dimensions,
         "depth": _single_dimension("depth, leaves", housing.depth, process, _change_text("K", depth_ratio)),
@@ -153,7 +157,7 @@ def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDi
 
 
 def _stop_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
-    """Return the gap above the shuttle of each spring."""
+    """Return the gap above the shuttle of each spring, which is the distance to its stop."""
     return {
         f"{arm.name} stop": _single_dimension(f"gap, {arm.name} stop", housing.cavity_level - arm.top_level, process)
         for arm in housing.arms
@@ -178,7 +182,7 @@ def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, Measure
         "height": MeasuredDimension(
             places=tuple(f"{arm.name} tip, out of the frame" for arm in housing.arms),
             nominal=height,
-            tolerance=_plus_minus(general_mm(process, height)),
+            tolerance=_plus_minus(find_general_tolerance(process, height)),
             moves=force_change,
         ),
         "level": MeasuredDimension(
@@ -200,7 +204,7 @@ def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimens
         return MeasuredDimension(
             places=tuple(f"radius SR, {name} dome" for name in names),
             nominal=radius,
-            tolerance=_plus_minus(general_mm(process, radius, is_radius=True)),
+            tolerance=_plus_minus(find_general_tolerance(process, radius, is_radius=True)),
             moves=_change_text("contact", math.sqrt((radius + STEP_MM) / radius)),
         )
     side = housing.touching_side
@@ -211,7 +215,7 @@ def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimens
     else:
         part = "tip"
         size = "width"
-        tolerance = _plus_minus(general_mm(process, side))
+        tolerance = _plus_minus(find_general_tolerance(process, side))
     # The width determines the contact only if the end is flat and has sharp edges.
     is_flat = sensor.tips.tip_shape.is_flat
     contact_change = _change_text("contact", (side + STEP_MM) / side) if is_flat else "-"

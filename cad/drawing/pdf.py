@@ -13,7 +13,7 @@ from ezdxf.addons.drawing.recorder import Recorder
 from ezdxf.math import Vec2
 from ezdxf.path.commands import Curve3To, Curve4To, MoveTo
 
-POINTS = 72.0 / 25.4  # points per millimetre
+POINTS = 72.0 / 25.4  # PDF units (points, 1/72 inch) per millimetre
 
 
 class PdfPage(Recorder):
@@ -36,7 +36,7 @@ class PdfPage(Recorder):
         A PDF file consists of a header, numbered objects, a table of their byte offsets, and a trailer with the offset
         of this table. Object 1 is the catalog, object 2 the list of pages, object 3 the page, and object 4 its content.
         """
-        content = zlib.compress("\n".join(self._operators).encode("ascii"), 9)
+        content = zlib.compress("\n".join(self._operators).encode("ascii"), 9)  # 9 is the strongest compression
         media_box = f"/MediaBox [0 0 {width * POINTS:.2f} {height * POINTS:.2f}]".encode("ascii")
         bodies = (
             b"<< /Type /Catalog /Pages 2 0 R >>",
@@ -47,12 +47,12 @@ class PdfPage(Recorder):
         file = b"%PDF-1.4\n"
         offsets = []
         for number, body in enumerate(bodies, start=1):
-            offsets.append(len(file))
+            offsets.append(len(file))  # the object begins at the present end of the file
             file += b"%d 0 obj\n%s\nendobj\n" % (number, body)
         count = len(bodies) + 1  # including object 0, the head of the list of free objects
         table = b"".join(b"%010d 00000 n \n" % offset for offset in offsets)
         table_header = b"xref\n0 %d\n0000000000 65535 f \n" % count
-        # Readers start at the end of the file, where the offset of the table is.
+        # A reader starts at the end of the file, where it finds the offset of the table.
         trailer = b"trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%d\n%%%%EOF\n" % (count, len(file))
         return file + table_header + table + trailer
 
@@ -70,7 +70,7 @@ class PdfPage(Recorder):
             self.draw_line(start, end, properties)
 
     def draw_path(self, path: BkPath2d, properties: BackendProperties) -> None:
-        """Draw a path of straight and curved segments."""
+        """Draw a line along a path of straight and curved segments."""
         self._stroke(self._path_operators(path), properties)
 
     def draw_filled_paths(self, paths: Iterable[BkPath2d], properties: BackendProperties) -> None:  # noqa: ARG002

@@ -30,8 +30,11 @@ _SEGMENTS = 24  # number of straight segments that replace a curved edge
 _STRAIGHT_MM = 1e-6  # an edge is straight if its length exceeds its chord by less than this
 
 
-def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
-    """Return the visible edges of a solid as seen from a side [mm], projected onto the plane z = 0."""
+def project_visible_edges(shape: cq.Shape, side: Side) -> list[cq.Edge]:
+    """Return the visible edges of a solid as seen from a side [mm], projected onto the plane z = 0.
+
+    They are the sharp edges of the solid and the silhouettes of its curved faces.
+    """
     hidden_line_removal = HLRBRep_Algo()
     hidden_line_removal.Add(shape.wrapped)
     hidden_line_removal.Projector(HLRAlgo_Projector(_frame(side)))
@@ -48,7 +51,7 @@ def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
 
 
 def _frame(side: Side) -> gp_Ax2:
-    """Return the coordinate system of a view, whose z points towards the viewer and whose x points to the right."""
+    """Return the coordinate system of a view: z points towards the viewer, and x points to the right."""
     towards_viewer, right = _DIRECTIONS[side]
     return gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), towards_viewer, right)
 
@@ -66,7 +69,10 @@ def draw_view(canvas: Canvas, edges: Sequence[cq.Edge], origin: Point) -> None:
 
 
 def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge], layer: str = "PART") -> None:
-    """Draw edges that lie in the plane z = 0. Curves other than circles and arcs are drawn as straight segments."""
+    """Draw edges that lie in the plane z = 0 [mm].
+
+    Circles and circular arcs are kept. Any other curve is replaced by straight segments.
+    """
     for edge in edges:
         points = edge_points(edge)
         if edge.geomType() != "CIRCLE":
@@ -77,7 +83,8 @@ def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge], layer: str = "PART") ->
             canvas.circle((centre.x, centre.y), edge.radius(), layer)
             continue
         first, middle, last = (_angle(centre, edge.positionAt(fraction)) for fraction in (0.0, 0.5, 1.0))
-        # Canvas arcs run counter-clockwise. If the edge runs clockwise, its ends are exchanged.
+        # Canvas arcs run counter-clockwise. On such an arc, the middle comes before the last point. Otherwise the edge
+        # runs clockwise, and its ends are exchanged.
         if (middle - first) % _FULL_DEG > (last - first) % _FULL_DEG:
             first, last = last, first
         canvas.arc((centre.x, centre.y), edge.radius(), first, last, layer)

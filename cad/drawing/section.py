@@ -29,7 +29,7 @@ def hatch_section(canvas: Canvas, cut: cq.Shape) -> None:
 
 
 def _outline(wire: cq.Wire) -> list[Point]:
-    """Return points along a closed wire [mm], with straight segments in place of curves."""
+    """Return points along a closed wire [mm]; curves are replaced by straight segments."""
     outline: list[Point] = []
     for edge in wire:
         points = edge_points(edge)

@@ -113,17 +113,19 @@ def lay_out_sheet(
     """Return the drawing on the first sheet on which its views fit, with frame, table, title block and notes.
 
     Sheets from A4 to A2 are tried at standard scales. `draw_views` draws the views on a canvas, and returns the table
-    and the bounding box of each view [mm]. The table is placed above the title block in the lower right corner, and the
-    `notes`, one string per line, are placed in the lower left corner. `title` holds the contents of the title block.
+    and the bounding box of each view [mm]. The title block is in the lower right corner, below the table. The `notes`,
+    one string per line, are in the lower left corner. `title` holds the contents of the title block.
     """
     layout = _first_layout_that_fits(draw_views, notes, title)
     canvas = layout.scaled_views.canvas
     paper = SIZES[layout.size]
     left, bottom = layout.corner
+    # The window is the area of the sheet in drawing coordinates, so sizes on paper are divided by the scale.
     window = Box(left, bottom, left + paper.width / canvas.scale, bottom + paper.height / canvas.scale)
-    paper_canvas = canvas.paper(layout.corner)
+    paper_canvas = canvas.add_paper_canvas(layout.corner)
     _draw_frame(paper_canvas, paper, notes)
     _draw_table(paper_canvas, paper, layout.scaled_views.table)
+    # The revision is computed before the title block is drawn, because the title block shows it.
     revision = _revision(canvas, title)
     _draw_title(paper_canvas, paper, _title_rows(title, layout.size, layout.scale, revision))
     return Sheet(canvas=canvas, size=layout.size, scale=layout.scale, window=window)
@@ -157,15 +159,17 @@ def _first_layout_that_fits(
     `draw_views` draws the views on a canvas, and returns the table and the bounding box of each view [mm]. If there is
     no such layout, the layout tried last is returned, with the views in the lower left corner of the sheet.
     """
-    by_scale: dict[str, _ScaledViews] = {}
+    views_by_scale: dict[str, _ScaledViews] = {}
     for size, scale in _CHOICES:
-        if scale not in by_scale:  # sheets of different sizes share the views at one scale
+        if scale not in views_by_scale:  # sheets of different sizes share the views at one scale
             canvas = Canvas(SCALES[scale], decimals=title.decimals)
-            by_scale[scale] = _ScaledViews(canvas, *draw_views(canvas))
-        scaled_views = by_scale[scale]
+            table, boxes = draw_views(canvas)
+            views_by_scale[scale] = _ScaledViews(canvas, table, boxes)
+        scaled_views = views_by_scale[scale]
         corner = _sheet_corner(SIZES[size], scaled_views, notes)
         if corner is not None:
             return _Layout(size, scale, scaled_views, corner)
+    # The first view is the section, which is at the left.
     lower_left = (scaled_views.views[0].left, min(view.bottom for view in scaled_views.views))
     return _Layout(size, scale, scaled_views, lower_left)
 
@@ -173,14 +177,15 @@ def _first_layout_that_fits(
 def _revision(canvas: Canvas, title: Title) -> str:
     """Return the revision of a drawing: the first eight hexadecimal digits of a hash of its title, texts and lengths.
 
-    Identical drawings have identical revisions. Consecutive numbers are impossible, because changes to a design are not
-    counted.
+    Identical drawings have identical revisions. The mass is not part of the hash. Consecutive numbers are impossible,
+    because changes to a design are not counted.
     """
-    texts = [text for text, _ in canvas.texts()]
+    texts = [text for text, _ in canvas.find_texts()]
     measured_lengths = [
         round(float(dimension.get_measurement()), _DIGEST_DECIMALS) for dimension in canvas.dimensions()
     ]
-    return hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{measured_lengths}".encode()).hexdigest()[:8]
+    contents = f"{replace(title, mass_g=None)}{texts}{measured_lengths}"
+    return hashlib.sha256(contents.encode()).hexdigest()[:8]
 
 
 def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str]) -> Point | None:
@@ -199,6 +204,7 @@ def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str])
     usable = Box(
         frame.left + _CLEARANCE_MM, frame.bottom + _CLEARANCE_MM, frame.right - _CLEARANCE_MM, frame.top - _CLEARANCE_MM
     )
+    # The views before any shift: the origin of the drawing is then at the lower left corner of the sheet.
     all_views = Box(*(scale * side for side in _bounding_box(scaled_views.views)))
     for shift_x, shift_y in _shifts_to_try(all_views, usable, note_box, table_box):
         shifted_views = [_box_on_paper(view, scale, shift_x, shift_y) for view in scaled_views.views]
@@ -212,7 +218,7 @@ def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str])
 
 
 def _box_on_paper(box: Box, scale: float, shift_x: float, shift_y: float) -> Box:
-    """Return a box of the drawing [mm] as it is on paper, shifted to the right and up [mm on paper]."""
+    """Return the box on paper of a box in the drawing [mm], shifted to the right and up [mm on paper]."""
     return Box(
         scale * box.left + shift_x,
         scale * box.bottom + shift_y,
@@ -261,7 +267,7 @@ def _note_width(notes: Sequence[str]) -> float:
 
 
 def _note_columns(paper: Size, notes: Sequence[str]) -> tuple[int, int]:
-    """Return the number of columns of notes beside the title block, and the number of lines per column.
+    """Return the number of columns of notes beside the title block, and the number of lines in a full column.
 
     There are as many columns as fit, but at least one.
     """
@@ -293,10 +299,11 @@ def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
     paper.rectangle(Box(0.0, 0.0, size.width, size.height), "NOTES")
     frame = _frame_of(size)
     paper.rectangle(frame, "SHEET")
-    _, lines = _note_columns(size, notes)
+    _, lines = _note_columns(size, notes)  # lines in a full column
     step = _note_width(notes) + _NOTE_MARGIN_MM
     for number, note in enumerate(notes):
         column, line = divmod(number, lines)
+        # Line 0 is the top line, so its height above the frame is largest.
         position = (frame.left + _NOTE_MARGIN_MM + column * step, frame.bottom + _NOTE_STEP_MM * (lines - line))
         paper.write_text(note, position, _NOTE_MM, "NOTES", left_aligned=True)
 
@@ -312,17 +319,19 @@ class _Cell(NamedTuple):
 def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> None:
     """Draw the title block: rows of cells with headings above their texts, and the symbol of first-angle projection."""
     row_height = _BLOCK.height / len(rows)
-    for number, row in enumerate(reversed(rows)):
+    for number, row in enumerate(reversed(rows)):  # the last row is drawn first, at the bottom
         _draw_row(paper, size, row, _MARGIN.bottom + number * row_height, row_height)
-    _draw_first_angle(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 3.2)
+    # The symbol is in the middle of the lower right cell, which is 20 mm wide. Its height of 3.2 mm was chosen by eye.
+    _draw_first_angle_symbol(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 3.2)
 
 
 def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
     """Draw the table above the title block: headings at the top, empty cells for measured values on the right."""
-    widths = (*_CELLS_MM, *[_MEASURED_MM / len(table.blank_headings)] * len(table.blank_headings))
-    empty = [""] * len(table.blank_headings)
-    rows = [[*table.headings, *table.blank_headings], *([*row, *empty] for row in table.rows)]
-    for number, texts in enumerate(reversed(rows)):
+    blank_count = len(table.blank_headings)
+    widths = (*_CELLS_MM, *[_MEASURED_MM / blank_count] * blank_count)
+    blanks = [""] * blank_count
+    rows = [[*table.headings, *table.blank_headings], *([*row, *blanks] for row in table.rows)]
+    for number, texts in enumerate(reversed(rows)):  # the last row is drawn first, at the bottom
         cells = [_Cell("", text, width) for text, width in zip(texts, widths, strict=True)]
         _draw_row(paper, size, cells, _MARGIN.bottom + _BLOCK.height + number * _ROW_MM, _ROW_MM)
 
@@ -335,7 +344,7 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
     margins of 1 to 2.5 mm were chosen by eye.
     """
     right = size.width - _MARGIN.right
-    x = right - _BLOCK.width
+    x = right - _BLOCK.width  # the left edge of the first cell
     top = base + row_height
     for edge in (base, top):
         paper.line((x, edge), (right, edge), "SHEET")
@@ -389,7 +398,7 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
     )
 
 
-def _draw_first_angle(paper: Canvas, x: float, y: float) -> None:
+def _draw_first_angle_symbol(paper: Canvas, x: float, y: float) -> None:
     """Draw the symbol of first-angle projection, ISO 5456-2, around a point [mm on paper].
 
     It shows a truncated cone from the side, and to its right the two circles of the cone seen from its small end. The

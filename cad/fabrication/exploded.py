@@ -6,7 +6,7 @@ from pathlib import Path
 
 import cadquery as cq
 
-from cad.drawing.projection import edge_points, point_in_view, view_of
+from cad.drawing.projection import edge_points, point_in_view, project_visible_edges
 from cad.fabrication.bill import BillLine
 from cad.fabrication.sheet_templates import render_template
 from cad.parts.assembly import placed_shape, product_of
@@ -49,7 +49,7 @@ def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) 
     """
     groups = explode(assembly)
     shapes = [placed_shape(part) for group in groups.values() for part in group]
-    edges = view_of(cq.Compound.makeCompound(shapes), "corner")
+    edges = project_visible_edges(cq.Compound.makeCompound(shapes), "corner")
     # The kernel returns edges in any order. Sorted and rounded lines make the files of identical sensors identical.
     lines = sorted([(round(x, 2), round(y, 2)) for x, y in edge_points(edge)] for edge in edges)
     text = render_template(

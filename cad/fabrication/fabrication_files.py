@@ -7,7 +7,7 @@ from pathlib import Path
 import cadquery as cq
 import trimesh
 
-from cad.drawing.housing_drawing import housing_drawing
+from cad.drawing.housing_drawing import draw_housing_sheet
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.exploded import write_exploded
@@ -63,7 +63,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     assembly = assembly_of(sensor)
     bill = bill_of_materials(sensor, assembly, process, masses, read_out.signal)
 
-    drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
+    drawing = draw_housing_sheet(sensor, replace(title, mass_g=masses["housing"]))
     drawing_paths = drawing.write(folder / "drawing")
     part_files = _write_parts(sensor, parts, folder)
     plate_path = folder / "plate.3mf"

@@ -44,11 +44,11 @@ def glb_position(points: Floats) -> Floats:
     return np.asarray(_M_PER_MM * (points @ _TO_Y_UP.T))
 
 
-def glb_of(bodies: Sequence[GlbBody]) -> bytes:
+def encode_glb(bodies: Sequence[GlbBody]) -> bytes:
     """Return the bytes of a GLB file with these bodies.
 
     The displacement of a body is a morph target of its mesh. The animation raises the weights of all morph targets from
-    0 to 1 within one second.
+    0 to 1 within one second. Each body has one mesh and one node, which have the index of the body.
     """
     arrays = _Arrays()
     meshes = [_add_mesh(body, arrays) for body in bodies]
@@ -72,12 +72,18 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
         "bufferViews": arrays.views,
         "buffers": [{"byteLength": len(buffer)}],
     }
+    return _glb_file(tree, buffer)
+
+
+def _glb_file(tree: Tree, buffer: bytes) -> bytes:
+    """Return a GLB file: a header, a chunk with the JSON data in `tree`, and a chunk with the binary buffer."""
     json_chunk = json.dumps(tree, separators=(",", ":")).encode()
     # The length of a chunk must be a multiple of four bytes. The buffer always has such a length.
     json_chunk += b" " * (-len(json_chunk) % 4)
-    chunks = (
-        struct.pack("<I4s", len(json_chunk), b"JSON") + json_chunk + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
-    )
+    # Each chunk begins with its length and its type.
+    json_head = struct.pack("<I4s", len(json_chunk), b"JSON")
+    buffer_head = struct.pack("<I4s", len(buffer), b"BIN\0")
+    chunks = json_head + json_chunk + buffer_head + buffer
     return struct.pack("<4sII", b"glTF", 2, _HEADER_BYTES + len(chunks)) + chunks  # 2 is the version of glTF
 
 
@@ -94,7 +100,7 @@ class _Arrays:
         """Append an array (n, m) to the buffer, and return the index of its accessor.
 
         The size of a row must be a multiple of four bytes, because glTF aligns arrays to four bytes. `row_type` is the
-        glTF type of a row, such as VEC3. `properties` are further properties of the accessor.
+        glTF type of a row, such as VEC3. `properties` are further properties of the accessor, such as `normalized`.
         """
         chunk = array.tobytes()
         accessor = {
@@ -134,6 +140,9 @@ def _add_mesh(body: GlbBody, arrays: _Arrays) -> Tree:
 
 
 def _linear_colour(colour: Floats) -> NDArray[np.uint8]:
-    """Convert sRGB colours (IEC 61966-2-1) to linear colours from 0 to 255, which glTF requires for vertices."""
+    """Convert sRGB colours (IEC 61966-2-1) to linear colours from 0 to 255, which glTF requires for vertices.
+
+    The sRGB colours are numbers from 0 to 1.
+    """
     linear = np.where(colour <= _LINEAR_LIMIT, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     return np.round(255.0 * linear).astype(np.uint8)

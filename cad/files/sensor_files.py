@@ -14,7 +14,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from cad.files.export_error import ExportError
-from cad.files.glb import GlbBody, glb_of
+from cad.files.glb import GlbBody, encode_glb
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
@@ -69,6 +69,7 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     export_step(assembly, assembly_step)
 
     printed_shape = print_shape(sensor)
+    # The STL and the 3MF file hold the same triangles, so their volumes have the same expected value.
     stl_path = folder / "housing.stl"
     expected_volume = triangles_volume(printed_shape)
     mesh = _export_stl(printed_shape, stl_path, expected_volume)
@@ -78,7 +79,7 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     compare_volume(package_path, read_3mf(package_path).mesh.volume, expected_volume)
 
     assembly_glb = folder / "assembly.glb"
-    assembly_glb.write_bytes(glb_of(view_bodies(assembly)))
+    assembly_glb.write_bytes(encode_glb(view_bodies(assembly)))
 
     paths = [housing_step, assembly_step, stl_path, package_path, assembly_glb]
     if sensor.housing.pin:
@@ -107,19 +108,20 @@ def view_bodies(assembly: cq.Assembly) -> list[GlbBody]:
     meshes: dict[cq.Shape, tuple[Floats, NDArray[np.int64]]] = {}
     bodies = []
     for part in assembly.children:
-        shape = part.shapes[0]
+        shape = part.shapes[0]  # each part has one shape
         if shape not in meshes:
             # OCCT stores triangles in a shape, and would reuse finer ones of an earlier call. The copy has none.
             corners, triangle_corners = shape.copy().tessellate(_VIEW_CHORD_MM, _VIEW_ANGLE_RAD)
             meshes[shape] = np.array([corner.toTuple() for corner in corners]), np.array(triangle_corners)
         vertices, triangles = meshes[shape]
-        placement = location_matrix(part.loc)  # (3, 4): the rotation, and the position as the last column
+        # The first three columns of the matrix (3, 4) are the rotation, and the last column is the position.
+        placement = location_matrix(part.loc)
         body = GlbBody(
             name=part.name,
             vertices=vertices @ placement[:, :3].T + placement[:, 3],
             triangles=triangles,
             colour=np.array(colour_of(part)),
-            displacement=np.array([0.0, exploded_shift(part), 0.0]),
+            displacement=np.array([0.0, exploded_shift(part), 0.0]),  # the exploded view moves parts along y
         )
         bodies.append(body)
     return bodies
@@ -145,8 +147,8 @@ def volume_of(shape: cq.Shape) -> float:
 def _volume_at_origin(solid: cq.Shape) -> float:
     """Return the volume of a solid [mm^3].
 
-    OCCT integrates spheres and surfaces of revolution numerically. If no tolerance is given, the relative error is up
-    to 1e-4.
+    OCCT integrates spheres and surfaces of revolution numerically. Without a tolerance, the relative error of the
+    volume would be up to 1e-4.
     """
     if _has_revolved_face(solid):
         return float(solid.Volume(tol=_INTEGRAL_TOLERANCE))
@@ -156,6 +158,7 @@ def _volume_at_origin(solid: cq.Shape) -> float:
 def step_volume(shape: cq.Shape) -> Estimate:
     """Return the volume of a shape [mm^3] and its tolerance, for comparison with the volume in a STEP file."""
     volume = volume_of(shape)
+    # Both volumes are integrated numerically if a face is revolved, so their errors add.
     relative = 2.0 * _INTEGRAL_TOLERANCE if _has_revolved_face(shape) else _STEP_TOLERANCE
     return Estimate(volume, volume * relative, unit="mm^3")
 
@@ -193,7 +196,7 @@ def triangles_volume(shape: cq.Shape) -> Estimate:
 
 def compare_volume(path: Path, volume_read: float, expected: Estimate) -> None:
     """Raise ExportError if the volume [mm^3] read back from a file differs from `expected` by more than its error."""
-    if not abs(volume_read - expected.value) <= expected.error:
+    if not abs(volume_read - expected.value) <= expected.error:  # also true if the volume read is NaN
         msg = (
             f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {expected.value:.9g} within "
             f"{expected.error:.2g} mm^3; export it again, because the disk may have been full"

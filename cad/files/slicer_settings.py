@@ -12,8 +12,8 @@ _ROUND_OFF = 1e-6  # tolerance for the round-off error of the number of lines
 def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
     """Return the PrusaSlicer settings, by key, that print a housing as modelled: solid, with lines along its leaves.
 
-    Processes that do not print lines have no settings. The settings of the printer and the filament are left to the
-    print profile. The height of the first layer is too, because PrusaSlicer cannot set it for a single object.
+    Processes that do not print lines have no settings. The settings of the printer and the filament come from the print
+    profile. So does the height of the first layer, because PrusaSlicer cannot set it for a single object.
     """
     width = process.line_width_mm
     if process.kind != "fdm" or width is None:
@@ -23,7 +23,7 @@ def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
         "layer_height": process.layer_mm,
         "extrusion_width": width,
         **{f"{name}_extrusion_width": width for name in _LINE_TYPES},
-        "perimeters": math.ceil(0.5 * line_count - _ROUND_OFF),  # perimeters on both sides fill the leaf
+        "perimeters": math.ceil(0.5 * line_count - _ROUND_OFF),  # a perimeter has a line on both sides of a leaf
         "fill_density": "100%",
         "fill_pattern": "rectilinear",
         "elefant_foot_compensation": FOOT_MM,

@@ -36,7 +36,7 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
     header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(model)
     header.SetName(_ascii(assembly.name))
     header.SetTimeStamp(_ascii(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
-    header.SetAuthorValue(1, _ascii("twintip"))
+    header.SetAuthorValue(1, _ascii("twintip"))  # the first author
     header.SetOriginatingSystem(_ascii("twintip"))
     if writer.Write(str(path)) != OCP.IFSelect.IFSelect_RetDone:
         msg = f"STEP: cannot write {path}; check that the folder exists and that the disk has free space"
@@ -74,9 +74,9 @@ def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     products: dict[cq.Shape, OCP.TDF.TDF_Label] = {}
-    assembly_label = shapes.NewShape() if assembly.children else None
+    assembly_label = shapes.NewShape() if assembly.children else None  # None for a single part
     for part in _parts(assembly):
-        shape = part.shapes[0]
+        shape = part.shapes[0]  # each part has one shape
         if shape not in products:
             products[shape] = shapes.AddShape(shape.wrapped, makeAssembly=False)
             OCP.TDataStd.TDataStd_Name.Set_s(products[shape], _unicode(product_of(part)))
@@ -99,8 +99,9 @@ def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]
     """Name the instances of parts, in the order in which the parts were added.
 
     An assembly has instances, and so does a single part that was moved. OCCT itself looks up the name of an instance by
-    its location. This fails for instances that were not moved: some of their names are wrong or missing.
+    its location. This look-up fails for instances that were not moved: some of their names are wrong or missing.
     """
+    # OCCT numbers the entities of a file from 1.
     entities = (model.Value(number + 1) for number in range(model.NbEntities()))
     instance_type = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence
     instances = [entity for entity in entities if isinstance(entity, instance_type)]
@@ -110,12 +111,12 @@ def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]
 
 
 def _unicode(text: str) -> OCP.TCollection.TCollection_ExtendedString:
-    """Return a text as OCCT's Unicode string."""
+    """Convert a text to OCCT's type for Unicode strings."""
     return OCP.TCollection.TCollection_ExtendedString(text)
 
 
 def _ascii(text: str) -> OCP.TCollection.TCollection_HAsciiString:
-    """Return a text as OCCT's ASCII string."""
+    """Convert a text to OCCT's type for ASCII strings."""
     return OCP.TCollection.TCollection_HAsciiString(text)
 
 
@@ -124,7 +125,7 @@ def read_step(path: Path) -> cq.Shape:
 
     Raises OSError if the file cannot be read, and ValueError if it holds no shape.
     """
-    # OCCT expects a file without a byte order mark. If there is one, OCCT gets the data after it as a stream.
+    # OCCT cannot read a byte order mark. If the file has one, OCCT reads the data after it from a stream.
     with path.open("rb") as file:
         has_byte_order_mark = file.read(len(codecs.BOM_UTF8)) == codecs.BOM_UTF8
         data_after_mark = io.BytesIO(file.read() if has_byte_order_mark else b"")

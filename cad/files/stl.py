@@ -33,7 +33,7 @@ def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
 
 
 def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
-    """Return the triangles of a shape [mm] as they would be in its STL file.
+    """Return the triangles of a shape [mm] that its STL file would hold. They are read from a temporary STL file.
 
     The normals of neighbouring facets on a curved face differ by at most `angle` [rad].
     """
@@ -56,10 +56,11 @@ def read_stl(path: Path) -> trimesh.Trimesh:
     try:
         if has_binary_size or not _FACET_WORD.search(data):
             facets = np.frombuffer(data, dtype=_FACET, offset=_HEADER_BYTES)
+            # The corners (3 n, 3) are in the order of the triangles, three for each.
             corners, normals = facets["corners"].reshape(-1, 3), facets["normal"]
         else:
             corners = np.array(_VERTEX.findall(data), dtype=bytes).astype(np.float64).reshape(-1, 3)
-        faces = np.arange(len(corners)).reshape(-1, 3)
+        faces = np.arange(len(corners)).reshape(-1, 3)  # raises ValueError if the last triangle is incomplete
     except ValueError as error:
         msg = f"STL: {path.name} is truncated, or a coordinate is not a number; export it again"
         raise ValueError(msg) from error

@@ -88,6 +88,7 @@ def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str,
         f'  <metadata type="object" key={quoteattr(key)} value={quoteattr(value)}/>\n'
         for key, value in settings.items()
     )
+    # The triangles of each object are numbered from 0.
     objects = "".join(
         f' <object id="{number}">\n  <metadata type="object" key="name" value={quoteattr(name)}/>\n{entries}'
         f'  <volume firstid="0" lastid="{len(mesh.faces) - 1}"/>\n </object>\n'
@@ -97,7 +98,10 @@ def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str,
 
 
 def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
-    """Return the XML of an object. Nine significant digits represent a single-precision number exactly."""
+    """Return the XML of an object with this number, name and mesh.
+
+    Nine significant digits represent a single-precision number exactly.
+    """
     vertices = "\n".join('<vertex x="{:.9g}" y="{:.9g}" z="{:.9g}"/>'.format(*row) for row in mesh.vertices.tolist())
     triangles = "\n".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*row) for row in mesh.faces.tolist())
     mesh_text = f"<mesh><vertices>\n{vertices}\n</vertices><triangles>\n{triangles}\n</triangles></mesh>"
@@ -105,7 +109,7 @@ def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
 
 
 def read_3mf(path: Path) -> Package:
-    """Return the objects to be printed in a 3MF file, as read by lib3mf.
+    """Read the objects to be printed from a 3MF file with lib3mf.
 
     Equal vertices of an object are merged. They are reported as a fault, because the standard requires merged vertices.
     Raises ValueError if the file cannot be read or holds no triangles.
@@ -128,7 +132,7 @@ def read_3mf(path: Path) -> Package:
         mesh.merge_vertices()
         if repeated := vertex_count - len(mesh.vertices):
             faults.append(f"{repeated} vertices of object {name!r} are duplicates or belong to no triangle")
-    names = tuple(dict.fromkeys(name for name, _ in bodies))
+    names = tuple(dict.fromkeys(name for name, _ in bodies))  # each name once, in the order of the file
     meshes = [mesh for _, mesh in bodies]
     # All bodies become one mesh, in which no two bodies share a vertex.
     corners, triangles = trimesh.util.append_faces([mesh.vertices for mesh in meshes], [mesh.faces for mesh in meshes])
@@ -145,7 +149,8 @@ def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]
     while items.MoveNext():
         item = items.GetCurrent()
         # Transforms are in the unit of the file, so they are applied before the conversion to millimetres.
-        for name, mesh in _placed_meshes(item.GetObjectResource(), _transform_matrix(item.GetObjectTransform())):
+        placement = _transform_matrix(item.GetObjectTransform())
+        for name, mesh in _placed_meshes(item.GetObjectResource(), placement):
             mesh.vertices *= _MILLIMETRES[model.GetUnit()]
             yield name, mesh
 
@@ -158,12 +163,11 @@ def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str
     """
     if body.GetType() != lib3mf.ObjectType.Model:
         return
-    if not body.IsMeshObject():
+    if not body.IsMeshObject():  # the object consists of other objects
         for number in range(body.GetComponentCount()):
             component = body.GetComponent(number)
-            yield from _placed_meshes(
-                component.GetObjectResource(), placement @ _transform_matrix(component.GetTransform())
-            )
+            component_placement = placement @ _transform_matrix(component.GetTransform())
+            yield from _placed_meshes(component.GetObjectResource(), component_placement)
         return
     if body.GetTriangleCount():
         corners = np.array([corner.Coordinates[:] for corner in body.GetVertices()], dtype=float)
@@ -177,7 +181,10 @@ def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str
 
 
 def _transform_matrix(transform: lib3mf.Transform) -> Floats:
-    """Return the matrix (4, 4) of a lib3mf transform, whose rows are the images of the axes and of the origin."""
+    """Return the matrix (4, 4) that maps column vectors like a lib3mf transform.
+
+    The rows of the transform (4, 3) are the images of the three axes and of the origin.
+    """
     matrix = np.eye(4)
     matrix[:3] = np.array([row[:] for row in transform.Fields]).T
     return matrix
@@ -198,7 +205,8 @@ def _reader_faults(reader: lib3mf.Reader, printable_count: int) -> list[str]:
     """
     faults = []
     expected_warnings = printable_count
-    for code, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount())):
+    warnings = (reader.GetWarning(number) for number in range(reader.GetWarningCount()))
+    for code, text in warnings:
         if code == _UNKNOWN_ATTRIBUTE and expected_warnings > 0:
             expected_warnings -= 1
         else:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.files.glb import GlbBody, glb_of, glb_position
+from cad.files.glb import GlbBody, encode_glb, glb_position
 from pipeline.making.field_files import fields_at_full_travel
 from pipeline.options import RunOptions
 from pipeline.report.page.page_template import pack_bytes
@@ -59,7 +59,7 @@ def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labe
     """Return a body coloured by a field as page data. A slider deforms the body, and `labels` name points on it."""
     return {
         "name": title,
-        "glb": pack_bytes(glb_of([body])),
+        "glb": pack_bytes(encode_glb([body])),
         "slider": "press",
         "caption": caption,
         "legend": asdict(scale),

@@ -10,7 +10,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
 from OCP.TopoDS import TopoDS_Shell
 
 from cad.checks.leaf_section import leaf_thickness_verdicts
-from cad.checks.line_probe import solid_lines
+from cad.checks.line_probe import solid_probe
 from cad.checks.part_checks import check_solid
 from cad.checks.sensor_checks import check_sensor
 from cad.files.sensor_files import write_sensor
@@ -80,7 +80,7 @@ def with_leaves(sensor, **changes):
 
 
 def forms_of(shape):
-    return {"solid": solid_lines(shape)}
+    return {"solid": solid_probe(shape)}
 
 
 def test_swapped_and_missing_leaves_fail(sensor):

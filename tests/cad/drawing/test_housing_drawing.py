@@ -17,7 +17,7 @@ from ezdxf.disassemble import make_primitive, recursive_decompose
 from squares import hall_square, square_housing, square_sensor
 
 from cad.drawing.canvas import Canvas
-from cad.drawing.housing_drawing import housing_drawing
+from cad.drawing.housing_drawing import draw_housing_sheet
 from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import SIZES, Title
 from cad.parts.assembly import finished_part, sensor_of
@@ -47,7 +47,7 @@ class Sheets(dict):
         self.shown = shown
 
     def __missing__(self, kind):
-        self[kind] = housing_drawing(*self.shown[kind]())
+        self[kind] = draw_housing_sheet(*self.shown[kind]())
         return self[kind]
 
 
@@ -81,7 +81,7 @@ def drawn_lines(canvas, *, sheet=True):
 def texts_on_something(sheet):
     """Return the texts that lie on another text or on a line; boxes are let in by a twentieth of their height."""
     boxes = []
-    for text, box in sheet.canvas.texts():
+    for text, box in sheet.canvas.find_texts():
         let_in = 0.05 * min(box.right - box.left, box.top - box.bottom)
         boxes.append((text, shapely.box(*box).buffer(-let_in)))
     tree = shapely.STRtree(drawn_lines(sheet.canvas))
@@ -95,7 +95,7 @@ def measured(canvas):
 
 
 def words(sheet):
-    return {text for text, _ in sheet.canvas.texts()}
+    return {text for text, _ in sheet.canvas.find_texts()}
 
 
 def test_section_has_the_fillets_and_holes_of_the_housing(sensor):
@@ -152,7 +152,7 @@ def test_no_text_lies_on_another_or_on_a_line_and_all_lie_on_the_sheet(kind, she
     sheet = sheets[kind]
     window = sheet.window
     assert texts_on_something(sheet) == []
-    assert all(shapely.box(*window).contains(shapely.box(*box)) for _, box in sheet.canvas.texts())
+    assert all(shapely.box(*window).contains(shapely.box(*box)) for _, box in sheet.canvas.find_texts())
     scale = sheet.canvas.scale
     size = (scale * (window.right - window.left), scale * (window.top - window.bottom))
     assert size == pytest.approx(SIZES[sheet.size])
@@ -167,7 +167,7 @@ def test_revision_is_that_of_what_is_drawn(sensor):
     """The same drawing has the same revision; another size, another process or another name has another one."""
 
     def revision(sensor, title):
-        told = words(housing_drawing(sensor, title))
+        told = words(draw_housing_sheet(sensor, title))
         (found,) = (text for text in told if re.fullmatch(r"[0-9a-f]{8}", text))
         return found
 
@@ -191,7 +191,7 @@ def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sh
     root = ET.parse(svg).getroot()
     assert (root.get("width"), root.get("height")) == tuple(f"{side:.0f}mm" for side in SIZES[sheet.size])
     before = [path.read_bytes() for path in (dxf, svg, pdf)]
-    housing_drawing(sensor, TITLE).write(tmp_path / "drawing")
+    draw_housing_sheet(sensor, TITLE).write(tmp_path / "drawing")
     assert [path.read_bytes() for path in (dxf, svg, pdf)] == before
 
 
@@ -237,7 +237,7 @@ def test_title_block_says_what_a_workshop_asks(sheets, monkeypatch, sensor):
     assert not any(re.fullmatch(r"\d{4}-\d\d-\d\d", text) for text in title)  # no day is made up
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     metal = replace(TITLE, process=PROCESSES["dmls-ti64"])
-    title = words(housing_drawing(sensor, metal))
+    title = words(draw_housing_sheet(sensor, metal))
     assert title >= {"1970-01-02", "Ti-6Al-4V", "ISO 2768-1 m"}
 
 

@@ -5,8 +5,8 @@ import math
 import pytest
 from squares import RESIN, square_sensor
 
-from cad.drawing.housing_drawing import housing_drawing
-from cad.drawing.measuring_table import general_mm, measuring_table
+from cad.drawing.housing_drawing import draw_housing_sheet
+from cad.drawing.measuring_table import find_general_tolerance, list_measured_dimensions
 from cad.drawing.sheet import Title
 from sensor.design.processes import PROCESSES
 from sensor.theory.leaf_spring import pair_stiffness
@@ -19,7 +19,7 @@ GROUND_MM = 0.01  # of ground bar, as dealers sell it
 
 def table_of(sensor, process=PETG):
     """Return the rows of the table of a sensor by their first cells."""
-    return {row[0]: row[1:] for one in measuring_table(sensor, process).values() for row in one.rows}
+    return {row[0]: row[1:] for one in list_measured_dimensions(sensor, process).values() for row in one.rows}
 
 
 def nominals(housing):
@@ -41,7 +41,7 @@ def test_table_of_the_sheet_has_every_dimension_that_a_maker_measures(kind, sens
     of = {"pair": sensor, "square": square_sensor(), "pins": pinned}[kind]
     table = table_of(of)
     assert {name: float(row[1]) for name, row in table.items()} == pytest.approx(nominals(of.housing), abs=ROUNDED_MM)
-    shown = {text for text, _ in housing_drawing(of, TITLE).canvas.texts()}
+    shown = {text for text, _ in draw_housing_sheet(of, TITLE).canvas.find_texts()}
     assert {text for name, row in table.items() for text in (name, *row)} <= shown
 
 
@@ -57,7 +57,7 @@ def test_leaves_and_levels_of_tips_have_the_accuracy_of_the_process_and_pins_tha
 
 def test_what_a_tenth_more_moves_is_the_law_of_beams_and_of_contact(sensor):
     """One leaf of two by half, a flat face by its width, a force by the travel of 0.6 mm, a ball by the root of R."""
-    table = measuring_table(sensor, PETG)
+    table = list_measured_dimensions(sensor, PETG)
     low = sensor.housing.low
     K = [pair_stiffness(2000.0, low.depth, t, low.length) for t in (0.8, 0.9)]
     pairs = {
@@ -69,7 +69,7 @@ def test_what_a_tenth_more_moves_is_the_law_of_beams_and_of_contact(sensor):
     }
     for name, (what, percent) in pairs.items():
         assert table[name].moves == f"{what} {percent:+.2g} %"
-    square = measuring_table(square_sensor(), RESIN)
+    square = list_measured_dimensions(square_sensor(), RESIN)
     assert square["tip"].moves == f"contact {100.0 * (math.sqrt(1.01) - 1.0):+.2g} %"
 
 
@@ -87,4 +87,4 @@ def test_what_a_tenth_more_moves_is_the_law_of_beams_and_of_contact(sensor):
     ],
 )
 def test_general_tolerance_is_that_of_the_standard_or_of_print_services(process, length, is_radius, tolerance):
-    assert general_mm(PROCESSES[process], length, is_radius=is_radius) == tolerance
+    assert find_general_tolerance(PROCESSES[process], length, is_radius=is_radius) == tolerance

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad.files.glb import MOTION, GlbBody, glb_of, glb_position
+from cad.files.glb import MOTION, GlbBody, encode_glb, glb_position
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 30.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -32,7 +32,7 @@ def values(tree, buffer, accessor, width):
 
 def test_bodies_are_read_back_with_names_and_places():
     shifted = CORNERS + np.array([0.0, 0.0, 5.0])
-    scene = trimesh.load(io.BytesIO(glb_of([body("one"), body("two", vertices=shifted)])), file_type="glb")
+    scene = trimesh.load(io.BytesIO(encode_glb([body("one"), body("two", vertices=shifted)])), file_type="glb")
     assert set(scene.geometry) == {"one", "two"}
     for name, vertices in (("one", CORNERS), ("two", shifted)):
         mesh = scene.geometry[name]
@@ -45,7 +45,7 @@ def test_bodies_are_read_back_with_names_and_places():
 
 def test_animation_moves_each_vertex():
     displacement = np.arange(12.0).reshape(4, 3)
-    tree, buffer = tree_of(glb_of([body("still"), body("moving", displacement=displacement)]))
+    tree, buffer = tree_of(encode_glb([body("still"), body("moving", displacement=displacement)]))
     (animation,) = tree["animations"]
     assert animation["name"] == MOTION
     moving = [tree["nodes"][channel["target"]["node"]]["name"] for channel in animation["channels"]]
@@ -62,7 +62,7 @@ def test_animation_moves_each_vertex():
 
 def test_colours_are_linear_as_glTF_asks():
     """SRGB 0.5 is 0.2140 in linear light: IEC 61966-2-1."""
-    tree, buffer = tree_of(glb_of([body("one")]))
+    tree, buffer = tree_of(encode_glb([body("one")]))
     accessor = tree["accessors"][tree["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"]]
     start = tree["bufferViews"][accessor["bufferView"]]["byteOffset"]
     assert list(buffer[start : start + 4]) == [255, round(0.2140 * 255), 0, 255]

@@ -13,7 +13,7 @@ from inside import inside_bracket, inside_coupon, inside_cover, inside_housing
 from random_housings import housed_designs
 from squares import RESIN, square_sensor, with_seats
 
-from cad.checks.line_probe import solid_lines
+from cad.checks.line_probe import solid_probe
 from cad.fabrication.mount import bracket_solid
 from cad.parts.assembly import finished_part
 from cad.parts.coupon_solid import coupon_part
@@ -34,7 +34,7 @@ def random_lines(shape, count, rng):
     around = corners_of(shape, 0.0)
     near = [*(corners_of(face, 0.0) for face in shape.Faces()), *(corners_of(edge, NEAR_MM) for edge in shape.Edges())]
     turns = rng.permutation(len(near))
-    lines = solid_lines(shape)
+    lines = solid_probe(shape)
     for number in range(count):
         start = rng.uniform(*(near[turns[number // 2 % len(near)]] if number % 2 else around))
         direction = rng.normal(size=3)
