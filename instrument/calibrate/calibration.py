@@ -55,36 +55,39 @@ _WEIGHED = {
     "deflection": Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"])),
 }
 _SINCE = Quantity(units=TIME, default="s", most=WEIGHED_AFTER.at_most or math.inf)
-"""Time since the weight was hung. It needs its own column, because the clock of a serial monitor does not show it."""
+"""Time since the weight was hung, in a column of its own: the clock of a serial monitor does not show this time."""
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
 WITHOUT_BALL = (
     "the design expects presses on a reference ball: without --ball the form errors of the domes bias all readings"
 )
 UNLIKE_DESIGN = 3.0
 """Largest factor between the measured and the designed stiffness of a spring; real prints differ by less."""
+_MUCH_LESS_ACCURATE = 2.0  # ratio of two error bars, by judgement: above it, the wider one is worth a note
 KNOWN_WELL_PERCENT = 0.5
 """Half width at 95 % [%] of an accurately known stiffness, which a dial indicator can determine without a plate."""
-_EXAMPLE = "tip,weight_g,deflection_mm"
+_EXAMPLE = "tip,weight_g,deflection_mm"  # header of the smallest table of weights, for messages
+# Fields of a unit that describe how its calibration lines deviate from straight lines.
 _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
 
 
 def _unit_data(calibration: "Calibration") -> Plain:
-    """Return the fields of a unit that the JSON output contains; unit.toml contains all fields."""
+    """Return the part of a unit that the JSON output shows; unit.toml holds the whole unit."""
     unit = as_data(calibration.unit)
     shown = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
     return shown if calibration.unit.ball is None else {**shown, "ball": unit["ball"]}
 
 
 def _trims_data(calibration: "Calibration") -> Plain:
-    """Return the name and the trim of each tip; the list is empty if the design has no housing."""
-    trims = zip(calibration.unit.tips, calibration.trims, strict=False)
+    """Return the name and the trim of each tip for the JSON output."""
+    trims = zip(calibration.unit.tips, calibration.trims, strict=False)  # a design without a housing has no trims
     return {"trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims]}
 
 
 def _channels_data(calibration: "Calibration") -> Plain:
-    """Return the calibration of the channels, with the gain errors of the unit.
+    """Return the calibration of the channels for the JSON output.
 
-    The gain errors from the weights are replaced, because a press on a plate may determine the gains more accurately.
+    The gain errors of the unit replace the gain errors from the weights, because a press on a plate may determine the
+    gains more accurately.
     """
     return {"channels": {**as_data(calibration.channels), "gain_percent": [*calibration.unit.gain_percent]}}
 
@@ -217,49 +220,62 @@ def read_print_table(
 ) -> MeasuredTable:
     """Read the table of weights and deflections of a printed unit or of a coupon.
 
-    The table of a unit has a column `tip`, and the counts of all channels or of none; counts are returned with their
-    sign. The table of a coupon has a column `coupon`. `flags` specifies columns and units that the header lacks.
-    `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts.
+    The table of a unit has a column `tip`, and may have one column of counts for each channel. The returned counts are
+    signed. The table of a coupon has a column `coupon` instead. `flags` specifies columns and units that the header
+    lacks. `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts.
 
-    Raises InputError for a table with neither or both of these columns, for the counts of only some channels, and for
-    an unknown tip. It is also raised if `counts_as` is given for a table without counts, and for a count beyond the
-    range of the converter.
+    Raises InputError unless the table has exactly one of the columns `tip` and `coupon`. It is also raised if only some
+    channels have counts, if a tip is unknown, if a count is beyond the range of the converter, and if `counts_as` is
+    given for a table without counts.
     """
     count_names = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(count_names, COUNTS)})
     table = numbers_of(source, quantities, [("tip", *_WEIGHED), ("coupon", *_WEIGHED)], _EXAMPLE)
-    place = place_of(table.source, table.header)
     if len(table.texts) != 1:
+        place = place_of(table.source, table.header)
         bound = "a header with one column that is named tip or coupon"
         raise validation_error(place, ", ".join(table.texts), "", bound, f"for instance {_EXAMPLE}")
     if "tip" not in table.texts:  # the table of a coupon, which has no counts
         refuse_without_counts(counts_as, table.source)
         return table
-    count_columns = [name for name in count_names if name in table.numbers]
-    # A column whose label begins with "counts" is probably a channel with a misspelt or unknown name.
-    unknown_columns = [label for label in table.passed_over if label.lower().startswith("counts")]
-    lacks_some_counts = 0 < len(count_columns) < len(count_names)
-    if unknown_columns or lacks_some_counts:
-        bound = f"the counts of all channels, {', '.join(count_names)}, or of none"
-        found_columns = ", ".join([*count_columns, *unknown_columns])
-        raise validation_error(place, found_columns, "", bound, f"for instance {','.join([_EXAMPLE, *count_names])}")
+    has_counts = _has_counts_of_all_channels(table, count_names)
     named_table = _complete_names(table, [tip.name for tip in report.tips])
-    if not count_columns:
+    if not has_counts:
         refuse_without_counts(counts_as, table.source)
         return named_table
     return with_signed_counts(named_table, count_names, counts_as, saturation_of(report))
 
 
+def _has_counts_of_all_channels(table: MeasuredTable, count_names: Sequence[str]) -> bool:
+    """Return whether a table has the counts of all channels (True) or of no channel (False).
+
+    `count_names` are the names of the count columns, one for each channel. Raises InputError if only some channels have
+    counts, and for counts of an unknown channel.
+    """
+    count_columns = [name for name in count_names if name in table.numbers]
+    # A column whose label begins with "counts" is probably a channel with a misspelt or unknown name.
+    unknown_columns = [label for label in table.passed_over if label.lower().startswith("counts")]
+    lacks_some_counts = 0 < len(count_columns) < len(count_names)
+    if unknown_columns or lacks_some_counts:
+        place = place_of(table.source, table.header)
+        found_columns = ", ".join([*count_columns, *unknown_columns])
+        bound = f"the counts of all channels, {', '.join(count_names)}, or of none"
+        raise validation_error(place, found_columns, "", bound, f"for instance {','.join([_EXAMPLE, *count_names])}")
+    return bool(count_columns)
+
+
 def _complete_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
     """Return the table of weights with each tip or leaf named exactly as in the design.
 
-    `names` are the names in the design. The case of a written name is ignored, and an initial is accepted if it is
-    unique. Raises InputError for any other name.
+    `names` are the names in the design. A table may write a name in any case. It may also write only the first letter,
+    if no other name begins with this letter. Raises InputError for any other name.
     """
     ((column, texts),) = table.texts.items()  # `tip` or `coupon`, the only column of texts
     initials = [name[0].casefold() for name in names]
     full_names = {name.casefold(): name for name in names}
-    full_names |= {initial: name for initial, name in zip(initials, names, strict=True) if initials.count(initial) == 1}
+    for initial, name in zip(initials, names, strict=True):
+        if initials.count(initial) == 1:
+            full_names[initial] = name
     for line, text in zip(table.lines, texts, strict=True):
         if text.casefold() not in full_names:
             place = place_of(table.source, line, column)
@@ -275,39 +291,30 @@ def calibrate_unit(
     after_s: float | None = None,
     ball: PressedBall | None = None,
 ) -> Calibration:
-    """Calibrate a unit of the design in `report` from `table`, its table of weights, which `read_print_table` returns.
+    """Calibrate a printed unit from its table of weights and from optional further measurements.
 
-    The other measurements are optional. `plate`, from `read_plate_table`, is a press on a hard plate, which determines
-    the springs more accurately. `ball` holds presses on a reference ball, which determine a factor that corrects all
-    readings. `fruit`, from `read_fruit_table`, holds presses on fruit, which determine the scale of another instrument.
-    `after_s` [s] is the time from hanging a weight to its reading, if `table` has no times.
+    `report` holds the design of the unit. `table` holds the weights and comes from `read_print_table`. `after_s` [s] is
+    the time from hanging a weight to its reading, if `table` has no times. The optional measurements are:
+
+    - `plate`, from `read_plate_table`: a press on a hard plate, which determines the springs more accurately;
+    - `ball`: presses on a reference ball, which determine a factor that corrects all readings;
+    - `fruit`, from `read_fruit_table`: presses on fruit, which determine the scale of another instrument.
 
     Raises InputError if a table does not determine the springs or contradicts the design, and if a unit with these
     springs cannot read a modulus.
     """
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighing = correct_weights(table, report, after_s)
-    deflections, channels = _fit_weights(table, weighing, designed)
-    notes = _notes_on_missing_presses(report, plate, ball)
-    if weighing.note:
-        notes.append(weighing.note)
-    # A press on a plate determines the springs more accurately, so its stiffnesses replace those from the weights.
-    plate_springs = None
-    if plate is not None:
-        plate_springs, plate_notes = _springs_on_plate(plate, table, channels, deflections, report)
-        notes += plate_notes
-    notes += _notes_on_bends(table, report, deflections, channels)
-    springs = _calibrated_springs(report, deflections, channels, plate_springs)
+    springs, channels, spring_notes = _measure_springs(table, weighing, plate, designed)
     unit = _printed_unit(report, weighing, springs, channels)
-    sensor = MeasuringUnit(report=report, unit=unit)
-    # The presses on the ball are read with the calibrated springs. From here on, their correction is part of the unit.
     ball_presses = None
     if ball is not None:
-        correction, ball_presses = measure_ball_correction(ball, sensor)
+        # The presses on the ball are read with the calibrated springs, but without the correction that they determine.
+        correction, ball_presses = measure_ball_correction(ball, MeasuringUnit(report=report, unit=unit))
         unit = replace(unit, ball=correction)
-        sensor = MeasuringUnit(report=report, unit=unit)
+    sensor = MeasuringUnit(report=report, unit=unit)
     designed_stiffnesses = designed.unit.stiffnesses
-    try:  # springs far from the design may not allow a reading
+    try:  # a unit whose springs differ too much from the design cannot read a modulus
         scale_fit = None if fruit is None else scale_of_presses(fruit, sensor)
         table_rows = unit_table(sensor, designed)
         verdicts = unit_verdicts(sensor, table_rows)
@@ -321,7 +328,7 @@ def calibrate_unit(
         table=table_rows,
         verdicts=verdicts,
         trims=leaf_trims(sensor, designed_stiffnesses),
-        assumed=notes,
+        assumed=[*_notes_on_missing_presses(report, plate, ball), *spring_notes],
         error_by=error_by,
         weighing=weighing,
         stiffened=sensor.press_stiffness_ratio(),
@@ -343,14 +350,34 @@ def _notes_on_missing_presses(report: Report, plate: MeasuredTable | None, ball:
     return notes
 
 
+def _measure_springs(
+    table: MeasuredTable, weighing: Weighing, plate: MeasuredTable | None, designed: MeasuringUnit
+) -> tuple["_CalibratedSprings", ChannelCalibration | None, list[str]]:
+    """Measure the springs and channels of a unit by weights, and the springs also on a plate if `plate` is given.
+
+    `weighing` holds the weights of `table` corrected for creep, and `designed` is a unit with the designed stiffnesses.
+    Returns the springs, the calibration of the channels (None if the table has no counts), and notes on the accuracy.
+    Raises InputError if a table does not determine the springs or contradicts the design.
+    """
+    report = designed.report
+    notes = [weighing.note] if weighing.note else []
+    deflections, channels = _fit_weights(table, weighing, designed)
+    plate_springs = None
+    if plate is not None:
+        plate_springs, plate_notes = _springs_on_plate(plate, table, channels, deflections, report)
+        notes += plate_notes
+    notes += _notes_on_bends(table, report, deflections, channels)
+    return _calibrated_springs(report, deflections, channels, plate_springs), channels, notes
+
+
 def _fit_weights(
     table: MeasuredTable, weighing: Weighing, designed: MeasuringUnit
 ) -> tuple[list[Line], ChannelCalibration | None]:
-    """Fit the springs and channels of a unit to its table of weights.
+    """Fit straight lines to the table of weights, which give the compliances of the springs and the channel slopes.
 
     `weighing` holds the weights corrected for creep. `designed` is a unit with the designed stiffnesses, with which the
-    springs must roughly agree. Returns the line of deflection [mm] against weight [N] of each tip, and the calibration
-    of the channels, which is None if the table has no counts.
+    measured stiffnesses must agree within the factor `UNLIKE_DESIGN`. Returns the line of deflection [mm] against
+    weight [N] of each tip, and the calibration of the channels. The latter is None if the table has no counts.
 
     Raises InputError if the table does not determine the springs, or contradicts the design.
     """
@@ -366,9 +393,10 @@ def _fit_weights(
 class _CalibratedSprings(NamedTuple):
     """The springs of a unit, and the method by which they were measured.
 
-    `calibrated_by` is "plate" or "weights". `stiffnesses` [N/mm] and `gain_percent` [%] hold one number for each tip.
-    `gain_percent` is the standard deviation of a force, or of a deflection after a calibration on a plate.
-    `lacks_of_fit` are the errors of the compliances.
+    `method` describes the measurement for a person, and `calibrated_by` is its short name, "plate" or "weights". The
+    other fields hold one entry for each tip: the stiffness [N/mm], the gain error [%], and the error of assuming a
+    straight line for the deflection. A gain error is the standard deviation of the force that the channel measures.
+    After a calibration on a plate, it is the standard deviation of the deflection instead.
     """
 
     method: str
@@ -384,10 +412,10 @@ def _calibrated_springs(
     channels: ChannelCalibration | None,
     plate_springs: Sequence[PressedSpring] | None,
 ) -> _CalibratedSprings:
-    """Return the springs measured on a plate, or by weights if there was no plate.
+    """Choose the most accurate measurement of the springs: the plate, or the weights if there was no plate.
 
-    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None
-    without counts, and `plate_springs` is None without a plate.
+    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None if
+    the table of weights has no counts. `plate_springs` is None if there was no press on a plate.
     """
     if plate_springs is not None:
         return _CalibratedSprings(
@@ -402,6 +430,7 @@ def _calibrated_springs(
         method = "weights and deflections, counts of the same weights"
         gain_percent = channels.gain_percent
     else:
+        # Without counts nothing is known of the channels, so the design's error for uncalibrated channels applies.
         method = "weights and deflections"
         requirements = report.design.reading or ReadingRequirements()
         gain_percent = len(deflections) * [requirements.uncalibrated_gain_percent]
@@ -417,13 +446,13 @@ def _calibrated_springs(
 def _printed_unit(
     report: Report, weighing: Weighing, springs: _CalibratedSprings, channels: ChannelCalibration | None
 ) -> PrintedUnit:
-    """Build the unit from its calibrated springs and channels; `channels` is None without counts.
+    """Build the record of the unit that later readings use, from its calibrated springs and channels.
 
-    After a calibration on a plate, the field `gain_percent` of the unit is the error of the deflection that each
-    channel measures.
+    `channels` is None if the table of weights has no counts. The unit then has no conversion from counts to forces, and
+    its `saturation_counts` is 0. The gain errors of the unit combine the errors of the calibration with the later drift
+    of the gains.
     """
-    # The gain drift is equally likely anywhere within its bound, so UNIFORM_DEVIATION turns it into a standard
-    # deviation.
+    # The drift of a gain is given as a bound, within which all values are equally likely.
     drifts = UNIFORM_DEVIATION * np.array(report.read_out.channels.gain_drift_percent)
     force_bend, force_bend_per_N = _split_bends(channels.lacks_of_fit if channels else ())
     deflection_bend, deflection_bend_per_N = _split_bends(springs.lacks_of_fit)
@@ -455,7 +484,8 @@ def _split_bends(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] |
 
     `lacks_of_fit` holds both numbers for each tip. Both results are None if all calibration lines are straight.
     """
-    if not any(map(any, lacks_of_fit)):
+    all_straight = not any(map(any, lacks_of_fit))  # both numbers of every tip are 0
+    if all_straight:
         return None, None
     at_zero, per_N = zip(*lacks_of_fit, strict=True)
     return at_zero, per_N
@@ -480,11 +510,11 @@ def _springs_on_plate(
     deflections: Sequence[Line],
     report: Report,
 ) -> tuple[list[PressedSpring], list[str]]:
-    """Return the springs measured by a press on a plate, one for each tip, and notes on their accuracy.
+    """Measure the springs by a press on a plate; returns one spring for each tip, and notes on their accuracy.
 
-    `plate` is the table of the press, and `table` is the table of weights, which calibrates the `channels`.
-    `deflections` are the lines of deflection [mm] against weight [N], one for each tip. Raises InputError if the table
-    of weights has no counts, or if the press contradicts the weights.
+    `plate` is the table of the press. The `channels`, calibrated by the `table` of weights, convert its counts to
+    forces. `deflections` are the lines of deflection [mm] against weight [N], one for each tip. Their stiffnesses must
+    agree with the press. Raises InputError if they do not, or if the table of weights has no counts.
     """
     if channels is None:
         columns = ", ".join(count_keys(len(report.tips)))
@@ -507,47 +537,52 @@ def _note_on_plate(
     Otherwise the list is empty. `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine, `names` are
     the names of the tips, and `plate` is the table of the press on the plate.
     """
-    # The note names the tip with the largest ratio of the error from the plate to the error from the weights.
-    error_pairs = [(spring.K.percent, K.percent) for spring, K in zip(plate_springs, weight_stiffnesses, strict=True)]
-    worst = max(range(len(error_pairs)), key=lambda tip: error_pairs[tip][0] / error_pairs[tip][1])
-    plate_percent, weights_percent = (COVERAGE * percent for percent in error_pairs[worst])  # half widths at 95 %
-    if plate_percent <= max(2.0 * weights_percent, KNOWN_WELL_PERCENT):
+    plate_errors = [COVERAGE * spring.K.percent for spring in plate_springs]  # half widths at 95 % [%]
+    weight_errors = [COVERAGE * K.percent for K in weight_stiffnesses]
+    # The note is about one tip: the one for which the plate compares worst with the weights.
+    worst = int(np.argmax(np.divide(plate_errors, weight_errors)))
+    if plate_errors[worst] <= max(_MUCH_LESS_ACCURATE * weight_errors[worst], KNOWN_WELL_PERCENT):
         return []
     resolution = float(plate.last_digits["travel"].min())
     return [
-        f"the stiffness of the {names[worst]} spring is known to ± {plate_percent:.2g} % from the plate, but to "
-        f"± {weights_percent:.2g} % from the weights. The resolution of the travel is taken as {resolution:g} mm, the "
-        "last digit written. Write all digits of the dial, press farther and more often, or leave out --plate."
+        f"the stiffness of the {names[worst]} spring is known to ± {plate_errors[worst]:.2g} % from the plate, but to "
+        f"± {weight_errors[worst]:.2g} % from the weights. The resolution of the travel is taken as {resolution:g} mm, "
+        "the last digit written. Write all digits of the dial, press farther and more often, or leave out --plate."
     ]
 
 
 def _notes_on_bends(
     table: MeasuredTable, report: Report, deflections: Sequence[Line], channels: ChannelCalibration | None
 ) -> list[str]:
-    """Return a note for each calibration line whose slope changes by more than twice `KNOWN_WELL_PERCENT`.
+    """Return a note for each calibration line that is noticeably bent.
 
     The lines are the deflection of each tip and the counts of each channel, both as functions of the weight.
     `deflections` are the lines of the tips, and `channels` is None if the `table` of weights has no counts.
     """
-    lines = zip(report.tips, deflections, strict=True)
-    changes = {f"deflection of {tip.name}": 100.0 * line.bend.significant_change for tip, line in lines}
+    changes = {}  # change of each line's slope from no weight to the largest weight [%]
+    for tip, line in zip(report.tips, deflections, strict=True):
+        changes[f"deflection of {tip.name}"] = 100.0 * line.bend.significant_change
     if channels is not None:
         changes |= zip(count_keys(len(deflections)), channels.bend_percent, strict=True)
+    # At either end of a line, the slope differs from its mean by half of the change.
+    largest_change = 2.0 * KNOWN_WELL_PERCENT
     return [
         f"{table.source}: the slope of {name} against the weight changes by {change:+.2g} % from no weight to the "
         "largest weight. The error bars of readings include this change. Use weights no larger than the forces of a "
         "press."
         for name, change in changes.items()
-        if abs(change) > 2.0 * KNOWN_WELL_PERCENT
+        if abs(change) > largest_change
     ]
 
 
 def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     """Return the modulus of the printed material [MPa] and its standard deviation, from weights on leaves of a coupon.
 
-    `table` holds the weights and deflections of the leaves. The result is the mean over the leaves, weighted by the
-    inverse variance of each. Raises InputError for a design without a housing, for a leaf that the design does not
-    have, and for weights that do not determine a stiffness.
+    The coupon is a test beam with one leaf for each arm of the housing in `report`. `table` holds the weights on these
+    leaves and their deflections. The modulus is the mean over the leaves, weighted by the inverse variance of each.
+
+    Raises InputError for a design without a housing, for a leaf that the design does not have, and for weights that do
+    not determine a stiffness.
     """
     if report.housing is None:
         hint = "run pipeline design with springs that can be printed"
@@ -559,11 +594,11 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     stiffnesses = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in weighed_arms]
     factors = np.array([modulus_factor(arm.flexure) for arm in weighed_arms])  # modulus per stiffness [1/mm]
     moduli = factors * [stiffness.value for stiffness in stiffnesses]
-    weights = np.array([stiffness.relative for stiffness in stiffnesses]) ** -2.0
-    E = float(np.average(moduli, weights=weights))
-    # The variance of the weighted mean is 1 / sum(weights). The scatter of the leaves (chi squared) increases it.
-    scatter = float(weights @ (moduli / E - 1.0) ** 2)
-    return Estimate(E, E * math.sqrt((scatter + 1.0) / float(weights.sum())), "MPa")
+    inverse_variances = np.array([stiffness.relative for stiffness in stiffnesses]) ** -2.0  # relative to E
+    E = float(np.average(moduli, weights=inverse_variances))
+    # The relative variance of the weighted mean is 1 / sum(weights). The scatter of the leaves increases it.
+    chi_squared = float(inverse_variances @ (moduli / E - 1.0) ** 2)
+    return Estimate(E, E * math.sqrt((chi_squared + 1.0) / float(inverse_variances.sum())), "MPa")
 
 
 def _stiffness_of_leaf(deflection: Line) -> Estimate:
@@ -573,5 +608,6 @@ def _stiffness_of_leaf(deflection: Line) -> Estimate:
     anywhere within this change.
     """
     K = stiffness_of_line(deflection)
-    bound = UNIFORM_DEVIATION * 0.5 * deflection.bend.significant_change
-    return replace(K, error=math.hypot(K.error, bound * K.value))
+    # The change extends by half of its size to either side of the mean slope.
+    bend_deviation = UNIFORM_DEVIATION * 0.5 * deflection.bend.significant_change
+    return replace(K, error=math.hypot(K.error, bend_deviation * K.value))

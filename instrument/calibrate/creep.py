@@ -8,9 +8,9 @@ with the zero d0 [mm], the compliance C [mm/N] at the common time t0 [s], and th
 F (t / t0)^n, the readings therefore lie on a straight line. F (t / t0)^n is the force that would cause the same
 deflection at the time t0, so it is the weight corrected for creep.
 
-Readings of one weight at several times determine n, both from the dial indicator and from the counts of each tip. n is
-fitted by Gauss-Newton iteration: each step is a linear fit of d by a constant, F (t / t0)^n, and its derivative with
-respect to n. All springs of a print share one n, which is the weighted mean over all columns.
+Readings of one weight at several times determine n, both from the dial indicator and from the counts of each tip.
+Gauss-Newton iteration finds n. Each step is a linear fit of d by a constant, by F (t / t0)^n, and by the derivative of
+this power with respect to n. All springs of a print share one n, which is the weighted mean over all columns.
 """
 
 import math
@@ -37,8 +37,8 @@ _FEWEST_ROWS = 4  # minimum number of rows of a tip: zero, compliance and expone
 _EXTRAPOLATION_FRACTION = 0.5
 """Fraction of the process's creep error that is added in quadrature to the error of a measured creep.
 
-Presses are shorter than the weighing, so the measured creep is extrapolated to shorter times. Its slope against the
-logarithm of time is not constant. It is assumed that half of the spread between prints covers the resulting error.
+Presses are shorter than the weighing, so the measured creep is extrapolated to shorter times. Creep is not exactly
+proportional to the logarithm of time. By assumption, half of the spread between prints covers the resulting error.
 """
 
 
@@ -46,8 +46,9 @@ logarithm of time is not constant. It is assumed that half of the spread between
 class Weighing:
     """The weights of a table, corrected for creep to one common time after hanging, and the creep law of the unit.
 
-    `forces` (rows,) [N] are the corrected weights: each would cause the deflection read in its row at the common time
-    `after_s` [s]. `is_measured` is True if the table determined `creep`; otherwise it is the creep of the process.
+    `forces` (rows,) [N] are the corrected weights: at the common time `after_s` [s], each would cause the deflection
+    that was read in its row. `is_measured` is True if the table determined `creep`. Otherwise `creep` is the creep of
+    the process.
     """
 
     forces: Floats = report_field("N", "weights corrected for creep to one time", told=False)
@@ -66,11 +67,11 @@ class Weighing:
 
 
 def correct_weights(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
-    """Correct the weights of a table for creep to one common time, and return them with the creep law of the unit.
+    """Correct the weights of a table for creep to one common time, and determine the creep law of the unit.
 
-    A weight F that was read at the time t is corrected to F (t / t0)^n. The common time t0 is the geometric mean of all
-    reading times under load. The time from hanging a weight to its reading is the column `t` of the table. Without this
-    column it is `after_s` [s] for all rows, by default `WEIGHED_AFTER_S`, and no correction is needed.
+    A weight F that was read at the time t after it was hung is corrected to F (t / t0)^n. The common time t0 is the
+    geometric mean of all reading times under load. The column `t` of the table holds the reading times. Without this
+    column, all weights were read after `after_s` [s], by default `WEIGHED_AFTER_S`, and need no correction.
 
     Raises InputError for invalid times, and for times given both in the table and by `after_s`. It is also raised for a
     compliance that decreases with time, or that at least doubles in a decade.
@@ -93,13 +94,14 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
     creep = process_creep
     is_measured = False
     note = ""
-    if measured is not None and _is_more_accurate(measured, process_creep):
-        error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
-        creep = replace(measured, error=error)
-        is_measured = True
-    elif measured is not None:
-        reason = "no more accurate than the creep of the process"
-        note = f"the times of {table.source} give a creep of {measured}, {reason}"
+    if measured is not None:
+        is_measured = _is_more_accurate(measured, process_creep)
+        if is_measured:
+            error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
+            creep = replace(measured, error=error)
+        else:
+            reason = "no more accurate than the creep of the process"
+            note = f"the times of {table.source} give a creep of {measured}, {reason}"
     corrected = forces * (table.numbers["t"] / common_time) ** creep.exponent
     return Weighing(forces=corrected, after_s=common_time, creep=creep, is_measured=is_measured, note=note)
 
@@ -107,13 +109,14 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
 def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
     """Return whether the measured creep is more accurate than the creep of the process.
 
-    If no error is known for the creep of the process, the measured creep must exceed its own error bar.
+    If the error of the process's creep is unknown (0), the measured creep must exceed its own error bar.
     """
-    return not measured.error >= (process_creep.error or measured.per_decade / COVERAGE)
+    largest_error = process_creep.error or measured.per_decade / COVERAGE
+    return not measured.error >= largest_error
 
 
 def _check_times(table: MeasuredTable) -> None:
-    """Raise InputError for a negative time, for a zero time under load, and for times of a weight that decrease."""
+    """Raise InputError if a reading time is negative, is 0 under load, or decreases while the same weight hangs."""
     times = table.numbers["t"]
     forces = table.numbers["force"]
     for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):
@@ -138,13 +141,14 @@ def _measured_creep(table: MeasuredTable, report: Report, common_time: float) ->
     exponents = list(_fit_exponents(table, report, common_time))
     if not exponents:
         return None
-    weights = np.array([exponent.error for exponent in exponents]) ** -2.0
+    inverse_variances = np.array([exponent.error for exponent in exponents]) ** -2.0
     values = np.array([exponent.value for exponent in exponents])
-    mean = float(np.average(values, weights=weights))
-    # If the columns scatter by more than their errors explain, the error of the mean is scaled by the Birge ratio.
-    scatter = float(weights @ (values - mean) ** 2) / max(len(exponents) - 1, 1)
-    error = math.sqrt(max(scatter, 1.0) / float(weights.sum()))
-    # A compliance cannot decrease. The mean may be negative by chance, so it is allowed two standard errors.
+    mean = float(np.average(values, weights=inverse_variances))
+    # If the columns scatter by more than their errors explain, the error of the mean is scaled by the Birge ratio, the
+    # root of chi squared per degree of freedom. One column has no degree of freedom, and its chi squared is 0.
+    reduced_chi_squared = float(inverse_variances @ (values - mean) ** 2) / max(len(exponents) - 1, 1)
+    error = math.sqrt(max(reduced_chi_squared, 1.0) / float(inverse_variances.sum()))
+    # A compliance cannot decrease. Chance may make the mean negative, by up to two standard errors.
     if not (mean + 2.0 * error >= 0.0 and mean < _LARGEST_EXPONENT):
         field = f"{table.source}: growth of the deflection per decade of time"
         hint = "check t_s, and hang each weight alone, on a spring that has rested"
@@ -155,10 +159,10 @@ def _measured_creep(table: MeasuredTable, report: Report, common_time: float) ->
 
 
 def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> Iterator[Estimate]:
-    """Yield one estimate of the creep exponent [1] from the dial indicator and one from the channel of each tip.
+    """Yield the creep exponents [1] of each tip: one from the dial indicator, and one from the counts of its channel.
 
-    A tip is skipped if it has too few rows, or if no weight was read at several times. `common_time` [s] is the time to
-    which the weights are corrected.
+    A tip is skipped if it has too few rows, or if no weight was read at several times. Its channel is skipped if the
+    table has no counts. `common_time` [s] is the time to which the weights are corrected.
     """
     tips = np.array(table.texts["tip"])
     keys = count_keys(len(report.tips))
@@ -183,7 +187,7 @@ def _has_several_times(forces: Floats, times: Floats) -> bool:
 
 
 def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Floats) -> Estimate:
-    """Fit the creep exponent n [1] to one column by Gauss-Newton iteration.
+    """Fit the creep exponent n [1] to the readings of one tip in one column, by Gauss-Newton iteration.
 
     The model is
 
@@ -194,7 +198,7 @@ def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Flo
     the square of `rounding`, the standard deviation of its rounding error. All arrays have the shape (rows,). Returns n
     with its standard deviation.
     """
-    log_times = np.log(np.where(forces != 0.0, times, 1.0))  # a row without weight has no time
+    log_times = np.log(np.where(forces != 0.0, times, 1.0))  # without weight the time has no effect, and may be 0
     exponent = 0.0
     deviation = 0.0
     for _ in range(_ITERATIONS):
@@ -204,8 +208,9 @@ def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Flo
         inverse = np.linalg.pinv(columns)
         zero, compliance, step_times_compliance = inverse @ readings
         residuals = readings - columns @ [zero, compliance, step_times_compliance]
-        scatter = residuals @ residuals / max(len(forces) - columns.shape[1], 1)
-        deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2)) / abs(compliance))
+        degrees_of_freedom = len(forces) - columns.shape[1]  # at least 1, because a tip has `_FEWEST_ROWS` rows
+        variances = residuals @ residuals / degrees_of_freedom + rounding**2
+        deviation = float(np.linalg.norm(inverse[2] * np.sqrt(variances)) / abs(compliance))
         # A plausible exponent is far below 1. The limits keep a bad step from making the powers of t overflow.
         exponent = float(np.clip(exponent + step_times_compliance / compliance, -1.0, 1.0))
     return Estimate(exponent, deviation)

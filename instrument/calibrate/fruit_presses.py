@@ -1,10 +1,10 @@
 """Fit of a scale: the firmness shown by another instrument, as a function of the modulus that a unit reads.
 
-Whatever the skin, the material law of the flesh or the instrument, firmer fruit gives a higher reading. So ln firmness
+Firmer fruit gives a higher reading, whatever the skin, the material law of the flesh or the instrument. So ln firmness
 is fitted by an increasing function of ln E. This is either a straight line, which represents a power law, or an
-isotonic regression. Both are compared by leave-one-out cross-validation (M. Stone, J. R. Stat. Soc. B 36
-(1974) 111). The simplest curve is chosen whose error exceeds the smallest error by at most one standard error
-(L. Breiman et al., Classification and Regression Trees, 1984, 3.4.3).
+isotonic regression. Leave-one-out cross-validation compares both (M. Stone, J. R. Stat. Soc. B 36 (1974) 111). The
+choice falls on the simplest curve whose error exceeds the smallest error by at most one standard error (L. Breiman et
+al., Classification and Regression Trees, 1984, 3.4.3).
 """
 
 import math
@@ -31,9 +31,9 @@ from sensor.arrays import Floats
 from sensor.quantity import report_field, validation_error
 from sensor.theory.student import student
 
-FEWEST_FRUIT = 6
+FEWEST_FRUIT = 6  # minimum number of fruit for a scale, by judgement: enough for a curve and for its error
 PARAMETERS = 2  # fitted parameters of a power law; they reduce the degrees of freedom of the half width
-_ROUND_OFF = 1e-9  # difference between logarithms that round-off may cause
+_ROUND_OFF = 1e-9  # upper limit of the difference between logarithms that round-off causes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,14 +65,18 @@ class _Points(NamedTuple):
 
 
 _Curve = Callable[[_Points, Floats], _Points]
-"""A function that fits a curve to points, and returns the points that define the curve between two values of ln E."""
+"""A function that fits a curve to points.
+
+Its second argument are the two values of ln E at the ends of the curve. It returns the points that define the curve.
+"""
 
 
 def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Read a table of presses on fruit by a sensor with `tips` tips, and of the fruit's firmness by another instrument.
 
-    `flags` specifies columns and units that the header lacks. Raises InputError unless the table has exactly one column
-    of firmness, and all values in it are positive.
+    Each row holds the forces of the tips at one moment of a press. The firmness is either a force, from a penetrometer,
+    or a modulus, from a compression test. `flags` specifies columns and units that the header lacks. Raises InputError
+    unless the table has exactly one column of firmness, and all values in it are positive.
     """
     keys = force_keys(tips)
     quantities = {
@@ -94,7 +98,7 @@ def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAG
             bound,
             f"for instance {example}",
         )
-    (column,) = firmness_columns
+    (column,) = firmness_columns  # the only one
     for line, firmness in zip(table.lines, table.numbers[column].tolist(), strict=True):
         if not firmness > 0.0:  # its logarithm is fitted
             place = place_of(table.source, line, column)
@@ -116,23 +120,21 @@ def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
 def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Floats, unit: str) -> ScaleFit:
     """Fit the scale of another instrument to the moduli that a unit read in presses, and choose the kind of its curve.
 
-    `moduli` [MPa] are the readings of the presses, and `firmness` [`unit`] is what the other instrument shows for the
-    pressed fruit, both of shape (presses,). `names` are the names of the fruit, one for each press, and `source` is the
+    `moduli` [MPa] are the readings of the unit, and `firmness` [`unit`] are the readings of the other instrument on the
+    same fruit, both of shape (presses,). `names` are the names of the fruit, one for each press, and `source` is the
     name of the table in messages. Each curve is fitted to the means of the fruit. The error of the scale is the error
     for a single press on a fruit that was not used in the fit, as in later use.
 
     Raises InputError for too few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
     """
-    fruit_of_press = np.array(names)
     presses = _Points(np.log(moduli), np.log(firmness))
-    groups = [_Points(*(values[fruit_of_press == name] for values in presses)) for name in dict.fromkeys(names)]
+    groups = _group_by_fruit(presses, names)
     if len(groups) < FEWEST_FRUIT:
         bound = f"at least {FEWEST_FRUIT}, from the softest to the firmest"
         raise validation_error(source, len(groups), "fruit", bound, "press more fruit")
     means = _Points(*np.transpose([(group.ln_E.mean(), group.ln_firmness.mean()) for group in groups]))
-    ends = np.array([means.ln_E.min(), means.ln_E.max()])  # ends of the final curve
 
-    # The curves of the cross-validation span all presses, not just the means of the other fruit.
+    # In the cross-validation, the curves span all presses, not just the means of the fruit in the fit.
     span = np.array([presses.ln_E.min(), presses.ln_E.max()])
     squared_errors = {name: _leave_one_out_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
     variances = {name: float(errors.mean()) for name, errors in squared_errors.items()}
@@ -140,6 +142,7 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     deviation = math.sqrt(variances[chosen_curve])
     error_of_mean = math.sqrt(float(_leave_one_out_errors(_constant_curve, groups, means, span).mean()))
     _check_prediction(source, deviation, error_of_mean)
+    ends = np.array([means.ln_E.min(), means.ln_E.max()])
     points = _CURVES[chosen_curve](means, ends)
     # A half width d of ln firmness means that the firmness is larger or smaller by the factor exp(d).
     half_width = math.expm1(student(len(groups) - PARAMETERS) * deviation)
@@ -154,11 +157,24 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     return ScaleFit(scale=scale, fruit=len(groups), left_out=left_out)
 
 
+def _group_by_fruit(presses: _Points, names: Sequence[str]) -> list[_Points]:
+    """Return the presses of each fruit, in the order in which the fruit first appear.
+
+    `names` are the names of the fruit, one for each press.
+    """
+    fruit_of_press = np.array(names)
+    groups = []
+    for name in dict.fromkeys(names):  # each name once
+        is_of_fruit = fruit_of_press == name
+        groups.append(_Points(presses.ln_E[is_of_fruit], presses.ln_firmness[is_of_fruit]))
+    return groups
+
+
 def _check_prediction(source: str, deviation: float, error_of_mean: float) -> None:
     """Raise InputError if a curve predicts the firmness no better than the mean of all fruit does.
 
-    `deviation` and `error_of_mean` are the standard deviations of ln firmness [1], predicted for fruit left out of the
-    fit, by the curve and by the mean. `source` is the name of the table.
+    `deviation` (by the curve) and `error_of_mean` (by the mean) are the standard deviations of ln firmness [1] that is
+    predicted for fruit left out of the fit. `source` is the name of the table.
     """
     if not deviation < error_of_mean - _ROUND_OFF:
         percent = f"{100.0 * error_of_mean:.3g} %"
@@ -168,7 +184,7 @@ def _check_prediction(source: str, deviation: float, error_of_mean: float) -> No
 
 
 def _simplest_good_curve(squared_errors: Mapping[str, Floats]) -> str:
-    """Return the first (simplest) curve whose mean square error exceeds the smallest by at most one standard error.
+    """Return the name of the simplest curve whose mean square error exceeds the smallest by at most one standard error.
 
     `squared_errors` holds the square error (fruit,) [1] of each curve, the simplest curve first.
     """
@@ -180,24 +196,25 @@ def _simplest_good_curve(squared_errors: Mapping[str, Floats]) -> str:
 
 
 def _leave_one_out_errors(fit_curve: _Curve, groups: Sequence[_Points], means: _Points, span: Floats) -> Floats:
-    """Return the mean square error of ln firmness [1] of each fruit, predicted from all other fruit, shape (fruit,).
+    """Return the mean square error of ln firmness [1] of each fruit if it is predicted from all other fruit.
 
-    `groups` holds the presses of each fruit, and `means` the mean of each group. `fit_curve` is fitted to the means of
-    the other fruit, and spans the two values of ln E in `span`. The squared errors are averaged over the presses of a
-    fruit.
+    `groups` holds the presses of each fruit, and `means` the mean of each group. For each fruit, `fit_curve` fits a
+    curve between the two values of ln E in `span` to the means of the other fruit. The squared errors of this curve are
+    averaged over the presses of the fruit. The result has the shape (fruit,).
     """
     mean_squares = []
     for index, group in enumerate(groups):
-        others = _Points(*(np.delete(values, index) for values in means))
-        mean_squares.append(np.mean((fit_curve(others, span).at(group.ln_E) - group.ln_firmness) ** 2))
+        others = _Points(np.delete(means.ln_E, index), np.delete(means.ln_firmness, index))
+        predicted = fit_curve(others, span).at(group.ln_E)
+        mean_squares.append(np.mean((predicted - group.ln_firmness) ** 2))
     return np.array(mean_squares)
 
 
 def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
-    """Return the modulus [MPa] read from the press on the fruit of each row, shape (rows,).
+    """Return the modulus [MPa] of the fruit in each row, read from the press on this fruit, shape (rows,).
 
-    The rows of one fruit are the samples of its press. Raises InputError for a design with relaxation, and if the
-    modulus cannot be determined from a press.
+    The rows of one fruit are the samples of its press, so they all get the same modulus. Raises InputError for a design
+    with relaxation, and if the modulus cannot be determined from a press.
     """
     if sensor.report.design.fruit.relaxation is not None:
         # A reading of flesh that relaxes depends on the time of each sample.
@@ -206,7 +223,7 @@ def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
     fruit = table.texts["fruit"]
     sensor.refuse_without_rise_level()  # raises InputError if the report lacks level readings, which a press needs
     readings = {}
-    for name in dict.fromkeys(fruit):
+    for name in dict.fromkeys(fruit):  # each name once
         rows = [row for row, row_fruit in enumerate(fruit) if row_fruit == name]
         readings[name] = _read_deepest_press(table, rows, name, sensor)
     moduli = []
@@ -224,15 +241,15 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
     """Read the press with the largest total force in the `rows` of the fruit called `name`.
 
     If the table has times, the creep of the springs is corrected for the duration of the press. If the rows contain no
-    press, the reading has only the flag "few_samples". Raises InputError for times that do not increase, and for a
-    sample that is inconsistent with the other samples of its press.
+    press, the reading has no modulus and only the flag "few_samples". Raises InputError for times that do not increase,
+    and for a sample that is inconsistent with the other samples of its press.
     """
     keys = force_keys(len(sensor.report.tips))
-    t = _times_of_rows(table, rows, name)
+    times = _times_of_rows(table, rows, name)
     samples = []
-    for row, moment in zip(rows, t, strict=True):
+    for row, t in zip(rows, times, strict=True):
         forces = sensor.forces_of_channels([table.numbers[key][row] for key in keys])
-        samples.append(Sample(table.lines[row], moment, tuple(forces.tolist())))
+        samples.append(Sample(table.lines[row], t, tuple(forces.tolist())))
     # A row holds the forces of all tips at the same time, so a bad conversion affects only one sample.
     presses = list(split_presses(sensor, samples, table.source, SIMULTANEOUS.lag))
     for press in presses:
@@ -242,7 +259,8 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
             raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
     if not presses:
         return FruitReading(flags=("few_samples",))
-    return press_reading(sensor, max(presses, key=lambda press: press.forces.sum(axis=1).max()))
+    deepest = max(presses, key=lambda press: press.forces.sum(axis=1).max())  # forces (samples, tips)
+    return press_reading(sensor, deepest)
 
 
 def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
@@ -253,22 +271,26 @@ def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list
     if "t" not in table.numbers:
         return [math.nan] * len(rows)
     t = table.numbers["t"][rows]
-    not_rising = np.flatnonzero(np.diff(t) <= 0.0)
+    not_rising = np.flatnonzero(np.diff(t) <= 0.0)  # index of each sample that is followed by no later time
     if not_rising.size:
-        row = int(not_rising[0]) + 1
-        place = f"{place_of(table.source, table.lines[rows[row]], 't')}: fruit {name}"
+        previous = int(not_rising[0])
+        faulty = previous + 1
+        place = f"{place_of(table.source, table.lines[rows[faulty]], 't')}: fruit {name}"
         hint = "give each press its own name in the column fruit"
-        raise validation_error(place, float(t[row]), "s", f"greater than {t[row - 1]:g} s", hint)
+        raise validation_error(place, float(t[faulty]), "s", f"greater than {t[previous]:g} s", hint)
     return list(t.tolist())
 
 
 def _constant_curve(fruit: _Points, ends: Floats) -> _Points:
-    """Return a constant between two `ends` of ln E: the mean ln firmness of the fruit."""
+    """Return the mean ln firmness of the fruit as a constant curve between the two values of ln E in `ends`."""
     return _Points(ends, np.full(2, fruit.ln_firmness.mean()))
 
 
 def _power_curve(fruit: _Points, ends: Floats) -> _Points:
-    """Return the least-squares line of ln firmness against ln E between two `ends`, with a slope of at least zero."""
+    """Return the least-squares line of ln firmness against ln E, with a slope of at least zero.
+
+    `ends` holds the two values of ln E at the ends of the line.
+    """
     centred = fruit.ln_E - fruit.ln_E.mean()
     # The sum of squares is 0 if all fruit have the same modulus. The tiny number then prevents a division by zero.
     sum_of_squares = max(float(centred @ centred), np.finfo(np.float64).tiny)
@@ -277,19 +299,21 @@ def _power_curve(fruit: _Points, ends: Floats) -> _Points:
 
 
 def _isotonic_curve(fruit: _Points, ends: Floats) -> _Points:
-    """Return a nondecreasing curve between two `ends` of ln E, from an isotonic regression on the means of the `fruit`.
+    """Return a nondecreasing curve of ln firmness against ln E, from an isotonic regression on the means of the fruit.
 
-    The regression is a step function. The curve connects the centres of its steps, so that it is continuous.
+    The regression is a step function. The curve connects the centres of its steps, so that it is continuous. `ends`
+    holds the two values of ln E at the ends of the curve.
     """
     order = np.argsort(fruit.ln_E)
     steps = isotonic_regression(fruit.ln_firmness[order])
-    starts = steps.blocks[:-1]  # index of the first fruit of each step
-    # The centre of a step is the mean ln E of its fruit; `weights` are their numbers.
+    starts = steps.blocks[:-1]  # index of the first fruit of each step; the last entry is the number of fruit
+    # The centre of a step is the mean ln E of its fruit. `weights` are the numbers of fruit in the steps.
     centres = _Points(np.add.reduceat(fruit.ln_E[order], starts) / steps.weights, steps.x[starts])
     inside = (centres.ln_E > ends[0]) & (centres.ln_E < ends[1])
-    at_ends = centres.at(ends)
+    firmness_at_ends = centres.at(ends)
     ln_E = np.concatenate([ends[:1], centres.ln_E[inside], ends[1:]])
-    return _Points(ln_E, np.concatenate([at_ends[:1], centres.ln_firmness[inside], at_ends[1:]]))
+    ln_firmness = np.concatenate([firmness_at_ends[:1], centres.ln_firmness[inside], firmness_at_ends[1:]])
+    return _Points(ln_E, ln_firmness)
 
 
 _CURVES: dict[str, _Curve] = {"power": _power_curve, "rising": _isotonic_curve}

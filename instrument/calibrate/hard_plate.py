@@ -1,8 +1,8 @@
 """Stiffnesses of the springs from a press on a hard flat plate, on which all tips have the same travel.
 
-A modulus follows from small differences between deflections. If only weights calibrate a unit, its deflections F / K
-contain the error of the dial indicator that determined K. On a plate, all tips have the same travel. The deflection of
-a tip is this travel minus the Hertzian flattening of its dome on the glass.
+A modulus follows from small differences between the deflections F / K of the tips. If only weights calibrate a unit,
+the stiffness K of each tip has its own error of the dial indicator. On a plate, all tips have the same travel, so an
+error of the dial is common to them. The deflection of a tip is this travel minus the Hertzian flattening of its dome.
 """
 
 from collections.abc import Sequence
@@ -25,14 +25,14 @@ from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fit_line
 
-# Largest relative deviation of the mean stiffness from the weights [1]. A dial and a balance are more accurate; a wrong
-# unit causes a larger deviation.
+# Largest relative deviation of the mean stiffness from the weights [1]. A dial and a balance are more accurate, and a
+# wrong unit causes a larger deviation.
 _LARGEST_MEAN_DEVIATION = 0.1
-# Largest relative difference between the tips [1]. A dial is more accurate; a late contact or swapped channels cause a
-# larger difference.
+# Largest relative difference between the tips [1]. A dial is more accurate, and a late contact or swapped channels
+# cause a larger difference.
 _LARGEST_DIFFERENCE = 0.03
-# Largest relative change of a slope during a press [1]. The nonlinearity of Hall sensors is smaller; a tip that touches
-# late causes a larger change.
+# Largest relative change of a slope during a press [1]. The nonlinearity of Hall sensors is smaller, and a tip that
+# touches late causes a larger change.
 _LARGEST_BEND = 0.1
 _LARGEST_TRAVEL_MM = 100.0  # a larger travel is probably in another unit
 
@@ -43,8 +43,8 @@ def read_plate_table(
     """Read the table of a press on a hard plate: the travels [mm] and the signed counts of all channels.
 
     `source` is the file, and `flags` specifies columns and units that its header lacks. `counts_as` is the notation of
-    the counts: "unsigned", "offset", or None for signed counts. Raises InputError unless the table has a travel and the
-    counts of all channels, and for a count beyond the range of the converter.
+    the counts: "unsigned", "offset", or None for signed counts. Raises InputError if the table lacks the travel or the
+    counts of a channel, and for a count beyond the range of the converter.
     """
     keys = count_keys(len(report.tips))
     travel = Quantity(units=LENGTH, most=_LARGEST_TRAVEL_MM, words=tuple(WORDS["words"]["travel"]))
@@ -56,8 +56,8 @@ def read_plate_table(
 class PressedSpring(NamedTuple):
     """A spring measured by a press on a plate: its stiffness K [N/mm] and the errors that remain.
 
-    `deflection_percent` is the standard deviation [%] of a deflection that its channel measures. `lack_of_fit` is the
-    error made by assuming that the compliance is independent of the force.
+    `deflection_percent` is the standard deviation [%] of a deflection that the channel of the tip measures.
+    `lack_of_fit` is the error made by assuming that the compliance is independent of the force.
     """
 
     K: Estimate
@@ -68,7 +68,7 @@ class PressedSpring(NamedTuple):
 def fit_springs_on_plate(
     table: MeasuredTable, channels: ChannelCalibration, weight_stiffnesses: Sequence[Estimate], report: Report
 ) -> list[PressedSpring]:
-    """Determine each spring from a press on a glass plate with all tips in contact in every row of `table`.
+    """Determine each spring from a press on a glass plate, with all tips in contact in every row of `table`.
 
     The stiffness K of a spring is the slope of the straight line
 
@@ -83,17 +83,13 @@ def fit_springs_on_plate(
     """
     _check_travels(table)
     travel = table.numbers["travel"]
+    # All arrays of a press have the shape (rows, tips).
     keys = count_keys(len(weight_stiffnesses))
     forces = (counts_of(table, keys) - channels.zero_counts) @ np.array(channels.newtons_per_count).T
     flattened = np.column_stack([flattening(report.design, force) for force in forces.T])
-    deflections = travel[:, None] - flattened
-
-    # The resolutions of the counts and of the travel, both converted to forces [N], give the resolution of each point.
+    # One step in the last digit of the counts changes the force of a tip by this much [N].
     count_resolutions = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])
-    travel_resolutions = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]
-    force_resolutions = np.hypot(count_resolutions, travel_resolutions)
-    columns = zip(deflections.T, forces.T, force_resolutions.T, strict=True)
-    lines = [fit_line(*column) for column in columns]  # x, values and resolutions of each tip
+    lines = _fit_force_lines(table, forces, travel[:, None] - flattened, count_resolutions)
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weight_stiffnesses]
     _check_outliers(table, lines, forces)
@@ -101,7 +97,7 @@ def fit_springs_on_plate(
     _check_bends(table, lines)
 
     channel_deflections = (forces - [line.zero for line in lines]) / K  # [mm]
-    resolutions = np.abs(count_resolutions / K)
+    resolutions = np.abs(count_resolutions / K)  # of these deflections [mm]
     travel_error, slope_errors = _relative_errors(table, channel_deflections, flattened, resolutions)
     deflection_errors = deflections_on_plate(
         slope_errors, np.ptp(flattened, axis=0), report.design, float(np.ptp(travel))
@@ -125,6 +121,21 @@ def fit_springs_on_plate(
     ]
 
 
+def _fit_force_lines(
+    table: MeasuredTable, forces: Floats, deflections: Floats, count_resolutions: Floats
+) -> list[Line]:
+    """Fit the line of force [N] against deflection [mm] of each tip.
+
+    `forces` [N], `deflections` [mm] and `count_resolutions`, the resolutions of the forces due to the counts [N], have
+    the shape (rows, tips).
+    """
+    # The mean stiffness converts the resolution of the travel to a force [N].
+    travel_resolutions = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]
+    force_resolutions = np.hypot(count_resolutions, travel_resolutions)
+    columns = zip(deflections.T, forces.T, force_resolutions.T, strict=True)
+    return [fit_line(deflection, force, resolution) for deflection, force, resolution in columns]
+
+
 def _check_travels(table: MeasuredTable) -> None:
     """Raise InputError for too few different travels, which do not determine a line and its error."""
     travel = table.numbers["travel"]
@@ -146,18 +157,20 @@ def _relative_errors(
     remains after correcting the travel is the error of the deflection from each channel.
     """
     travel = table.numbers["travel"]
-    travel_errors = (channel_deflections - (travel[:, None] - flattened)).mean(axis=1)
-    travel_line = fit_line(travel, travel + travel_errors, table.last_digits["travel"])
-    measured_travels = zip((channel_deflections + flattened).T, resolutions.T, strict=True)
-    channel_lines = [fit_line(travel + travel_errors, *column) for column in measured_travels]
+    travel_errors = (channel_deflections - (travel[:, None] - flattened)).mean(axis=1)  # mean over the tips
+    corrected_travel = travel + travel_errors
+    # Both travels are equal except for errors, so the slopes are about 1 and their errors are relative errors.
+    travel_line = fit_line(travel, corrected_travel, table.last_digits["travel"])
+    channel_travels = zip((channel_deflections + flattened).T, resolutions.T, strict=True)
+    channel_lines = [fit_line(corrected_travel, *column) for column in channel_travels]
     return travel_line.slope.error, np.array([line.slope.error for line in channel_lines])
 
 
 def _check_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
-    """Raise InputError for a row that does not fit the line of a channel; the message names the row.
+    """Raise InputError for the first row that does not fit the line of its channel.
 
     `lines` are the fitted lines of force against deflection, one for each channel. `forces` (rows, tips) [N] are the
-    forces that the channels measured.
+    forces that the channels measured; the message shows the force in the row.
     """
     for line, force, key in zip(lines, forces.T, count_keys(len(lines)), strict=True):
         outlier = line.outlier()
@@ -169,7 +182,7 @@ def _check_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats)
 
 
 def _check_bends(table: MeasuredTable, lines: Sequence[Line]) -> None:
-    """Raise InputError for a channel whose slope changes by more than `_LARGEST_BEND`: its tip touched late."""
+    """Raise InputError for a channel whose slope changes by more than `_LARGEST_BEND`, because its tip touched late."""
     for line, key in zip(lines, count_keys(len(lines)), strict=True):
         if line.bend.unexplained_change > _LARGEST_BEND:
             field = f"{table.source}: change of the slope of {key} from the first row to the last"
@@ -178,12 +191,13 @@ def _check_bends(table: MeasuredTable, lines: Sequence[Line]) -> None:
 
 
 def _compliance_lack_of_fit(line: Line, force_lack_of_fit: LackOfFit) -> LackOfFit:
-    """Return the lack of fit of a spring's compliance as a function of its force.
+    """Return the lack of fit of a spring's compliance as a function of its force [N].
 
     `line` is the fitted line of force against deflection, and `force_lack_of_fit` is the lack of fit of the force
-    itself. A lack of fit that is common to both cancels in the compliance.
+    itself, from the weights. A lack of fit that is common to both cancels in the compliance.
     """
-    # `line` gives deflection = (force - zero) / slope, which converts a change per mm to a change per newton.
+    # The lack of fit of `line` is per mm of deflection. The line itself converts it to a lack of fit per newton:
+    # deflection = (force - zero) / slope.
     deflection_lack_of_fit = line.bend.lack_of_fit
     per_N = deflection_lack_of_fit.per_x / line.slope.value
     at_zero = deflection_lack_of_fit.at_zero - per_N * line.zero
@@ -199,20 +213,21 @@ def _check_agreement(
     weights [N/mm]. Their mean must be close to 1. The ratios of two tips must not differ by more than the errors of the
     weights allow.
     """
+    field = f"{table.source}: stiffness from the plate divided by stiffness from weights"
     hint = "check travel_mm and its unit, the order of the columns, and that all tips touch the plate in every row"
     mean = float(ratios.mean())
     if not abs(mean - 1.0) < _LARGEST_MEAN_DEVIATION:
-        field = f"{table.source}: stiffness from the plate divided by stiffness from weights, mean of all tips"
-        raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_LARGEST_MEAN_DEVIATION:g}", hint)
+        mean_field = f"{field}, mean of all tips"
+        raise validation_error(mean_field, float(f"{mean:.4g}"), "", f"1 within {_LARGEST_MEAN_DEVIATION:g}", hint)
     order = np.argsort(ratios)
-    low, high = int(order[0]), int(order[-1])
-    allowed = _LARGEST_DIFFERENCE + COVERAGE * float(
-        np.hypot(weight_stiffnesses[low].relative, weight_stiffnesses[high].relative)
-    )
-    if not ratios[high] / ratios[low] - 1.0 < allowed:
+    smallest, largest = int(order[0]), int(order[-1])  # the tips whose ratios differ most
+    error_of_both = float(np.hypot(weight_stiffnesses[smallest].relative, weight_stiffnesses[largest].relative))
+    allowed = _LARGEST_DIFFERENCE + COVERAGE * error_of_both
+    if not ratios[largest] / ratios[smallest] - 1.0 < allowed:
         # The tip whose ratio differs more from 1 is probably the faulty one.
-        faulty, good = (high, low) if abs(ratios[high] - 1.0) > abs(ratios[low] - 1.0) else (low, high)
-        tip = report.tips[faulty].name
-        field = f"{table.source}: stiffness from the plate divided by stiffness from weights, {tip}"
+        faulty, good = largest, smallest
+        if abs(ratios[largest] - 1.0) <= abs(ratios[smallest] - 1.0):
+            faulty, good = smallest, largest
+        tip_field = f"{field}, {report.tips[faulty].name}"
         bound = f"within {allowed:.2g} of {ratios[good]:.4g}, the ratio of {report.tips[good].name}"
-        raise validation_error(field, float(f"{ratios[faulty]:.4g}"), "", bound, hint)
+        raise validation_error(tip_field, float(f"{ratios[faulty]:.4g}"), "", bound, hint)

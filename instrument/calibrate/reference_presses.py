@@ -42,7 +42,7 @@ SCATTER = Bounds(at_most=10.0)
 LEAST_RADIUS_RATIO = 3.0
 """Smallest ratio of the ball's radius to the tip spacing, by judgement.
 
-The contact model neglects the finite size of the ball, which would affect the forces on a smaller ball.
+The contact model neglects the finite size of the ball, which affects the forces more the smaller the ball is.
 """
 ACCEPTED_FLAGS = {"press_over_bruise_limit", "out_of_range"}
 """Flags that do not exclude a press on a ball: rubber does not bruise, and a form error may shift E out of range."""
@@ -64,11 +64,11 @@ class ReferenceBall:
 
 
 def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent: float | None) -> ReferenceBall:
-    """Return the reference ball that the flags of a command describe.
+    """Build the reference ball that the flags of a command describe.
 
     `reduced_MPa` is E / (1 - nu^2) [MPa], so Poisson's ratio is not required. `radius_mm` is the radius [mm], and
-    `u_percent` is the half width of the error bar of the modulus at 95 % [%]. Raises InputError for a flag that is
-    missing (None) or out of bounds.
+    `u_percent` is the half width of the error bar of the modulus at 95 % [%]. A flag that was not given is None. Raises
+    InputError for a flag that is missing or out of bounds.
     """
     modulus_hint = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
     checked = []
@@ -87,10 +87,10 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
 
 @dataclass(frozen=True, kw_only=True)
 class PressedBall:
-    """A ball and a file of presses on it.
+    """A ball and the file of presses on it.
 
     `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts. `columns` specifies
-    columns and units that the header lacks. `say` is called with each note about the file.
+    columns and units that the header lacks. `say` receives each note about the file, by default without effect.
     """
 
     source: Path
@@ -102,7 +102,10 @@ class PressedBall:
 
 @dataclass(frozen=True, kw_only=True)
 class BallPresses:
-    """The number of accepted presses on a ball, the number of all presses, and how often each flag excluded a press."""
+    """The number of accepted presses on a ball (`counted`), the number of all presses, and the presses lost to flags.
+
+    `flags` maps each flag to the number of presses that it excluded.
+    """
 
     counted: int
     presses: int
@@ -115,19 +118,21 @@ class BallPresses:
 
 
 def measure_ball_correction(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
-    """Return the correction of a unit from presses on a ball of known modulus, and the numbers of presses in the file.
+    """Read the presses on a ball of known modulus, and determine the correction of the unit from them.
 
-    `pressed` holds the ball and the file of presses. `sensor` is the unit without this correction. Raises InputError
-    for a ball or a report that is unsuitable, and if the presses do not determine a factor.
+    `pressed` holds the ball and the file of presses. `sensor` is the unit without this correction. Returns the
+    correction and the numbers of presses, and passes notes on the file to `pressed.say`.
+
+    Raises InputError for a ball or a report that is unsuitable, and if the presses do not determine a factor.
     """
     _check_ball(pressed, sensor)
     source = pressed.source
     ball = pressed.ball
 
-    def say(note: str) -> None:
+    def say_of_source(note: str) -> None:
         pressed.say(f"{source}: {note}")
 
-    signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say)
+    signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say_of_source)
     for note in (signal.summary, *signal.notes):
         pressed.say(note)
     readings = list(readings_of(sensor.for_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
@@ -135,10 +140,10 @@ def measure_ball_correction(pressed: PressedBall, sensor: MeasuringUnit) -> tupl
 
 
 def _check_ball(pressed: PressedBall, sensor: MeasuringUnit) -> None:
-    """Raise InputError if the ball is too small, or not as firm as the fruit of the design.
+    """Raise InputError if the ball or the report does not suit a correction of the domes.
 
-    It is also raised if a ball does not represent the fruit and tips of the design, and for a report without form
-    errors.
+    The design must be one whose fruit and tips a ball can represent, and the report must hold the form errors of the
+    domes. The ball must be large enough, and its modulus must lie within the range of the design's fruit.
     """
     source = pressed.source
     ball = pressed.ball
@@ -153,9 +158,9 @@ def _check_ball(pressed: PressedBall, sensor: MeasuringUnit) -> None:
     if not ball.radius_mm >= least_radius:
         bound = f"at least {least_radius:g} mm, {LEAST_RADIUS_RATIO:g} times tips.spacing_mm"
         raise validation_error("--ball-radius", ball.radius_mm, "mm", bound, "use a larger ball")
-    smallest, largest = map(sensor.reduced, sensor.range_MPa)
-    if not smallest <= ball.reduced_MPa <= largest:
-        bound = f"from {smallest:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
+    softest, firmest = map(sensor.reduced, sensor.range_MPa)
+    if not softest <= ball.reduced_MPa <= firmest:
+        bound = f"from {softest:.3g} to {firmest:.3g} MPa, as firm as the fruit of the design"
         raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "use a softer or firmer ball")
 
 
@@ -165,7 +170,7 @@ def _is_accepted(reading: FruitReading) -> bool:
 
 
 def count_presses(readings: Sequence[FruitReading]) -> BallPresses:
-    """Count the accepted presses on a ball, all presses, and how often each flag excluded a press."""
+    """Count the accepted presses on a ball, all presses, and the presses that each flag excluded."""
     rejected = [reading for reading in readings if not _is_accepted(reading)]
     flags = Counter(flag for reading in rejected for flag in reading.flags if flag not in ACCEPTED_FLAGS)
     return BallPresses(counted=len(readings) - len(rejected), presses=len(readings), flags=dict(flags))
@@ -191,19 +196,15 @@ def fit_ball_correction(
     moduli = np.array([reading.E for reading in accepted])
     # The simulated reading gets the same corrections as the real readings, for instance for creep.
     factor = on_ball.correct_modulus(simulated.E) / float(np.median(moduli))
-    if not FACTOR.hold(factor):
-        hint = "check the unit of the modulus, and the springs"
-        name = f"{source}: E of the ball divided by E read"
-        raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
+    _check_factor(factor, source)
     scatter = _median_error(moduli)
-    if not SCATTER.hold(100.0 * COVERAGE * scatter):
-        name = f"{source}: error of the factor (95 %) due to the scatter of {len(moduli)} presses"
-        hint = "press more often, level and at an even pace, with the ball on a hard base"
-        raise validation_error(name, float(f"{100.0 * COVERAGE * scatter:.3g}"), "%", str(SCATTER), hint)
+    _check_scatter(scatter, len(moduli), source)
+    # A table without times gives no duration of a press, so the duration in the design applies.
     durations = [reading.press_s for reading in accepted if reading.press_s is not None]
     press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
-    # The presses may be sampled with different accuracy; the least accurate sampling times are assumed for all.
-    common_error = _common_error(on_ball, simulated, press_s, max(reading.time_s for reading in accepted))
+    # The presses may be sampled with different accuracy. The least accurate sampling times are assumed for all.
+    time_s = max(reading.time_s for reading in accepted)
+    common_error = _common_error(on_ball, simulated, press_s, time_s)
     return BallCorrection(
         factor=factor,
         percent=math.hypot(ball.percent, 100.0 * scatter, 100.0 * common_error),
@@ -216,8 +217,28 @@ def fit_ball_correction(
     )
 
 
+def _check_factor(factor: float, source: str) -> None:
+    """Raise InputError if the factor [1] of the presses in the file `source` is implausible."""
+    if not FACTOR.hold(factor):
+        hint = "check the unit of the modulus, and the springs"
+        name = f"{source}: E of the ball divided by E read"
+        raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
+
+
+def _check_scatter(scatter: float, press_count: int, source: str) -> None:
+    """Raise InputError if the presses in the file `source` scatter so much that the factor is too uncertain.
+
+    `scatter` [1] is the relative standard error of the factor due to the scatter of `press_count` presses.
+    """
+    half_width = 100.0 * COVERAGE * scatter  # at 95 % [%]
+    if not SCATTER.hold(half_width):
+        name = f"{source}: error of the factor (95 %) due to the scatter of {press_count} presses"
+        hint = "press more often, level and at an even pace, with the ball on a hard base"
+        raise validation_error(name, float(f"{half_width:.3g}"), "%", str(SCATTER), hint)
+
+
 def _accepted_readings(readings: Sequence[FruitReading], source: str) -> list[FruitReading]:
-    """Return the readings of accepted presses; raises InputError if there are too few of them.
+    """Return the readings of accepted presses, or raise InputError if there are too few of them.
 
     `source` is the name of the file in the message.
     """
@@ -234,7 +255,8 @@ def _accepted_readings(readings: Sequence[FruitReading], source: str) -> list[Fr
 def _median_error(moduli: Floats) -> float:
     """Return the relative standard error [1] of the median of moduli (presses,) [MPa], due to their scatter.
 
-    It is widened for few presses by Student's t divided by the coverage factor of a normal distribution.
+    A few presses determine their own scatter poorly. So the error is widened by Student's t divided by the coverage
+    factor of a normal distribution.
     """
     # For normally distributed readings, the variance of the median is pi / 2 times the variance of the mean.
     deviation = float(np.log(moduli).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(moduli))
@@ -250,15 +272,18 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
 
     Raises InputError if the press has no solution or no reading, because the springs differ too much from the design.
     """
-    domes, law = on_ball.domes, on_ball.rise_law
+    domes = on_ball.domes
+    reading_law = on_ball.rise_law
     assert domes is not None  # noqa: S101 - only a design with domes takes a ball
-    half_space_law = replace(law.contrast, S=rows_of(domes.S()))  # S is the compliance of a half-space under the tips
-    x = min(half_space_law.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)  # from first touch
+    # The press uses the compliance S of a half-space under the tips, but is read like a press on the design's fruit.
+    half_space_law = replace(reading_law.contrast, S=rows_of(domes.S()))
+    # The travel [mm] begins where the tip with the smallest gap touches the ball.
+    x = min(half_space_law.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)
     try:
         forces = elastic_forces(half_space_law, np.full(len(x), on_ball.uncorrected_modulus(E)), x)
         tips = forces.shape[1]
         no_noise = np.zeros(tips)
-        return forces, read_rise(law, rise_of(forces, tips, on_ball.least_forces), no_noise)
+        return forces, read_rise(reading_law, rise_of(forces, tips, on_ball.least_forces), no_noise)
     except (SolveError, ReadingError) as error:
         msg = (
             f"--ball: a level press at {E:.3g} MPa must determine a modulus. "
@@ -274,8 +299,9 @@ def _common_error(on_ball: MeasuringUnit, simulated: RiseReading, press_s: float
     contact model. Gain drift is not a cause, because the ball is pressed at the temperature of the weighing. `press_s`
     [s] is the duration of the presses, and `time_s` [s] is the standard deviation of each channel's sampling time.
     """
-    unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])
-    return math.hypot(*(unit_errors[cause] for cause in UNKNOWN_CORRELATION), UNIFORM_DEVIATION * on_ball.model_error)
+    unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])  # by cause
+    channel_errors = [unit_errors[cause] for cause in UNKNOWN_CORRELATION]
+    return math.hypot(*channel_errors, UNIFORM_DEVIATION * on_ball.model_error)
 
 
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
@@ -284,7 +310,7 @@ def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
     `forces` (samples, tips) [N] are the forces of the press.
     """
     model = RiseModel(law=on_ball.rise_law)
-    curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0
+    curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0  # 0 for a flat surface
     changes = changes_by_form(on_ball.report.design, model, forces, (curvature, curvature))
     return tuple((100.0 * changes).tolist())
 

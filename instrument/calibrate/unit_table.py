@@ -47,6 +47,7 @@ class UnitRow:
 def error_sources(sensor: MeasuringUnit) -> str:
     """Return the error sources that apply to a calibrated unit, as a phrase for the heading of its table."""
     unit = sensor.unit
+    # Each source is mapped to whether it applies to this unit.
     sources = {
         "the springs": True,
         "their creep": sensor.creep.exponent != 0.0,
@@ -60,15 +61,16 @@ def error_sources(sensor: MeasuringUnit) -> str:
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
-    """Return the readings of a unit at `MODULI` moduli that span the range of its design, in equal ratios.
+    """Simulate the readings of a unit at `MODULI` moduli that span the range of its design, in equal ratios.
 
-    The half width u of the error bar is, with the standard deviations s_i of the unit and f_j of the form of its domes,
+    The half width u of the error bar is
 
         u = k sqrt(c^2 sum s_i^2 + sum f_j^2) + c b,
 
-    where k is the coverage factor for 95 %. b is the error caused by bent calibration lines, a bound, so it is added
-    linearly. The factor c (`sensor.steepness`) converts a relative change of the uncorrected reading to the relative
-    change of E.
+    with the coverage factor k for 95 %. The s_i are the standard deviations due to the springs and deflections, and the
+    f_j those due to the form of the domes. b is the error caused by bent calibration lines. It is a bound, so it is
+    added linearly. The factor c (`sensor.steepness`) converts a relative change of the uncorrected reading to the
+    relative change of E.
 
     `sensor` is the calibrated unit, and `nominal` is a unit with the designed stiffnesses. Raises ReadingError if a
     press on one of these fruits gives no modulus.
@@ -78,9 +80,11 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
     for E in np.geomspace(softest, firmest, MODULI).tolist():
         press = level_press(sensor, E)
         groups = sensor.report.design.tips.spring_groups
-        low_force, high_force = (float(press[-1, list(group)].mean()) for group in groups)  # at full travel
+        at_full_travel = press[-1]
+        low_force = float(at_full_travel[list(groups.low)].mean())
+        high_force = float(at_full_travel[list(groups.high)].mean())
         with_design = None
-        # If the unit is far from its design, its forces may have no reading with the designed stiffnesses.
+        # The forces may have no reading with the designed stiffnesses, if the springs differ much from the design.
         with suppress(ReadingError):
             with_design = nominal.correct_modulus(read_without_noise(nominal, press).E) / E - 1.0
         slopes = read_without_noise(sensor, press).slopes
@@ -89,18 +93,19 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         unit_error = steepness * math.hypot(*_unit_deviations(sensor, slopes))
         u = COVERAGE * math.hypot(unit_error, *sensor.form_deviations(E)) + steepness * bend
         P = high_force / low_force
-        rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=P, u=u, with_design=with_design))
+        rows.append(UnitRow(E=E, forces=tuple(at_full_travel.tolist()), P=P, u=u, with_design=with_design))
     return tuple(rows)
 
 
 def level_press(sensor: MeasuringUnit, E: float) -> Floats:
     """Simulate a level press on a fruit of modulus E [MPa], from the first touch to full travel.
 
-    Returns the forces (samples, tips) [N]; their corrected reading is E. Raises ReadingError if a tip is out of contact
+    Returns the forces (samples, tips) [N]; the unit reads E from them. Raises ReadingError if a tip is out of contact
     at full travel.
     """
     law, modulus = _level_law(sensor, E)
-    travel = min(law.gaps) + travels(sensor.report.design.press.travel_mm, PRESS_SAMPLES)  # from the first touch
+    # The travel [mm] begins where the tip with the smallest gap touches the fruit.
+    travel = min(law.gaps) + travels(sensor.report.design.press.travel_mm, PRESS_SAMPLES)
     msg = f"all tips must touch the fruit in a level press at {E:g} MPa. The springs differ too much from the design."
     try:
         forces = elastic_forces(law, np.full(len(travel), modulus), travel)
@@ -114,8 +119,8 @@ def level_press(sensor: MeasuringUnit, E: float) -> Floats:
 def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
     """Return the contact law of a level press by the unit, and the modulus [MPa] that represents E in this law."""
     if sensor.report.read_out.is_pair:
-        # A pair is read with only s11 - s12, but a press needs the full compliance matrix. Under a skin it depends on
-        # E.
+        # The reading of a pair uses only s11 - s12, but a press needs the whole compliance matrix S of the tips. Under
+        # a skin, S depends on E.
         S = sensor.report.compliance.at(E).S
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
         return law, E / sensor.press_stiffness_ratio()
@@ -124,9 +129,9 @@ def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
 
 
 def read_without_noise(sensor: MeasuringUnit, press: Floats) -> RiseReading:
-    """Return the uncorrected reading of forces (samples, tips) [N] that have no noise.
+    """Read a modulus from the forces (samples, tips) [N] of a press without noise; the reading is uncorrected.
 
-    Raises RiseError if the modulus cannot be determined from them.
+    Raises RiseError if the forces do not determine a modulus.
     """
     tips = press.shape[1]
     return read_rise(sensor.rise_law, rise_of(press, tips, sensor.least_forces), np.zeros(tips))
@@ -139,14 +144,16 @@ def _unit_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     the gain errors are part of the error of each reading.
     """
     errors = sensor.channels.spring_and_gain_uncertainty(np.array(slopes.springs), np.array(slopes.gains))
-    on_plate = sensor.unit.calibrated_by == "plate"
-    return list(errors.values()) if on_plate else [errors["stiffness"], errors.get("creep", 0.0)]
+    if sensor.unit.calibrated_by == "plate":
+        return list(errors.values())
+    return [errors["stiffness"], errors.get("creep", 0.0)]  # springs of metal do not creep
 
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
     """Return the half width at 95 % of a quantity due to the errors of the stiffnesses K, in the unit of the quantity.
 
-    `slopes` (tips,) are the derivatives of the quantity with respect to ln K of each spring.
+    `slopes` (tips,) are the derivatives of the quantity with respect to ln K of each spring. The errors of the springs
+    are independent.
     """
     return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
 
@@ -161,14 +168,13 @@ def leaf_trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | 
     housing = sensor.report.housing
     if housing is None:
         return []
-    lengths = {arm.name: arm.flexure.length for arm in housing.arms}
-    lengthenings: list[float | None] = []
-    for tip, K, percent, target in zip(
-        sensor.report.tips, sensor.unit.stiffnesses, sensor.unit.K_percent, targets, strict=True
-    ):
+    lengths = {arm.name: arm.flexure.length for arm in housing.arms}  # by the name of the spring [mm]
+    trims: list[float | None] = []
+    springs = zip(sensor.report.tips, sensor.unit.stiffnesses, sensor.unit.K_percent, targets, strict=True)
+    for tip, K, percent, target in springs:
         if abs(K - target) <= COVERAGE * 0.01 * percent * K:
-            lengthenings.append(None)
+            trims.append(None)
             continue
         # The stiffness K of a pair of leaves is proportional to 1 / length^3.
-        lengthenings.append(lengths[tip.spring] * (math.cbrt(K / target) - 1.0))
-    return lengthenings
+        trims.append(lengths[tip.spring] * (math.cbrt(K / target) - 1.0))
+    return trims

@@ -15,25 +15,25 @@ from sensor.quantity import COVERAGE, Estimate
 from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from sensor.verdict import Verdict, judge
 
-_DEFAULT_UNCERTAINTY_LIMIT = 0.1  # standard uncertainty of E for a design without [reading], relative [1]
+_DEFAULT_UNCERTAINTY_LIMIT = 0.1  # limit of the relative standard uncertainty of E [1] for a design without [reading]
 _BALL_HINT = (
     "correct the unit with a reference ball, --ball: the form of its domes is too uncertain, but its springs are not"
 )
 
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
-    """Return the verdicts on a unit: whether its springs and domes meet the targets of its design.
+    """Judge whether the springs and domes of a unit meet the targets of its design.
 
-    If the design has targets but no requirements for a reading, P_max and NL are judged. Otherwise the uncertainty of
-    the readings is judged, where it is largest relative to its limit. `rows` are the readings of the unit at moduli
-    that span the range of its design.
+    If the design has targets but no requirements for a reading, the verdicts are about P_max and NL. Otherwise the only
+    verdict is about the uncertainty of the readings, at the modulus where it is largest relative to its limit. `rows`
+    are the readings of the unit at moduli that span the range of its design.
     """
     design = sensor.report.design
     requirements = design.reading
     if requirements is None and design.targets is not None:
         return _target_verdicts(sensor)
 
-    def limit_at(E: float) -> float:
+    def limit_at(E: float) -> float:  # of the relative standard uncertainty [1]
         if requirements is None:
             return _DEFAULT_UNCERTAINTY_LIMIT
         return requirements.uncertainty_limit_at(E, design.fruit.E_MPa)
@@ -55,24 +55,26 @@ def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:
     """
     if sensor.unit.ball is not None or not sensor.report.design.takes_ball:
         return False
-    without_form = worst.u**2 - sum((COVERAGE * error) ** 2 for error in sensor.form_deviations(worst.E))
-    return worst.u > COVERAGE * limit >= math.sqrt(max(without_form, 0.0))
+    form_error_squared = sum((COVERAGE * error) ** 2 for error in sensor.form_deviations(worst.E))
+    without_form = math.sqrt(max(worst.u**2 - form_error_squared, 0.0))  # round-off may make the difference negative
+    return worst.u > COVERAGE * limit >= without_form
 
 
 def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
-    """Return the verdicts on P_max and NL of a pair, computed with the law that was used to size its springs."""
+    """Judge P_max and NL of a pair, computed with the law by which its springs were sized."""
     targets = sensor.report.design.nominal_targets
     values = _target_values(sensor)
     # Finite differences give the derivatives with respect to ln K of each spring, which propagate the stiffness errors.
     slopes = [(_target_values(sensor.with_stiffness(tip, 1.0 + STEP)) - values) / STEP for tip in range(2)]
-    errors = [error_by_springs(sensor, value_slopes) for value_slopes in np.transpose(slopes)]
-    P, NL = (Estimate(float(value), error) for value, error in zip(values, errors, strict=True))
+    P_slopes, NL_slopes = np.transpose(slopes)
+    P = Estimate(float(values[0]), error_by_springs(sensor, P_slopes))
+    NL = Estimate(float(values[1]), error_by_springs(sensor, NL_slopes))
     reference = "by the two-spring law with the stiffnesses of the unit"
     return [_add_hint(P_max_verdict(P, targets, reference)), _add_hint(NL_verdict(NL, targets, reference))]
 
 
 def _target_values(sensor: MeasuringUnit) -> Floats:
-    """Return P_max and NL [1] of a unit, by the two-spring law with the largest modulus of the design."""
+    """Return P_max and NL [1] of a unit as an array, by the two-spring law with the largest modulus of the design."""
     definition = sensor.report.design.nominal_targets.NL_definition
     E_max = sensor.report.design.fruit.E_max_MPa
     K_low, K_high = sensor.unit.stiffnesses
@@ -89,7 +91,8 @@ def _add_hint(verdict: Verdict) -> Verdict:
 
     A stiffness error decreases with the square root of the number of readings.
     """
-    if verdict.passed is not None or verdict.error is None:
+    is_decided = verdict.passed is not None
+    if is_decided or verdict.error is None:
         return verdict
     factor = verdict.error / verdict.allowed_miss
     hint = f"measure the springs {factor:.2g} times more accurately: take about {factor**2:.2g} times as many readings"

@@ -17,8 +17,8 @@ from sensor.quantity import COVERAGE, UNIFORM_DEVIATION, Estimate, report_field,
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, Outlier, fit_line
 
 DEFLECTION = "deflection"
-_LEAST_COMPLIANCE = 1e-6  # smallest compliance of a spring [mm/N]; with a smaller one, the tip did not move
-# Largest condition number of the matrix of relative gains. Above it, the channels do not separate the forces of the
+_LEAST_COMPLIANCE = 1e-6  # smallest compliance of a spring [mm/N]; below it, the tip did not move
+# Largest condition number of the matrix of relative slopes. Above it, the channels do not separate the forces of the
 # tips.
 _WORST_CONDITION = 100.0
 
@@ -33,10 +33,11 @@ Its key consists of the name of the tip or leaf, and the name of the column.
 class ChannelCalibration:
     """The calibration of the channels by weights, in the order of the tips.
 
-    `counts_per_N` (channels, tips) holds the slope of each channel against the weight on each tip. `gain_percent` is
+    `counts_per_N` (channels, tips) holds the slope of each channel against the weight on each tip. `zero_counts`
+    (channels,) are the counts without weight, and `saturation` is the largest count of the converter. `gain_percent` is
     the relative standard deviation of each tip's force. `bend_percent` is the change of a channel's slope from no
-    weight to the largest weight; it is 0 if scatter explains the change. `lacks_of_fit` are the resulting errors of a
-    straight line.
+    weight to the largest weight; it is 0 if scatter explains the change. `lacks_of_fit` are the errors that a straight
+    line makes because of this change.
 
     `crosstalk_percent` is the largest slope of a channel against the weight on another tip, relative to the slope for
     its own tip. `hysteresis_percent` is the largest difference between readings of the same weight. `drift_percent` is
@@ -60,7 +61,7 @@ class ChannelCalibration:
 
 
 def saturation_of(report: Report) -> int:
-    """Return the largest count of the converter in the design's read-out; the converter has 24 bits by default."""
+    """Return the largest count of the converter in the design's read-out."""
     return report.read_out.channels.saturation_counts
 
 
@@ -70,10 +71,12 @@ def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
 
 
 def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
-    """Fit a line to the deflection and to each of `columns`, against the weights on each tip or leaf in `names`.
+    """Fit straight lines to a table of weights: the deflection and the counts against the weight on each tip or leaf.
 
-    `columns` are the names of columns of counts. `forces` (rows,) [N] are the weights corrected for creep to one common
-    time. Raises InputError for a tip or leaf with fewer than three rows or only one weight. It is also raised for a
+    `names` are the names of the tips or leaves, and `columns` are the names of the columns of counts. `forces` (rows,)
+    [N] are the weights corrected for creep to one common time.
+
+    Raises InputError for a tip or leaf with fewer than three rows or only one weight. It is also raised for a
     deflection that does not fit a line, does not increase with the weight, or is too uncertain.
     """
     lines = {}
@@ -92,22 +95,25 @@ def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequen
 def stiffness_of_line(deflection: Line) -> Estimate:
     """Return the stiffness [N/mm] and its standard deviation, from the line of deflection [mm] against force [N]."""
     K = 1.0 / deflection.slope.value
+    # K has the relative error of the slope, its reciprocal, but no dial and no balance is better than LEAST_ERROR.
     return Estimate(K, max(deflection.slope.relative, LEAST_ERROR) * K, "N/mm")
 
 
 def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, forces: Floats) -> ChannelCalibration | None:
     """Calibrate the channels by a table of weights; return None if the table has no counts.
 
-    `lines` are the lines from `fit_weight_lines`, and `forces` (rows,) [N] are the weights corrected for creep. Raises
-    InputError for a tip whose first row has a weight, because this row is the tare. It is also raised for an outlier,
-    and for channels that do not respond to their own tips, or do not separate the forces of the tips.
+    `lines` are the lines from `fit_weight_lines`, and `forces` (rows,) [N] are the weights corrected for creep. Each
+    tip has one channel of its own, but the weight on a tip may also change the counts of other channels.
+
+    Raises InputError for a tip whose first row has a weight, because this row is the tare. It is also raised for an
+    outlier, and for channels that do not respond to their own tips, or do not separate the forces of the tips.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))
     if keys[0] not in table.numbers:
         return None
+    own_lines = [lines[name, key] for name, key in zip(names, keys, strict=True)]  # each channel with its own tip
     _check_channels(table, names, keys, lines)
-    own_lines = [lines[own] for own in zip(names, keys, strict=True)]
     counts_per_N = np.array([[lines[name, key].slope.value for name in names] for key in keys])
     hysteresis = []
     drift = []
@@ -115,7 +121,7 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
         loop_width, zero_drift = _hysteresis_and_drift(table, name, key, line.slope.value, forces)
         hysteresis.append(loop_width)
         drift.append(zero_drift)
-    # With hysteresis, the force is equally likely anywhere within the loop's width (JCGM 100:2008, 4.3.7).
+    # The force is equally likely anywhere within the width of the hysteresis loop (JCGM 100:2008, 4.3.7).
     hysteresis_deviations = [UNIFORM_DEVIATION * 0.5 * loop_width for loop_width in hysteresis]
     slope_deviations = [line.slope.percent for line in own_lines]
     has_no_weight = table.numbers["force"] == 0.0
@@ -142,18 +148,18 @@ def _hysteresis_and_drift(
     of the channel, and `forces` (rows,) [N] are the weights corrected for creep.
     """
     rows = _rows_of(table, name)
-    loads = table.numbers["force"][rows]
-    # The part of each count that creep adds is subtracted.
+    loads = table.numbers["force"][rows]  # weights before the correction for creep
+    # Creep is neither hysteresis nor drift, so the counts that it adds are subtracted.
     counts = table.numbers[key][rows] - counts_per_N * (forces[rows] - loads)
     percent_per_count = 100.0 / (abs(counts_per_N) * float(np.ptp(loads)))
-    zeros = counts[loads == 0.0]
-    widths = [float(np.ptp(counts[loads == load])) for load in set(loads.tolist())]
-    return percent_per_count * max(widths), percent_per_count * float(zeros[-1] - zeros[0])
+    zeros = counts[loads == 0.0]  # never empty, because the first row of a tip has no weight
+    loop_widths = [float(np.ptp(counts[loads == load])) for load in set(loads.tolist())]
+    return percent_per_count * max(loop_widths), percent_per_count * float(zeros[-1] - zeros[0])
 
 
 def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
-    """Return the row indices of the tip or leaf called `name`."""
-    (names,) = table.texts.values()
+    """Return the indices of the rows that hold the weights on the tip or leaf called `name`."""
+    (names,) = table.texts.values()  # the only column of texts
     return np.flatnonzero(np.array(names) == name)
 
 
@@ -165,8 +171,8 @@ def _check_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
     """
     weight_count = len(set(loads.tolist()))
     if len(loads) < FEWEST or weight_count == 1 or not np.ptp(loads) > LEAST_SPAN:
-        within = np.ptp(loads) if weight_count else 0.0  # a tip without rows has no range
-        unit = f"rows with {weight_count} different weights within {within:.2g} N"
+        load_range = np.ptp(loads) if weight_count else 0.0  # np.ptp raises ValueError for a tip without rows
+        unit = f"rows with {weight_count} different weights within {load_range:.2g} N"
         bound = (
             f"at least {FEWEST} rows with 2 weights, because one weight does not separate a zero error from the slope"
         )
@@ -175,7 +181,10 @@ def _check_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
 
 
 def _check_deflection(table: MeasuredTable, name: str, line: Line) -> None:
-    """Raise InputError if the deflection has an outlier, or if its compliance is too small or too uncertain."""
+    """Raise InputError if the deflection of a tip or leaf has an outlier, or an implausible or uncertain compliance.
+
+    `line` is the fitted line of deflection [mm] against weight [N], so its slope is the compliance [mm/N].
+    """
     _check_outlier(table, name, DEFLECTION, line.outlier())  # comes first, because an outlier distorts the line
     field = f"{table.source}: compliance of {name}"
     compliance = line.slope
@@ -188,9 +197,9 @@ def _check_deflection(table: MeasuredTable, name: str, line: Line) -> None:
 
 
 def _check_outlier(table: MeasuredTable, name: str, column: str, outlier: Outlier | None) -> None:
-    """Raise InputError if a column has an outlier, a row that is far from the line through the other rows of `name`."""
+    """Raise InputError if there is an outlier: a row that is far from the line through the other rows of `name`."""
     if outlier is not None:
-        row = int(_rows_of(table, name)[outlier.index])
+        row = int(_rows_of(table, name)[outlier.index])  # the index counts only the rows of this tip or leaf
         place = place_of(table.source, table.lines[row], column)
         unit = "mm" if column == DEFLECTION else "counts"
         bound = f"about {outlier.expected:.6g}, on the line through the other rows"
@@ -204,7 +213,7 @@ def _check_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[s
     `names` are the names of the tips, `keys` are the count columns of their channels, and `lines` are the lines from
     `fit_weight_lines`. The tare is the first row of each tip, so this row must be without weight.
     """
-    own_lines = [lines[own] for own in zip(names, keys, strict=True)]
+    own_lines = [lines[name, key] for name, key in zip(names, keys, strict=True)]  # each channel with its own tip
     for name, key, line in zip(names, keys, own_lines, strict=True):
         first = int(_rows_of(table, name)[0])
         load = float(table.numbers["force"][first])
@@ -220,20 +229,21 @@ def _check_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[s
             raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wiring")
     # A channel responds little to other tips, so the threshold for outliers is relative to the span for its own tip.
     for name in names:
-        for key, own in zip(keys, own_lines, strict=True):
-            _check_outlier(table, name, key, lines[name, key].outlier(own.span))
+        for key, own_line in zip(keys, own_lines, strict=True):
+            _check_outlier(table, name, key, lines[name, key].outlier(own_line.span))
 
 
 def _crosstalk_percent(
     table: MeasuredTable, names: Sequence[str], keys: Sequence[str], counts_per_N: Floats
 ) -> tuple[float, ...]:
-    """Return each channel's largest slope against the weight on another tip, relative to the slope for its own tip [%].
+    """Return the crosstalk of each channel: its largest response to the weight on another tip [%].
 
-    `counts_per_N` (channels, tips) are the slopes. `names` are the names of the tips, and `keys` are the count columns
-    of the channels. Raises InputError for channels that do not separate the forces of the tips.
+    The crosstalk is relative to the response to the channel's own tip. `counts_per_N` (channels, tips) are the slopes,
+    with a channel and its own tip at the same index. `names` are the names of the tips, and `keys` are the count
+    columns of the channels. Raises InputError for channels that do not separate the forces of the tips.
     """
     relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]  # 1 for the channel's own tip
-    crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)
+    crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)  # without the 1 of the own tip
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())
         field = f"{table.source}: largest counts/N of {keys[channel]} for another tip, relative to {names[channel]}"

@@ -16,14 +16,14 @@ from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import CompressionPress, fit_force_curve, force_curve
 
-_STEPS = 400  # number of points of a force law
+_POINTS = 400  # number of points of a force law
 _HERTZ_LIMIT = 0.1  # largest depth of a contact, relative to its radius, at which Hertz's small-strain law is used
 _COMPLIANCES = Bounds(at_least=0.0, at_most=1000.0)
 _STRAINS = Bounds(above=0.0, at_most=50.0)
 POISSON = "Poisson's ratio"
 """Name of the error share that is due to Poisson's ratio."""
 _HALF_FRICTION = 0.5  # midway between frictionless tools (0) and tools without slip (1)
-_NOMINAL_PARTS = 3  # cost of the nominal law in units of one variant, because only the nominal law needs a fine mesh
+_NOMINAL_PARTS = 3  # cost of the nominal law in units of one variant; only the nominal law needs a fine mesh
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,9 +97,9 @@ class TestGeometry:
 
 
 def geometry_data(test: TestGeometry) -> Plain:
-    """Return the body and the tools of a test as JSON data; the sizes of the body are at the top level."""
+    """Return the body and the tools of a test as JSON data."""
     return {
-        **vars(test.body),
+        **vars(test.body),  # the sizes of the body, one key for each
         "poisson": test.poisson,
         "plate_area_mm2": test.plate_area_mm2,
         "plates": test.plates,
@@ -137,12 +137,13 @@ class ForceLaw:
         return float(self.forces[-1] / self.travels[-1] ** self.exponent)
 
     def depth(self, force: Floats, E: float) -> Floats:
-        """Return the travel [mm] at a force [N] for a modulus E [MPa]; beyond the last point it is extrapolated."""
-        roots = self.forces ** (1.0 / self.exponent)  # the travel is almost linear in these roots
+        """Return the travel [mm] at each force [N] for a modulus E [MPa]; beyond the last point it is extrapolated."""
+        # The travel is almost linear in the n-th root of the force, so it is interpolated at this root.
+        roots = self.forces ** (1.0 / self.exponent)
         root = (force / E) ** (1.0 / self.exponent)
-        slope = (self.travels[-1] - self.travels[-2]) / (roots[-1] - roots[-2])
+        end_slope = (self.travels[-1] - self.travels[-2]) / (roots[-1] - roots[-2])
         excess = np.maximum(root - roots[-1], 0.0)
-        return np.asarray(np.interp(root, roots, self.travels) + slope * excess)
+        return np.asarray(np.interp(root, roots, self.travels) + end_slope * excess)
 
 
 def hertz_law(test: TestGeometry) -> ForceLaw | None:
@@ -154,7 +155,7 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
 
     with the force F and the relative radius R of each contact. Returns None if no tool touches the body at a point.
     """
-    radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
+    radii = np.array(test.body.hertz_radii(test.plunger, test.plates))  # one for each point contact [mm]
     if not radii.size:
         return None
     # Two points suffice, because the law is a power of the travel.
@@ -175,16 +176,19 @@ def solved_law(test: TestGeometry, count: Count = ignore_progress) -> ForceLaw:
     `count` is called with the number of finished parts of the work and with the number of all parts. Raises SolveError
     if no equilibrium is found.
     """
-    sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
+    flesh = FleshLaw(poisson=test.poisson)
+    sides = [replace(side, law=flesh) for side in test.body.sides(test.plunger, test.plates)]
     solvers = _law_variants(test, sides)
     parts = _NOMINAL_PARTS + sum(map(len, solvers.values()))
     count(0, parts)
     nominal = _law_with_friction(sides, _HALF_FRICTION)
+    finished = _NOMINAL_PARTS
     variants: dict[str, list[ForceLaw]] = {assumption: [] for assumption in solvers}
     for assumption, solves in solvers.items():
         for solve in solves:
-            count(_NOMINAL_PARTS + sum(map(len, variants.values())), parts)
+            count(finished, parts)
             variants[assumption].append(solve())
+            finished += 1
     return replace(nominal, error=max(force_curve(side).error for side in sides), variants=variants)
 
 
@@ -194,8 +198,8 @@ def _law_variants(
     """Return functions that solve the force law with another assumption, keyed by the name of the assumption.
 
     The assumptions are other constitutive laws of the flesh, another Poisson's ratio, no friction and no slip, and
-    bodies that bound a simplified body. `sides` are the presses of the nominal law. Nothing is solved before a function
-    is called, so the caller can show its progress.
+    bodies that bound a simplified body. `sides` are the presses of the nominal law. The functions defer the work, so
+    that the caller can report its progress.
     """
 
     def with_flesh(flesh: FleshLaw) -> ForceLaw:
@@ -206,15 +210,17 @@ def _law_variants(
         return _combine_sides(sides, forces)
 
     # Poisson's ratio is increased by its error, unless this would make the flesh almost incompressible.
-    increased = test.poisson + test.poisson_error
-    poisson = increased if increased <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
+    poisson = test.poisson + test.poisson_error
+    if poisson > LARGEST_POISSON:
+        poisson = max(test.poisson - test.poisson_error, 0.0)
+    other_laws = FLESH_LAWS[1:]  # the first one is the nominal law
     variants: dict[str, list[Callable[[], ForceLaw]]] = {
-        "law of flesh": [partial(with_flesh, FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
+        "law of flesh": [partial(with_flesh, FleshLaw(name=name, poisson=test.poisson)) for name in other_laws],
         POISSON: [partial(with_flesh, FleshLaw(poisson=poisson))],
         "friction": [partial(_law_with_friction, sides, friction) for friction in (0.0, 1.0)],
     }
-    for name, bounds in test.body.bounds(sides).items():
-        variants[name] = [partial(with_bounds, presses) for presses in bounds]
+    for simplification, bounds in test.body.bounds(sides).items():
+        variants[simplification] = [partial(with_bounds, presses) for presses in bounds]
     return variants
 
 
@@ -224,11 +230,12 @@ def _law_with_friction(sides: Sequence[CompressionPress], friction: float) -> Fo
 
 
 def _scaled_forces(side: CompressionPress, variant: CompressionPress, friction: float = _HALF_FRICTION) -> Floats:
-    """Return the forces [N] on one side at its travels, scaled by their relative change in a `variant` of the press.
+    """Return the forces [N] on one side of the body in a `variant` of its press, shape (points,).
 
-    `friction` [1] of the variant is between 0 (frictionless tools) and 1 (tools without slip); the forces of these two
-    limits are interpolated linearly. Only the side itself is solved on a fine mesh. The relative change comes from
-    coarse meshes, because their errors nearly cancel in the ratio.
+    The variant has other flesh, another section or another friction. `friction` [1] is between 0 (frictionless tools)
+    and 1 (tools without slip); the forces of these two limits are interpolated linearly. Only the side itself is solved
+    on a fine mesh. The relative change by the variant comes from coarse meshes, whose errors nearly cancel in the
+    ratio.
     """
     travels = _travels(side)
     nonzero = np.maximum(travels, travels[1])  # at zero travel both forces are zero, so their ratio is undefined
@@ -246,10 +253,10 @@ def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) 
     """
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)
-    # The travels are interpolated at roots of the force, in which they are almost linear. The roots are dense near
-    # zero.
-    roots = np.linspace(0.0, 1.0, _STEPS) ** 2 * largest ** (1.0 / exponent)
-    travels = np.zeros(_STEPS)
+    # The travels are almost linear in the n-th root of the force, so they are interpolated at such roots. The squares
+    # make the roots dense near zero.
+    roots = np.linspace(0.0, 1.0, _POINTS) ** 2 * largest ** (1.0 / exponent)
+    travels = np.zeros(_POINTS)
     for force, side in zip(forces, sides, strict=True):
         travels += np.interp(roots, force ** (1.0 / exponent), _travels(side))
     return ForceLaw(exponent=exponent, travels=travels, forces=roots**exponent, error=0.0, variants={})
@@ -257,4 +264,4 @@ def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) 
 
 def _travels(side: CompressionPress) -> Floats:
     """Return the travels of one side [mm] at which its forces are tabulated; they are dense near zero."""
-    return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)
+    return np.asarray(np.linspace(0.0, 1.0, _POINTS) ** 2 * side.deepest)

@@ -71,6 +71,7 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
     InputError for a hold that is shorter than the loading.
     """
     time = np.asarray(specimen.time, dtype=np.float64)
+    # The hold begins with the row in which the loading ends.
     depth = np.maximum(specimen.travel[: hold.start + 1] - touch_mm, 0.0)
     touch_row = max(int((depth > 0.0).argmax()) - 1, 0)  # last row before first contact
     before_hold = time[hold.start] - time[touch_row : hold.start + 1]  # T - s, from first contact on
@@ -83,11 +84,10 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
         raise validation_error(name, float(f"{hold_s:.3g}"), "s", bound, hint)
 
     final_force, fitted_arms = _fit_arms(since_start, specimen.force[hold] - zero_N)
-    elastic = depth[touch_row:] ** POINT_CONTACT / depth[-1] ** POINT_CONTACT  # n
-    # r_i, integrated by the midpoint rule
-    midpoints = 0.5 * (before_hold[1:] + before_hold[:-1])
-    remaining = [float(np.exp(-midpoints / arm.time.value) @ np.diff(elastic)) for arm in fitted_arms]
-    # F_0; the shares of the fitted arms are still the amplitudes A_i
+    elastic_force = depth[touch_row:] ** POINT_CONTACT / depth[-1] ** POINT_CONTACT  # n
+    midpoints = 0.5 * (before_hold[1:] + before_hold[:-1])  # the midpoint rule integrates r_i
+    remaining = [float(np.exp(-midpoints / arm.time.value) @ np.diff(elastic_force)) for arm in fitted_arms]
+    # F_0. The shares of the fitted arms are still the amplitudes A_i.
     instantaneous_force = final_force + sum(arm.share.value / r for arm, r in zip(fitted_arms, remaining, strict=True))
     arms = []
     lost = 0.0
@@ -102,12 +102,13 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
     """Fit a sum of exponentials to the forces [N] of a hold, with the number of arms that the data determine.
 
     `t` [s] is the time since the start of the hold; both arrays have the shape (rows,). Returns the final force F_inf
-    [N] and the arms, the fastest first. The shares of these arms are the amplitudes A_i [N], not yet fractions. The
-    number of arms is chosen by Schwarz's criterion, among fits in which every amplitude exceeds its error.
+    [N] and the arms, the fastest first. The shares of these arms are still the amplitudes A_i [N], not fractions of the
+    force. Schwarz's criterion chooses the number of arms, among the fits in which every amplitude exceeds its error.
     """
+    # Without arms, the fit is the mean force, its only parameter.
     final_force = float(force.mean())
     arms: list[RelaxationArm] = []
-    best_criterion = _schwarz_criterion(force - final_force, 1)  # fit without arms, whose only parameter is the mean
+    best_criterion = _schwarz_criterion(force - final_force, 1)
     step = float(np.median(np.diff(t)))
     for count in range(1, MOST_ARMS + 1):
         fitted = _fit_exponentials(t, force, count, step)
@@ -116,7 +117,8 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
         parameters, covariance = fitted
         criterion = _schwarz_criterion(force - _relaxing_force(t, *parameters), len(parameters))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
-        are_significant = (parameters[1 : 1 + count] > errors[1 : 1 + count]).all()  # the amplitudes A_i
+        of_amplitudes = slice(1, 1 + count)  # the parameters are F_inf, all A_i, and all ln tau_i
+        are_significant = (parameters[of_amplitudes] > errors[of_amplitudes]).all()
         if criterion < best_criterion and are_significant:
             best_criterion = criterion
             final_force = float(parameters[0])
@@ -127,15 +129,17 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
 def _arms_of_fit(parameters: Floats, errors: Floats, count: int) -> list[RelaxationArm]:
     """Return the `count` arms of a fit, the fastest first; their shares are still the amplitudes A_i [N].
 
-    `parameters` are the parameters of `_relaxing_force`, and `errors` are their errors at 95 %.
+    `parameters` are the parameters of `_relaxing_force`: F_inf, all amplitudes A_i, and the logarithms of all time
+    constants tau_i. `errors` are their errors at 95 %.
     """
     amplitudes = parameters[1 : 1 + count]
-    # The logarithms of tau were fitted, so the error of tau is tau times the error of its logarithm.
+    amplitude_errors = errors[1 : 1 + count]
     taus = np.exp(parameters[1 + count :])
+    tau_errors = taus * errors[1 + count :]  # the relative error of tau is the error of its logarithm
     arms = []
     for i in np.argsort(taus).tolist():
-        share = Estimate(float(amplitudes[i]), float(errors[1 + i]), "N")
-        time = Estimate(float(taus[i]), float(taus[i] * errors[1 + count + i]), "s")
+        share = Estimate(float(amplitudes[i]), float(amplitude_errors[i]), "N")
+        time = Estimate(float(taus[i]), float(tau_errors[i]), "s")
         arms.append(RelaxationArm(share=share, time=time))
     return arms
 
@@ -148,11 +152,13 @@ def _fit_exponentials(t: Floats, force: Floats, count: int, step: float) -> tupl
     """
     # Initial guess: equal amplitudes, and time constants at equal ratios between one time step and the whole hold. The
     # two small numbers keep the shortest time constant and the amplitudes above zero.
-    guessed_times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
+    shortest = max(step, 1e-6 * t[-1])
+    longest = t[-1]
+    guessed_times = np.geomspace(shortest, longest, count + 2)[1:-1]  # without the two bounds
     guessed_amplitude = max(force[0] - force[-1], 0.0) / count + 1e-9
-    initial_guess = [force[-1], *[guessed_amplitude] * count, *np.log(guessed_times[1:-1])]
-    lower = [-np.inf] + [0.0] * count + [np.log(guessed_times[0])] * count
-    upper = [np.inf] * (1 + count) + [np.log(guessed_times[-1])] * count
+    initial_guess = [force[-1], *[guessed_amplitude] * count, *np.log(guessed_times)]
+    lower = [-np.inf] + [0.0] * count + [np.log(shortest)] * count
+    upper = [np.inf] * (1 + count) + [np.log(longest)] * count
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", OptimizeWarning)  # SciPy only warns if the covariance is undetermined
@@ -169,9 +175,9 @@ def _relaxing_force(t: Floats, final_force: float, *parameters: float) -> Floats
 
     `final_force` is F_inf [N]. `parameters` are all amplitudes A_i [N], followed by the logarithms of all tau_i [s].
     """
-    count = len(parameters) // 2
+    count = len(parameters) // 2  # number of arms
     amplitudes = np.array(parameters[:count])
-    rates = np.exp(-np.array(parameters[count:]))
+    rates = np.exp(-np.array(parameters[count:]))  # 1 / tau_i [1/s]
     return np.asarray(final_force + np.exp(-np.outer(t, rates)) @ amplitudes)
 
 
@@ -182,5 +188,5 @@ def _schwarz_criterion(residuals: Floats, parameters: int) -> float:
     doi:10.1214/aos/1176344136.
     """
     count = len(residuals)
-    mean_square = max(float(np.mean(residuals**2)), np.finfo(np.float64).tiny)
+    mean_square = max(float(np.mean(residuals**2)), np.finfo(np.float64).tiny)  # so that its logarithm is finite
     return count * math.log(mean_square) + parameters * math.log(count)

@@ -5,8 +5,8 @@ The travel at a force F is
     x = x0 + D(F) - s exp(-F / F_s),
 
 where D is the depth of the force law, measured from first contact at x0. The last term describes the skin, which
-settles under small forces. s is the travel that is lost in settling, and F_s is the decay constant of the force. The
-load cell adds its zero line f0 + f1 x to the force.
+settles under small forces. s is the travel that is lost in settling, and F_s is the force at which this term has
+decayed to 1 / e. The load cell adds its zero line f0 + f1 x to the force.
 """
 
 import math
@@ -22,7 +22,7 @@ from sensor.quantity import Estimate
 
 _TABLE_FORCES = np.linspace(0.0, 1.0, 600) ** 2  # forces at which the law is tabulated, relative to the largest force
 _TABLE_END = 1.6  # largest force in this table, relative to the force at the end of the loading
-# Bounds of F_s, relative to the force at the end. A nonlinearity up to larger forces is not caused by settling.
+# Bounds of F_s, relative to the force at the end. Settling does not cause a nonlinearity up to larger forces.
 _LEAST_SETTLING = 0.003
 _MOST_SETTLING = 0.12
 _LARGEST_TRAVEL = 0.12  # largest s, relative to the travel of the loading
@@ -31,13 +31,14 @@ _GUESS_TRAVEL = 0.01  # initial guess of s, relative to the travel of the loadin
 _STEP = 0.01  # relative size of the first step of the fit
 _LOG_FORCE_SCALE = 50.0  # scale of ln F_s, relative to the scale of ln E
 _UPPER_PART = 0.3  # points above this fraction of the force at the end determine the initial guess
+_LEAST_UPPER_POINTS = 3  # minimum number of these points: two for a line, and one more
 _NO_SETTLING = 1e-6  # a smaller s is treated as zero [mm]
 _SIGNIFICANT = 2.0  # a larger correlation of neighbouring residuals [standard errors] is not due to chance
-_MOST_ALIKE = 0.95  # upper limit of the correlation of neighbouring residuals in the standard errors
+_LARGEST_CORRELATION = 0.95  # upper limit of the correlation of neighbouring residuals in the standard errors
 
 
 class CurveParameters(NamedTuple):
-    """The parameters of a curve in their order: ln E, x0 [mm], s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
+    """The parameters of a curve in the order of the fit: ln E, x0 [mm], s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
 
     log_modulus: float
     touch: float
@@ -47,14 +48,14 @@ class CurveParameters(NamedTuple):
     drift: float = 0.0
 
 
-_SETTLING_INDICES = (2, 3)  # indices of `settling` and `log_settling_force`
+_SETTLING_INDICES = (2, 3)  # indices of `settling` and `log_settling_force` in CurveParameters
 
 
 @dataclass(frozen=True, kw_only=True)
 class LawFit:
     """The result of a fit: the parameters and their standard errors.
 
-    The standard error of a parameter that was not fitted is 0. `residual` (points,) [N] is the fitted force minus the
+    A parameter that was not fitted has the standard error 0. `residual` (points,) [N] is the fitted force minus the
     measured force.
     """
 
@@ -91,9 +92,9 @@ class LawFit:
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
     """Fit a force law to `travel` [mm] and `force` [N], both (points,), by least squares.
 
-    The modulus, first contact, the settling of the skin and the zero line are fitted. `zero` [N] is the initial guess
-    of the zero of the load cell. With `with_drift`, the drift f1 of the zero line is fitted too. Returns None if the
-    force does not rise, or if the fit does not converge.
+    The unknowns are the modulus, first contact, the settling of the skin and the zero line. `zero` [N] is the initial
+    guess of the zero of the load cell. Only with `with_drift`, the drift f1 of the zero line is an unknown too. Returns
+    None if the force does not rise, or if the fit does not converge.
     """
     start = _initial_guess(law, travel, force, zero)
     if start is None:
@@ -117,9 +118,9 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     )
     if not solution.success:
         return None
-    determined = list(range(count))
     parameters = CurveParameters(*solution.x.tolist())
-    if parameters.settling <= _NO_SETTLING:  # if s is zero, F_s has no effect, so neither has an error
+    determined = list(range(count))  # indices of the parameters that the curve determines
+    if parameters.settling <= _NO_SETTLING:  # without settling, F_s has no effect, and neither s nor F_s has an error
         determined = [index for index in determined if index not in _SETTLING_INDICES]
     errors = np.zeros(len(CurveParameters._fields))
     errors[determined] = standard_errors(np.asarray(solution.jac)[:, determined], solution.fun)
@@ -135,15 +136,16 @@ def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) ->
     typical values.
     """
     largest = last_force(force) - zero
-    upper = force - zero > _UPPER_PART * largest
-    if largest <= 0.0 or upper.sum() < 3:  # noqa: PLR2004 - a line and one more point
+    is_upper = force - zero > _UPPER_PART * largest
+    if largest <= 0.0 or is_upper.sum() < _LEAST_UPPER_POINTS:
         return None
-    slope, level = np.polyfit(travel[upper], (force[upper] - zero) ** (1.0 / law.exponent), 1)
+    roots = (force[is_upper] - zero) ** (1.0 / law.exponent)  # F^(1/n)
+    slope, intercept = np.polyfit(travel[is_upper], roots, 1)
     if slope <= 0.0:
         return None
     return CurveParameters(
         log_modulus=law.exponent * np.log(slope) - np.log(law.stiffness),
-        touch=-level / slope,
+        touch=-intercept / slope,
         settling=_GUESS_TRAVEL * float(travel[-1] - travel[0]),
         log_settling_force=np.log(_GUESS * largest),
         offset=zero,
@@ -160,20 +162,22 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
     points, parameters = jacobian.shape
     changes = np.linalg.pinv(jacobian) * residual  # change of each parameter caused by the residual of each point
     variance = (changes**2).sum(axis=1)
-    variance *= points / max(1, points - parameters)  # the fit reduces the residuals
+    # Each fitted parameter makes the residuals smaller than the noise, as if there were one point less.
+    variance *= points / max(1, points - parameters)
     total = float(residual @ residual)
     correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
     # A correlation reduces the number of independent residuals. The factor holds for a first-order autoregressive
     # process.
     if correlation > _SIGNIFICANT / math.sqrt(points):
-        limited_correlation = min(correlation, _MOST_ALIKE)  # so that the factor remains finite
+        limited_correlation = min(correlation, _LARGEST_CORRELATION)  # so that the factor remains finite
         variance *= (1.0 + limited_correlation) / (1.0 - limited_correlation)
     return np.asarray(np.sqrt(variance))
 
 
 def last_force(force: Floats) -> float:
-    """Return the mean force [N] over the last few points (at least three) of a loading curve."""
-    return float(force[-max(3, len(force) // 50) :].mean())
+    """Return the mean force [N] over the last points of a loading curve: a fiftieth of them, but at least three."""
+    count = max(3, len(force) // 50)
+    return float(force[-count:].mean())
 
 
 def _load_cell_force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:

@@ -24,9 +24,10 @@ PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Plausible moduli of whole fruit and tubers [MPa]; a value outside is probably due to a wrong unit."""
 ALLOWED_PERCENT = Bounds(below=100.0)
 """Allowed half width of the error bar of a modulus [%]; a larger error bar contains 0."""
-# Half width of the window of points for secant and tangent, as a fraction of the depth at their strain.
+# Secant and tangent are computed from the points near their strain. This is the half width of their range, as a
+# fraction of the depth at the strain.
 _WINDOW = 0.2
-_LEAST_POINTS = 6  # minimum number of points in this window
+_LEAST_POINTS = 6  # minimum number of these points
 _CERTAIN_CONTACT = 0.1  # fraction of the largest force above which the plate certainly touches the fruit
 _LAST_STRAIN = 0.95  # largest strain of a secant, as a fraction of the strain at the end of the curve
 
@@ -35,7 +36,7 @@ _LAST_STRAIN = 0.95  # largest strain of a secant, as a fraction of the strain a
 class PlateModulus:
     """Secant and tangent moduli of plate stress against strain at one strain, with errors at 95 %.
 
-    The secant begins at first contact.
+    Plate stress is the force divided by the area of the plate. The secant begins at first contact.
     """
 
     strain_percent: float
@@ -148,7 +149,7 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
 def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False, count: Count = ignore_progress
 ) -> CompressionResult:
-    """Return the moduli of one specimen, from the fit of a solved force law and from plate stress divided by strain.
+    """Determine the moduli of one specimen: by fitting a solved force law, and as plate stress divided by strain.
 
     `geometry` describes the body and the tools. With `compression_negative`, travel and force may be negative in
     compression. `count` is called with the number of finished parts of the work and with the number of all parts.
@@ -157,7 +158,7 @@ def measured_modulus(
     implausible modulus, and for an error bar that contains 0. Raises SolveError if the force law has no solution.
     """
     test = split_phases(specimen, compression_negative=compression_negative)
-    measured = test.specimen  # without the rows after the first return
+    measured = test.specimen  # without the rows after the first return of the plate or probe
     curve = without_frame(measured, test.loading, geometry.compliance_um_per_N)
     _check_travel(measured, curve, geometry)
     law = solved_law(geometry, count)
@@ -166,11 +167,12 @@ def measured_modulus(
     random_errors, bounds = _error_shares(test, curve, law, range_fit, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
-    _check_error_bar(measured, u_percent, max(shares, key=lambda name: shares[name]))
+    _check_error_bar(measured, u_percent, largest_share=max(shares, key=lambda cause: shares[cause]))
     apparent_law = hertz_law(geometry)  # None if no tool touches the body at a point
     hertz_fit = None if apparent_law is None else choose_range(curve, apparent_law)
-    secants = [_plate_modulus(curve, range_fit, geometry, strain) for strain in _strains(curve, range_fit, geometry)]
-    E_plate = secants[0].E_secant_MPa  # the paper's modulus
+    strains = _secant_strains(curve, range_fit, geometry)
+    secants = [_plate_modulus(curve, range_fit, geometry, strain) for strain in strains]
+    E_plate = secants[0].E_secant_MPa  # the paper's modulus is the secant at the first strain
     return CompressionResult(
         file=measured.file,
         specimen=measured.name,
@@ -202,7 +204,7 @@ def measured_modulus(
 
 
 def _plausible_fit(specimen: Specimen, curve: Loading, law: ForceLaw) -> RangeFit:
-    """Fit the force law to the longest range of a loading that follows it.
+    """Fit the force law to the longest range of a loading that follows it, and check that the modulus is plausible.
 
     `specimen` is named in messages. Raises InputError if no range can be fitted, and for an implausible modulus.
     """
@@ -221,7 +223,7 @@ def _plausible_fit(specimen: Specimen, curve: Loading, law: ForceLaw) -> RangeFi
 def _error_shares(
     test: Phases, curve: Loading, law: ForceLaw, range_fit: RangeFit, geometry: TestGeometry
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the relative errors of the modulus [1] at 95 % by their cause: the random errors, and the bounds.
+    """Return the relative errors of the modulus [1] at 95 %, keyed by their cause: the random errors, and the bounds.
 
     Random errors add in quadrature. The errors due to the constitutive law, the friction and the shape are bounds that
     may all have the same sign, so they add linearly. `curve` is the loading of the `test` after correction for the
@@ -238,9 +240,13 @@ def _error_shares(
         POISSON: poisson_error,
     }
     if geometry.compliance_error_um_per_N:
-        points = int(np.searchsorted(curve.travel, range_fit.range_end, side="right"))
-        random_errors["machine compliance"] = _frame_error(test.specimen, test.loading, range_fit, points, geometry)
+        random_errors["machine compliance"] = _frame_error(test, curve, range_fit, geometry)
     return random_errors, bounds
+
+
+def _count_points(curve: Loading, range_fit: RangeFit) -> int:
+    """Return the number of points of a loading that lie in the fitted range, which begins at the first point."""
+    return int(np.searchsorted(curve.travel, range_fit.range_end, side="right"))
 
 
 def _relaxation_of_hold(
@@ -257,11 +263,12 @@ def _relaxation_of_hold(
 
 
 def _modulus_change(variant: ForceLaw, curve: Loading, range_fit: RangeFit) -> float:
-    """Return the relative error of the modulus [1] if `variant` is the true force law.
+    """Return the relative error of the modulus [1] that results if `variant` is the true force law.
 
-    This law is fitted to the chosen range. If the fit fails, the stiffnesses of the two laws are compared.
+    The variant is fitted to the same range of the `curve` as the nominal law. If this fit fails, the ratio of the
+    stiffnesses of both laws replaces the ratio of the moduli.
     """
-    count = int(np.searchsorted(curve.travel, range_fit.range_end, side="right"))
+    count = _count_points(curve, range_fit)
     has_drift = range_fit.fit.parameters.drift != 0.0
     fit = fit_law(variant, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
     if fit is None:
@@ -269,27 +276,28 @@ def _modulus_change(variant: ForceLaw, curve: Loading, range_fit: RangeFit) -> f
     return abs(range_fit.fit.modulus.value / fit.modulus.value - 1.0)
 
 
-def _frame_error(
-    specimen: Specimen, measured: Loading, range_fit: RangeFit, count: int, geometry: TestGeometry
-) -> float:
+def _frame_error(test: Phases, curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> float:
     """Return the largest relative change of the modulus [1] that the error of the machine's compliance may cause.
 
-    `measured` is the loading without the correction for this compliance. Its first `count` points are the chosen range.
+    `curve` is the loading of the `test` after correction for the compliance in `geometry`, and `range_fit` is its fit.
     The change is 1 if the law cannot be fitted with the changed compliance.
     """
+    count = _count_points(curve, range_fit)
+    has_drift = range_fit.fit.parameters.drift != 0.0
     changes = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
-        curve = without_frame(specimen, measured, geometry.compliance_um_per_N + error)
-        has_drift = range_fit.fit.parameters.drift != 0.0
-        fit = fit_law(range_fit.fit.law, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
+        changed = without_frame(test.specimen, test.loading, geometry.compliance_um_per_N + error)
+        travel, force = changed.travel[:count], changed.force[:count]
+        fit = fit_law(range_fit.fit.law, travel, force, changed.zero, with_drift=has_drift)
         changes.append(1.0 if fit is None else abs(fit.modulus.value / range_fit.fit.modulus.value - 1.0))
     return max(changes)
 
 
 def _check_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
-    """Raise InputError if the travel under load exceeds the height of the body."""
+    """Raise InputError if the travel under load exceeds the height of the body, which no body can survive."""
     is_loaded = curve.force > curve.zero + _CERTAIN_CONTACT * (float(curve.force.max()) - curve.zero)
-    depth = float(curve.travel[-1] - curve.travel[int(np.argmax(is_loaded))])
+    first_loaded = int(np.argmax(is_loaded))
+    depth = float(curve.travel[-1] - curve.travel[first_loaded])
     if depth > geometry.height_mm:
         name = f"{specimen}: travel under load"
         bound = f"less than the height of the body, {geometry.height_mm:g} mm"
@@ -303,7 +311,7 @@ def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -
     largest share of the error, and the row with the sharpest bend in the force, which may be an outlier.
     """
     if not ALLOWED_PERCENT.hold(u_percent):
-        bends = np.abs(np.diff(specimen.force, n=2))  # second differences, centred at the second row and later
+        bends = np.abs(np.diff(specimen.force, n=2))  # second differences; the first one is centred at the second row
         outlier = specimen.cell(int(np.argmax(bends)) + 1, "force")
         name = f"{specimen}: error of the modulus"
         hint = (
@@ -315,8 +323,8 @@ def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -
 def _notes(E: float, range_fit: RangeFit, requested_strain: float, first_strain: float) -> list[str]:
     """Return notes on unusual properties of a test: its strain, its modulus E [MPa], its fit and its zero line.
 
-    `range_fit` is the fit of the force law. `requested_strain` [%] is the first strain in the geometry. `first_strain`
-    [%] is the strain of the first secant. It is less than `requested_strain` if the curve ends too early.
+    `range_fit` is the fit of the force law. `requested_strain` [%] is the first strain in the geometry, and
+    `first_strain` [%] is the strain of the first secant. The latter is smaller if the curve ends too early.
     """
     notes = []
     if first_strain != requested_strain:
@@ -334,24 +342,24 @@ def _notes(E: float, range_fit: RangeFit, requested_strain: float, first_strain:
     return notes
 
 
-def _strains(curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> list[float]:
-    """Return the strains [%] at which secants are computed: those requested in the geometry that the curve reaches.
+def _secant_strains(curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> list[float]:
+    """Return the strains [%] at which secants are computed: the requested strains that the curve reaches.
 
-    If the curve does not reach the first strain, it is replaced by the largest possible strain. Raises InputError for a
-    strain that is smaller than the error of the first touch.
+    The first strain is always present, because its secant is the paper's modulus. If the curve does not reach it, the
+    largest possible strain replaces it. Raises InputError for a strain that is smaller than the error of the first
+    touch.
     """
     percent_per_mm = 100.0 / geometry.height_mm
-    last = percent_per_mm * _LAST_STRAIN * (float(curve.travel[-1]) - range_fit.touch.value)
+    largest = percent_per_mm * _LAST_STRAIN * (float(curve.travel[-1]) - range_fit.touch.value)
     touch_error = percent_per_mm * COVERAGE * range_fit.touch.error
-    requested, *others = geometry.strains_percent
+    first, *others = geometry.strains_percent
     smallest = min(geometry.strains_percent)
     if smallest < touch_error:
         bound = f"at least {touch_error:.2g} %, the error of the first touch"
         raise validation_error("--strain", smallest, "%", bound, "choose a larger strain, or measure more points")
-    first = requested
-    if requested > last:
-        first = min(float(f"{last:.2g}"), last)  # two significant digits, but not rounded up beyond the curve
-    return [first, *(strain for strain in others if strain <= last)]
+    if first > largest:
+        first = min(float(f"{largest:.2g}"), largest)  # two significant digits, but not rounded up beyond the curve
+    return [first, *(strain for strain in others if strain <= largest)]
 
 
 def _plate_modulus(curve: Loading, range_fit: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
@@ -365,10 +373,11 @@ def _plate_modulus(curve: Loading, range_fit: RangeFit, geometry: TestGeometry, 
     `range_fit` is the fit of the force law, which determines first contact and the zero line.
     """
     depth = 0.01 * strain * geometry.height_mm
-    offsets = curve.travel - range_fit.touch.value - depth  # travel minus the travel at `strain` [mm]
+    offsets = curve.travel - range_fit.touch.value - depth  # depth of each point minus the depth at `strain` [mm]
     distances = np.abs(offsets)
     is_near = distances <= max(_WINDOW * depth, np.sort(distances)[_LEAST_POINTS - 1])
     force = (curve.force - range_fit.fit.zero_line(curve.travel))[is_near]
+    # At the offset 0, the constant of the parabola is the force, and its linear coefficient is the slope.
     coefficients, covariance = np.polyfit(offsets[is_near], force, 2, cov=True)
     half_curvature, slope, force_at_strain = coefficients.tolist()
     _, slope_fit_error, force_fit_error = np.sqrt(np.diag(covariance)).tolist()

@@ -22,14 +22,15 @@ def modulus_page(results: Sequence[CompressionResult]) -> str:
 
 
 def _plot_data(result: CompressionResult, *, only_specimen: bool) -> Plain:
-    """Return the data of one test for the plots of the page.
+    """Return the data of one test for the plots of the page, as modulus.js expects them.
 
-    The data are travel [mm], force [N], the fitted force law, strain [%] and plate stress [MPa]. The measured curves
-    are decimated to `_MOST_POINTS`. The test is named after its file. The name of its specimen is appended unless it is
-    the `only_specimen` of the file.
+    The data are travel [mm], force [N], the fitted force law, strain [%] and plate stress [MPa]. Of the measured
+    points, at most `_MOST_POINTS` at equal distances remain. The test is named after its file. The name of its specimen
+    is appended unless it is the `only_specimen` of the file.
     """
     curve = result.curve
     geometry = result.geometry
+    # A short curve has fewer points than indices, so some indices occur twice.
     indices = np.unique(np.linspace(0, len(curve.travel) - 1, _MOST_POINTS).astype(int))
     travel = curve.travel[indices]
     force = curve.force[indices]

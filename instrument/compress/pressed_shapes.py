@@ -11,11 +11,11 @@ from solve.compression.force_curve import CompressionPress
 from solve.compression.half_body import Section
 from solve.compression.tool import Tool
 
-# Exponents n of the force law F ~ D^n at small depths D
+# Exponents n of the force law F ~ D^n at small depths D.
 POINT_CONTACT = 1.5  # Hertz's law, valid for every convex body
 _LINE_CONTACT = 1.0  # apart from a logarithm, which the fitted force curve represents
 _FLAT_CONTACT = 1.0
-# Largest depths that are solved
+# Largest depths that are solved.
 _DEEPEST = 0.15  # relative to the half height or the radius, whichever is smaller; most fruit fails at smaller depths
 _DEEPEST_BALL = 0.1  # relative to the radius of a ball plunger; at larger depths some flesh laws have no equilibrium
 _DEEPEST_FLAT = 0.3  # relative to the radius of a flat plunger
@@ -100,8 +100,8 @@ class CompressedBody:
     def sides(self, plunger: Plunger | None, plates: int) -> tuple[CompressionPress, ...]:
         """Return one press for each side of the body that deforms, the upper side first.
 
-        With `plunger` None, a plate presses from above. `plates` is 1 for a body in a rigid seat, whose lower side does
-        not deform, and 2 otherwise. Raises InputError for an unsupported combination of body and tools.
+        If `plunger` is None, a plate presses from above. `plates` is 1 for a body in a rigid seat, whose lower side
+        does not deform, and 2 otherwise. Raises InputError for an unsupported combination of body and tools.
         """
         section = self.section
         has_unsuitable_plunger = plunger is not None and not self.takes_plunger
@@ -110,16 +110,16 @@ class CompressedBody:
             bound = "between plates, or with a plunger or seat that docs/modulus.md lists for it"
             raise validation_error("body", self.kind, "", bound, "choose other tools, because these are not supported")
         presses = _round_presses(section, plunger) if section.is_round else _presses_on_end(section, plunger)
-        return presses[:plates]
+        return presses[:plates]  # in a seat, only the upper side
 
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - used by a subclass
         """Return the relative radius of each point contact [mm]; empty if Hertz's law does not apply."""
         return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - used by subclasses
-        """Return bounds for each simplification of the body, keyed by its name.
+        """Return bounds for each simplification of the body, keyed by its name; this class makes none.
 
-        Each bound consists of one press for each side.
+        `sides` are the presses on the body. Each bound consists of one press for each side.
         """
         return {}
 
@@ -177,20 +177,21 @@ class Ellipsoid(CompressedBody):
         return (relative_radius(plunger.radius_mm, radius), radius)[:plates]
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return bounds for two different radii: bodies of revolution with one or the other radius, under the plates.
+        """Return bounds for two different radii: bodies of revolution with one or the other radius, between plates.
 
-        `sides` are the presses on the body, the lower plate last. At small depths the force is proportional to the
-        square root of the radius (Hertz). The factors are chosen so that the bounds agree with the ellipsoid at small
-        depths. A side under a plunger is not changed. There are no bounds if the radii are equal.
+        `sides` are the presses on the body, the lower side last. The factors make the bounds agree with the ellipsoid
+        at small depths, where the force is proportional to the square root of the radius (Hertz). A side under a
+        plunger is unchanged. There are no bounds if the radii are equal, or if only a plunger presses the body.
         """
-        if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
+        plate = Tool()  # the default tool is a plate
+        if self.radius_mm == self.radius_across_mm or sides[-1].tool != plate:
             return {}
         bounds = []
         for radius in (self.radius_mm, self.radius_across_mm):
             section = replace(self.section, radius=radius)
             factor = math.sqrt(self.section.radius / radius)
-            plate = BoundingPress(replace(sides[-1], section=section), factor)
-            bounds.append([plate if side.tool == Tool() else BoundingPress(side, 1.0) for side in sides])
+            plate_bound = BoundingPress(replace(sides[-1], section=section), factor)
+            bounds.append([plate_bound if side.tool == plate else BoundingPress(side, 1.0) for side in sides])
         return {"two radii": bounds}
 
 
@@ -232,12 +233,12 @@ class CylinderOnSide(CompressedBody):
         return 1.0 / self.length_mm
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return the bound for the free ends.
+        """Return the only bound, which accounts for the free ends.
 
         It assumes plane stress over a length of one radius at each end. There the force is 1 - nu^2 times the force in
         plane strain.
         """
-        end_fraction = min(1.0, 2.0 * self.radius_mm / self.length_mm)
+        end_fraction = min(1.0, 2.0 * self.radius_mm / self.length_mm)  # both ends, as a fraction of the length
         return {"free ends": [[BoundingPress(side, 1.0 - end_fraction * side.law.poisson**2) for side in sides]]}
 
 
@@ -335,7 +336,7 @@ KINDS: Mapping[str, type[CompressedBody]] = {
     "cylinder-side": CylinderOnSide,
     "block": RectangularBlock,
 }
-"""The class of each body, keyed by its name in `--body`. Each field of a class is the size that a flag sets."""
+"""The class of each body, keyed by its name in `--body`. Each field of a class is a size that a flag sets."""
 
 
 def _round_presses(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
@@ -345,47 +346,45 @@ def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Compressi
     """
     deepest = _DEEPEST * min(section.half_height, section.radius)
     contact = math.sqrt(section.radius * deepest)  # contact radius [mm] by Hertz's law
-    exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT
-    plate = CompressionPress(section=section, deepest=deepest, contact=contact, exponent=exponent)
+    exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT  # only a lying cylinder has a length
+    by_plate = CompressionPress(section=section, deepest=deepest, contact=contact, exponent=exponent)
     if plunger is None:
-        return plate, plate
+        return by_plate, by_plate
     plunger_depth = min(deepest, plunger.deepest)
     plunger_contact = math.sqrt(relative_radius(plunger.radius_mm, section.radius) * plunger_depth)
-    return replace(plate, tool=plunger.tool, deepest=plunger_depth, contact=plunger_contact), plate
+    by_plunger = replace(by_plate, tool=plunger.tool, deepest=plunger_depth, contact=plunger_contact)
+    return by_plunger, by_plate
 
 
 def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
     """Return the presses on a cylinder that stands on its end, by two plates or by a plunger from above.
 
-    `section` is the section through the axis of the cylinder. Each plate presses one half of the height. Under a
-    plunger, there is only one press, because the cylinder stands on a table. Raises InputError for a plunger that is
-    too wide.
+    `section` is the section through the axis of the cylinder. Each plate presses one half of the height. A plunger
+    presses the whole height in a single press, because the cylinder then stands on a table. Raises InputError for a
+    plunger that is too wide.
     """
     radius = section.radius
     if plunger is None:
         deepest = _DEEPEST * section.half_height
-        plate = CompressionPress(section=section, deepest=deepest, contact=radius, exponent=_FLAT_CONTACT)
-        return plate, plate
+        by_plate = CompressionPress(section=section, deepest=deepest, contact=radius, exponent=_FLAT_CONTACT)
+        return by_plate, by_plate
     if plunger.radius_mm > _WIDEST * radius:
         bound = f"at most {_WIDEST:g} of the radius of the body, {radius:g} mm"
-        raise validation_error(
-            "plunger.radius_mm",
-            plunger.radius_mm,
-            "mm",
-            bound,
-            "leave out a wider plunger, because it acts as a plate",
-        )
+        hint = "leave out a wider plunger, because it acts as a plate"
+        raise validation_error("plunger.radius_mm", plunger.radius_mm, "mm", bound, hint)
     height = 2.0 * section.half_height
     deepest = min(_DEEPEST * height, plunger.deepest)
     if plunger.ball:
-        contact, exponent = math.sqrt(plunger.radius_mm * deepest), POINT_CONTACT
+        contact = math.sqrt(plunger.radius_mm * deepest)  # contact radius [mm] by Hertz's law
+        exponent = POINT_CONTACT
     else:
-        contact, exponent = plunger.radius_mm, _FLAT_CONTACT
-    press = CompressionPress(
+        contact = plunger.radius_mm
+        exponent = _FLAT_CONTACT
+    by_plunger = CompressionPress(
         section=replace(section, half_height=height, on_table=True),
         tool=plunger.tool,
         deepest=deepest,
         contact=contact,
         exponent=exponent,
     )
-    return (press,)
+    return (by_plunger,)

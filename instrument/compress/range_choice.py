@@ -14,7 +14,11 @@ from sensor.quantity import Estimate
 
 ENDS = (1.0, 0.8, 0.6)
 """Ends of the ranges that are tried, as fractions of the force at the end of the loading."""
+_SMOOTH_PARTS = 60  # the end of a range is found in the force, smoothed over a sixtieth of its points
 _GROUPS = 12  # maximum number of groups of points whose mean residuals are tested
+_LEAST_GROUPS = 3  # minimum number of these groups
+_LEAST_GROUP_SIZE = 4  # number of points of a group in a curve too short for `_GROUPS`
+_FITTED = 4  # fitted parameters that reduce the degrees of freedom: modulus, first contact, settling and zero
 _LARGEST_CHI_SQUARE = 2.2  # largest reduced chi-square of these means; 99 % of good fits are below
 _LEAST_POINTS = 12  # minimum number of points of a fit
 _LEAST_IDLE = 10  # minimum number of points before first contact from which a drift can be detected
@@ -49,17 +53,13 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
     The error of the modulus includes the choice of the range. If the curve follows the law over none of the ranges, the
     range with the smallest residuals is used. Returns None if no range can be fitted.
     """
-    candidates = []
-    for end in ENDS:
-        fit = _fit_range(curve, end, law)
-        if fit is not None:
-            candidates.append(fit)
+    range_fits = [_fit_range(curve, end, law) for end in ENDS]
+    candidates = [fit for fit in range_fits if fit is not None]  # the longest range first
     if not candidates:
         return None
-    following = [fit for fit in candidates if fit.follows_law]  # the longest range first
+    following = [fit for fit in candidates if fit.follows_law]
     best = following[0] if following else min(candidates, key=lambda fit: float(fit.fit.residual.std()))
-    compared = following or candidates
-    other_moduli = [fit.modulus for fit in compared if fit is not best]
+    other_moduli = [fit.modulus for fit in following or candidates if fit is not best]
     return replace(best, modulus=add_choice_error(best.modulus, other_moduli))
 
 
@@ -71,7 +71,7 @@ def add_choice_error(best: Estimate, others: Sequence[Estimate]) -> Estimate:
     the wider range contains the points of the narrower one (J. A. Hausman, Econometrica 46 (1978) 1251,
     doi:10.2307/1913827).
     """
-    excesses = []
+    excesses = []  # squared differences that noise does not explain [MPa^2]
     for other in others:
         if other.error < _LARGEST_ERROR_RATIO * best.error:
             noise_variance = max(0.0, other.error**2 - best.error**2)
@@ -88,10 +88,11 @@ def _fit_range(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
     fails.
     """
     force = curve.force - curve.zero
-    width = max(1, len(force) // 60)  # smoothing, so that noise does not end the range too early
-    smooth = np.convolve(force, np.ones(width) / width, mode="same")
+    width = max(1, len(force) // _SMOOTH_PARTS)
+    smooth = np.convolve(force, np.ones(width) / width, mode="same")  # so that noise does not end the range too early
     beyond_end = np.flatnonzero(smooth > end * last_force(force))
-    count = int(beyond_end[0]) if beyond_end.size and end < 1.0 else len(force)
+    is_whole = end >= 1.0 or not beyond_end.size
+    count = len(force) if is_whole else int(beyond_end[0])
     fit = _fit_points(curve, count, law)
     if fit is None:
         return None
@@ -113,14 +114,15 @@ def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
     without_drift = fit_law(law, travel, force, curve.zero, with_drift=False)
     if without_drift is None:
         return None
-    idle_points = int(np.searchsorted(travel, without_drift.onset))
+    idle_points = int(np.searchsorted(travel, without_drift.onset))  # points before the force rises
     # With few points before first contact, a drift cannot be distinguished from the force of the body.
     drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle_points >= _LEAST_IDLE else None
+    # If there is no fit with a drift, the other fit takes its place with the weight 0.
+    with_drift = without_drift
     probability = 0.0
-    with_drift = without_drift  # without a fitted drift, the weight of this fit is 0
     if drifting is not None:
-        probability = _drift_probability(drifting, travel[:idle_points], force[:idle_points], count)
         with_drift = drifting
+        probability = _drift_probability(drifting, travel[:idle_points], force[:idle_points], count)
     fit = with_drift if probability > 0.5 else without_drift  # noqa: PLR2004 - the more probable of two
     is_within_error_of_law = bool((np.abs(fit.residual) <= law.error * np.abs(force)).all())
     return RangeFit(
@@ -142,7 +144,7 @@ def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: i
 
     the prior odds times the Bayes factor by Schwarz's criterion (Ann. Statist. 6 (1978) 461,
     doi:10.1214/aos/1176344136). Here z is the drift in standard errors. Both the fit and the points before first
-    contact must show the drift, so the smaller of their two values of z is used.
+    contact must show the drift, so z is the smaller of their two values.
 
     `drifting` is the fit with a drift. `travel` [mm] and `force` [N], both (idle points,), are the points before first
     contact, and `count` is the number of all points.
@@ -173,10 +175,12 @@ def _is_noise(residual: Floats) -> bool:
     The test is a chi-square test on the mean residuals of consecutive groups. If a curve does not follow the law, many
     neighbouring residuals have the same sign, so their means are too large.
     """
-    groups = np.array_split(residual, min(_GROUPS, max(3, len(residual) // 4)))
+    group_count = min(_GROUPS, max(_LEAST_GROUPS, len(residual) // _LEAST_GROUP_SIZE))
+    groups = np.array_split(residual, group_count)
     differences = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
     # The variance of a second difference is 1 + 4 + 1 times the variance of the noise.
-    variance = float(np.mean(differences**2)) / 6.0
+    noise_variance = float(np.mean(differences**2)) / 6.0
+    # The mean of a group has the variance of the noise divided by the number of its points.
     squares = math.fsum(len(group) * group.mean() ** 2 for group in groups)
-    freedom = max(1, len(groups) - 4)  # degrees of freedom, less modulus, first contact, settling and zero
-    return variance == 0.0 or squares / variance / freedom < _LARGEST_CHI_SQUARE
+    degrees_of_freedom = max(1, group_count - _FITTED)
+    return noise_variance == 0.0 or squares / noise_variance / degrees_of_freedom < _LARGEST_CHI_SQUARE

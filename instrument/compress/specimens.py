@@ -6,7 +6,7 @@ in files from LabVIEW, which writes a header for each segment. Other content of 
 skipped.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -42,7 +42,7 @@ QUANTITIES = {
 LEAST_ROWS = 12
 """Minimum number of rows of a curve. A shorter table in a file with longer ones contains results."""
 _REQUIRED = {"force", "travel"}
-# A segment can only be continued if it ends near its largest compression: within this fraction of its travel.
+# A segment can only continue if it ends near its largest compression: within this fraction of its travel.
 _AT_END = 0.05
 _STEPS = 3.0  # largest distance from the end of a segment to the start of the next one, in steps between rows
 
@@ -51,8 +51,9 @@ _STEPS = 3.0  # largest distance from the end of a segment to the start of the n
 class Specimen:
     """One curve: the measured travel [mm], force [N] and time [s], all (rows,), and the line number of each row.
 
-    `labels` holds the header of each quantity. `notes` are assumptions made while reading, and `summary` summarises
-    in one line what was read. `path` is the file without the name of a sheet.
+    `file` and `name` are the names of the file, with its sheet, and of the specimen. `path` is the file without the
+    sheet. `labels` holds the header of each quantity. `notes` are assumptions made while reading, and `summary`
+    summarises in one line which columns and rows were read. `time` is None if the table has no times.
     """
 
     file: str
@@ -84,7 +85,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     """Read all curves in the file of a compression test.
 
     `quantities` describes the columns. Segments of the same test are joined. A table with statistics, or a short table
-    in a file with longer ones, contains results: it is skipped, and `summary` of each specimen says so. Raises
+    in a file with longer ones, contains results. It is skipped, and `summary` of each specimen mentions it. Raises
     InputError for a file without force and travel, and for cells that cannot be read.
     """
     reader = TableReader(quantities, [sorted(_REQUIRED)], "force_N,travel_mm")
@@ -93,15 +94,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
         raise reader.no_header()
     # A table with a row of statistics contains results, unless all tables have such a row.
     curves = [table for table in tables if not any(map(is_statistic, table.left_out))] or tables
-    specimens: list[Specimen] = []
-    header: tuple[str, ...] = ()  # header of the previous table; only a repeated header begins a further segment
-    for table in curves:
-        for specimen in _specimens_of_table(table, len(specimens)):
-            if specimens and table.header.cells == header and _is_continuation(specimens[-1], specimen):
-                specimens[-1] = _join_segments(specimens[-1], specimen)
-            else:
-                specimens.append(specimen)
-        header = table.header.cells
+    specimens = _read_and_join(curves)
     longest = max(len(specimen.lines) for specimen in specimens)
     # If all tables are short, they are kept, so that the error names the missing rows instead of a missing table.
     least_rows = LEAST_ROWS if longest >= LEAST_ROWS else 0
@@ -110,6 +103,24 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     skipped += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
     note = "".join(f"; skipped results from line {lines[0]} on" for lines in sorted(skipped) if lines)
     return [replace(specimen, path=str(source), summary=specimen.summary + note) for specimen in long_enough]
+
+
+def _read_and_join(tables: Sequence[FoundTable]) -> list[Specimen]:
+    """Read the specimens of all tables in a file, and join consecutive segments of the same test.
+
+    A segment only continues the table before it if it repeats the header of this table.
+    """
+    specimens: list[Specimen] = []
+    previous_header: tuple[str, ...] = ()
+    for table in tables:
+        repeats_header = table.header.cells == previous_header
+        for specimen in _specimens_of_table(table, len(specimens)):
+            if specimens and repeats_header and _is_continuation(specimens[-1], specimen):
+                specimens[-1] = _join_segments(specimens[-1], specimen)
+            else:
+                specimens.append(specimen)
+        previous_header = table.header.cells
+    return specimens
 
 
 def _is_continuation(first: Specimen, second: Specimen) -> bool:
@@ -123,22 +134,29 @@ def _is_continuation(first: Specimen, second: Specimen) -> bool:
         return False
     compression = travel[-1] - travel[0]  # negative if the travel decreases in compression
     is_at_end = abs(compression) >= (1.0 - _AT_END) * np.ptp(travel) > 0.0
-    is_near = all(
-        abs(after[0] - before[-1]) <= _STEPS * max(_largest_step(before), _largest_step(after))
-        for before, after in ((travel, second.travel), (first.force, second.force))
-    )
-    # distance from the end of the first curve to the start of the second, positive in the direction of compression
+    is_near = _begins_near_end(travel, second.travel) and _begins_near_end(first.force, second.force)
+    # Distance from the end of the first curve to the start of the second, positive in the direction of compression.
     advance = (second.travel[0] - travel[-1]) * np.sign(compression)
     goes_back = not advance > -_largest_step(travel)
     return bool(is_at_end and is_near and not goes_back)
 
 
+def _begins_near_end(before: Floats, after: Floats) -> bool:
+    """Return whether a column `after` begins within `_STEPS` steps of the end of the column `before`."""
+    step = max(_largest_step(before), _largest_step(after))
+    return bool(abs(after[0] - before[-1]) <= _STEPS * step)
+
+
 def _largest_step(values: Floats) -> float:
+    """Return the largest absolute difference between two consecutive values."""
     return float(np.abs(np.diff(values)).max())
 
 
 def _join_segments(first: Specimen, second: Specimen) -> Specimen:
-    """Join two consecutive segments of a test into one curve; raises InputError if the time restarts in the second."""
+    """Join two consecutive segments of a test into one curve; raises InputError if the time restarts in the second.
+
+    The curve only has times if both segments have them.
+    """
     time = None
     if first.time is not None and second.time is not None:
         if second.time[0] < first.time[-1]:
@@ -163,25 +181,32 @@ def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
     `count` is the number of specimens that were read before this table; a specimen without a name gets the next number.
     Raises InputError for a specimen without a force or a travel.
     """
-    # The next specimen begins at a repeated force or travel column.
-    groups: list[dict[str, Column]] = [{}]
-    for column in table.columns:
-        if column.name in groups[-1] and (column.name in _REQUIRED or groups[-1].keys() >= _REQUIRED):
-            groups.append({})
-        groups[-1].setdefault(column.name, column)
-    if groups[1:] and not groups[-1].keys() & _REQUIRED:  # columns with only times are not a specimen
-        groups.pop()
-
-    for number, columns in enumerate(groups, start=count + 1):  # numbers begin at 1
+    groups = _group_columns(table.columns)
+    for number, columns in enumerate(groups, start=count + 1):  # the first specimen of a file is number 1
         if not columns.keys() >= _REQUIRED:
             labels = [column.label for column in columns.values()]
             bound = "one force and one travel for each specimen"
             hint = "choose them with --columns force=HEADER,travel=HEADER, where HEADER is a header or a column number"
             raise validation_error(place_of(table.source, table.header.line), ", ".join(labels), "", bound, hint)
-        # The row above the header may contain the name of the specimen, above its first column.
+        # The row above the header may contain the name of the specimen, only above its first column.
         above, *beside = (table.above.cell(column.index) for column in columns.values())
         name = "" if any(beside) or is_number(above) else above
         yield _read_specimen(table, columns, name or f"{number}")
+
+
+def _group_columns(columns: Sequence[Column]) -> list[dict[str, Column]]:
+    """Divide the columns of a table into one group for each specimen; each group is keyed by quantity."""
+    groups: list[dict[str, Column]] = [{}]
+    for column in columns:
+        group = groups[-1]
+        # A repeated column begins the next specimen, but a repeated time only if force and travel are already present.
+        if column.name in group and (column.name in _REQUIRED or group.keys() >= _REQUIRED):
+            group = {}
+            groups.append(group)
+        group.setdefault(column.name, column)
+    if groups[1:] and not groups[-1].keys() & _REQUIRED:  # columns with only times are not a specimen
+        groups.pop()
+    return groups
 
 
 def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Specimen:
@@ -189,7 +214,7 @@ def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) 
 
     Raises InputError for a cell that cannot be read.
     """
-    # A specimen that is shorter than its neighbours ends with rows of empty cells.
+    # A specimen that is shorter than its neighbours ends with rows of empty cells, which are left out.
     filled = [row for row in table.rows if any(column.cell(row) for column in columns.values())]
     specimen_table = table.limited_to([*columns.values()], filled)
     notes = [
@@ -199,7 +224,8 @@ def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) 
     ]
     arrays = {}
     for quantity, column in columns.items():
-        if quantity == "time":  # a clock may restart, for instance at midnight
+        if quantity == "time":
+            # A time of day restarts at midnight, so a Clock converts it and adds a note to `notes`.
             clock = Clock(specimen_table, column, lambda note: notes.append(f"{table.source}: {note}"))
             arrays[quantity] = np.array([clock.seconds(row) for row in filled])
         else:

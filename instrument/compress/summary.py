@@ -46,12 +46,14 @@ class DesignRange:
 def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) -> list[FruitSummary]:
     """Return one summary for each fruit.
 
-    All specimens in a file are from the same fruit; with `by_folder`, all files in a folder are.
+    All specimens in a file are from the same fruit. With `by_folder`, all specimens in a folder are from the same
+    fruit.
     """
     tests_of_fruit: dict[str, list[CompressionResult]] = {}
     for result in results:
         path = Path(result.file)
-        tests_of_fruit.setdefault(str(path.parent if by_folder else path), []).append(result)
+        name = str(path.parent if by_folder else path)
+        tests_of_fruit.setdefault(name, []).append(result)
     return [_summarise(name, tests) for name, tests in tests_of_fruit.items()]
 
 
@@ -61,16 +63,20 @@ def overall_modulus(summaries: Sequence[FruitSummary]) -> FruitSummary:
 
 
 def _summarise(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
-    """Return the mean and standard deviation of the moduli of tests or fruit, in a summary called `name`."""
-    flesh = [test.E_MPa for test in tests]
-    plate = [test.E_plate_MPa for test in tests]
+    """Summarise tests of one fruit, or the summaries of several fruit, by the mean and deviation of their moduli.
+
+    `name` is the name of the summary. The standard deviation of a single test is 0.
+    """
+    moduli = [test.E_MPa for test in tests]
+    plate_moduli = [test.E_plate_MPa for test in tests]
+    has_deviation = len(tests) > 1
     return FruitSummary(
         name=name,
         count=len(tests),
-        E_MPa=statistics.fmean(flesh),
-        E_deviation_MPa=statistics.stdev(flesh) if len(tests) > 1 else 0.0,
-        E_plate_MPa=statistics.fmean(plate),
-        E_plate_deviation_MPa=statistics.stdev(plate) if len(tests) > 1 else 0.0,
+        E_MPa=statistics.fmean(moduli),
+        E_deviation_MPa=statistics.stdev(moduli) if has_deviation else 0.0,
+        E_plate_MPa=statistics.fmean(plate_moduli),
+        E_plate_deviation_MPa=statistics.stdev(plate_moduli) if has_deviation else 0.0,
     )
 
 
@@ -81,8 +87,9 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
     and only `E_max_MPa` covers its error bar.
     """
     E = np.array([test.E_MPa for test in results])
-    u = 0.01 * np.array([test.u_percent for test in results])
-    # The ends are not cleaned of round-off, because it decides how a modulus halfway between two digits is rounded.
+    u = 0.01 * np.array([test.u_percent for test in results])  # half widths of the error bars, relative to E
+    # `next_multiple` rounds to two digits, up towards infinity or down towards 0. The round-off of its results remains
+    # here, because it decides how the list rounds a modulus halfway between two digits.
     E_max = next_multiple(float((E * (1.0 + u)).max()), 2, math.inf)
     E_min = next_multiple(float((E * (1.0 - u)).min()), 2, 0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
@@ -96,16 +103,18 @@ def result_parts(
 
     `fruit` are the summaries of the fruit, and `design` is the range of moduli from `design_range`.
     """
-    shares: dict[str, float] = {}  # largest share of each cause in the error [%]
+    largest_shares: dict[str, float] = {}  # of each cause in the error of any result [%]
     for result in results:
-        shares |= {cause: max(share, shares.get(cause, 0.0)) for cause, share in result.shares_percent.items()}
+        for cause, share in result.shares_percent.items():
+            largest_shares[cause] = max(share, largest_shares.get(cause, 0.0))
+    notes_once = dict.fromkeys(note for result in results for note in result.notes)
     return template_parts(
         "compress/modulus.txt.j2",
         results=results,
-        shares=shares,
+        shares=largest_shares,
         per_mm_percent=max(100.0 * result.geometry.body.per_mm for result in results),
         rigid=any(result.geometry.compliance_um_per_N == 0.0 for result in results),
         summaries=[*fruit, overall_modulus(fruit)],
         design=design,
-        notes=dict.fromkeys(note for result in results for note in result.notes),
+        notes=notes_once,
     )
