@@ -21,8 +21,8 @@ from sensor.record import Record
 from sensor.theory.two_spring_law import Definition, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
 
-ROUND_OFF = 1e-9  # smaller relative changes are round-off
-LIFTED = 1.0  # relative change that represents a cause which lifts a tip off the fruit
+ROUND_OFF = 1e-9  # relative changes below this are round-off
+LIFTED = 1.0  # relative change entered for a cause that lifts a tip off the fruit, where no result can be computed
 
 Change = Callable[[Cause, float], Floats]
 """A function of a cause and a multiple of its size. It returns the relative change of results [1], of any shape."""
@@ -53,16 +53,18 @@ class Budgets(Record):
 class LevelPress:
     """Level presses of a pair at moduli (moduli, 1) [MPa] and travels (travels,) [mm], and the causes of their errors.
 
-    K are the stiffnesses of the springs [N/mm]. `crosstalk` (moduli, 1) [1/mm] is the compliance of the fruit between
-    the two tips, times E. `own` (2, moduli, 1) [1/mm] is its compliance under each tip minus the crosstalk, times E.
-    All changes are computed from these presses, so that each cause has the size that belongs to the modulus and the
-    travel.
+    Arrays with an entry for each tip begin with the tip on the low spring. K holds the stiffnesses of the two springs
+    [N/mm]. `crosstalk` (moduli, 1) [1/mm] is the compliance of the fruit between the two tips, times E.
+    `tip_compliance` (2, moduli, 1) [1/mm] is its compliance under each tip minus the crosstalk, times E.
+
+    The changes due to all causes are computed from these presses, because the size of a cause depends on the modulus
+    and the travel.
     """
 
     E: Floats
     travel: Floats
     K: tuple[float, ...]
-    own: Floats
+    tip_compliance: Floats
     crosstalk: Floats
     causes: tuple[Cause, ...]
     NL_definition: Definition
@@ -74,13 +76,14 @@ class LevelPress:
         tip off the fruit. The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the
         springs, and S / E the compliance of the fruit.
         """
-        # diagonal of E C + S [1/mm]; the other elements are the crosstalk, which `own` excludes
+        # Diagonal of the matrix E C + S [1/mm]. Both other elements are the crosstalk.
         diagonal = []
         for i, K in enumerate(self.K):
             changed_K = K * (1.0 + times * cause.springs[i])
-            diagonal.append(self.E / changed_K + self.own[i] / (1.0 + times * cause.fruit[i]) + self.crosstalk)
+            fruit_under_tip = self.tip_compliance[i] / (1.0 + times * cause.fruit[i])  # a stiffer fruit yields less
+            diagonal.append(self.E / changed_K + fruit_under_tip + self.crosstalk)
         travel_l, travel_h = (self.travel + times * offset for offset in cause.height_offsets)
-        # Cramer's rule. Both forces have the same determinant, which cancels in their ratio.
+        # By Cramer's rule, both forces have the same denominator. It cancels in the ratio, so it is left out.
         F_l = diagonal[1] * travel_l - self.crosstalk * travel_h
         F_h = diagonal[0] * travel_h - self.crosstalk * travel_l
         both_touch = np.minimum(F_l, F_h) > 0.0
@@ -88,12 +91,12 @@ class LevelPress:
         return ratio
 
     def largest_ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return P [1] at the largest modulus and full travel, with a cause as in `ratio`."""
+        """Return P [1] at the largest modulus and full travel, which are the last ones, with a cause as in `ratio`."""
         largest: Floats = self.ratio(cause, times)[-1, -1]
         return largest
 
     def nonlinearity(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return NL [1] at full travel, as the targets define it, with a cause as in `ratio`."""
+        """Return NL [1] at full travel, the last travel, as the targets define it; a cause acts as in `ratio`."""
         P = self.ratio(cause, times)[:, -1]
         return np.asarray(curve_nonlinearity(P.tolist(), self.E[:, 0].tolist(), self.NL_definition))
 
@@ -101,21 +104,21 @@ class LevelPress:
 def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
     """Return the level presses of a pair at the moduli `E` (moduli,) [MPa] and the travels `travel` (travels,) [mm].
 
-    The compliances come from the solved contact. The causes need the deflections of the springs, which come from the
-    two-spring law.
+    The compliances come from the solved contact. The sizes of the causes depend on the deflections of the springs,
+    which come from the two-spring law.
     """
-    moduli = E[:, None]
-    contacts = [pair.contact.at(modulus) for modulus in E.tolist()]
-    # The compliances of the fruit times E [1/mm]: between the two tips, and under each tip minus the crosstalk.
+    moduli = E[:, None]  # a column, which broadcasts with the travels
+    contacts = [pair.contact.at(modulus) for modulus in E.tolist()]  # under a skin, S differs from modulus to modulus
+    # compliances of the fruit times E [1/mm]: between the two tips, and under each tip minus the crosstalk
     crosstalk = np.array([contact.crosstalk for contact in contacts])
-    own = np.array([np.diag(contact.S) for contact in contacts]).T - crosstalk  # (2, moduli)
-    K_m = moduli * np.array([contact.K_m_over_E() for contact in contacts])[:, None]
+    tip_compliance = np.array([np.diag(contact.S) for contact in contacts]).T - crosstalk  # (2, moduli)
+    K_m = moduli * np.array([contact.K_m_over_E() for contact in contacts])[:, None]  # under the low tip [N/mm]
     law = force_ratio_curve(pair)
     return LevelPress(
         E=moduli,
         travel=travel,
         K=law.springs.stiffnesses,
-        own=own[..., None],
+        tip_compliance=tip_compliance[..., None],
         crosstalk=crosstalk[:, None],
         causes=all_causes(pair, travel, law.deflections(K_m, travel)),
         NL_definition=pair.design.nominal_targets.NL_definition,
@@ -128,10 +131,10 @@ def uncertainty_budgets(
     """Return the error budgets of both springs, of P_max and NL, and of the compliance s11 - s12 of the fruit.
 
     `pair` is a sensor with two tips. `targets` holds P_max and NL of its scene, and `press` the solutions of the scene.
-    The changes of P_max and NL are computed from the `level` presses; without these, P_max and NL have no budgets.
+    The changes of P_max and NL are computed from the `level` presses. If `level` is None, P_max and NL have no budgets.
     Domes have no s11 - s12, so its budget is None.
     """
-    travel = pair.design.press.travel_mm
+    travel = pair.design.press.travel_mm  # all causes are evaluated at full travel
     spring_causes = all_causes(pair, travel, _largest_deflections(pair))
     low_spring, high_spring = pair.springs.springs.values()
     K_l = _spring_budget(low_spring.K_error, spring_causes, _change_of_K_l)
@@ -141,28 +144,32 @@ def uncertainty_budgets(
         P_max, NL = _ratio_budgets(targets, press, level)
     contact = None
     if not pair.design.tips.tip_shape.obeys_hertz:
-        # The effects on the fruit are largest if the springs are rigid, because the whole travel indents the fruit.
+        # The effects on the fruit are largest if the springs are rigid, because the whole travel then indents the
+        # fruit. A rigid spring has the deflection 0.
         rigid_spring_causes = all_causes(pair, travel, np.zeros(2))
         contact = budget_of(pair.contact.difference_error, rigid_spring_causes, _change_of_contact)
     return Budgets(K_l=K_l, K_h=K_h, P_max=P_max, NL=NL, contact=contact)
 
 
 def _spring_budget(K_error: float | None, causes: Iterable[Cause], change: Change) -> UncertaintyBudget | None:
-    """Return the budget of a spring stiffness with the numerical error `K_error` [1]; None for an unprinted spring."""
+    """Return the budget of a spring stiffness with the numerical error `K_error` [1].
+
+    A spring that is not printed has no numerical error (None), and its budget is None.
+    """
     return None if K_error is None else budget_of(K_error, causes, change)
 
 
 def _ratio_budgets(
     targets: SceneTargets, press: ScenePress, level: LevelPress
 ) -> tuple[UncertaintyBudget | None, UncertaintyBudget | None]:
-    """Return the error budgets of P_max and of NL in a scene. A budget is None if a tip is out of contact.
+    """Return the error budgets of P_max and of NL in a scene, in this order.
 
-    The causes act on the `level` presses. If the scene was also solved at other tilts, these solutions in `press` give
-    the change due to the pose.
+    A budget is None if a tip is out of contact. The causes act on the `level` presses. If the scene was also solved at
+    other tilts, the change due to the pose is computed from these solutions, `press.tilted`.
     """
     P_max = None
     if targets.P_max is not None:
-        tilted_P_max = [float(response.P[-1, -1]) for response in press.tilted]
+        tilted_P_max = [float(response.P[-1, -1]) for response in press.tilted]  # at E_max and full travel
         change = _with_pose(relative_change(level.largest_ratio), targets.P_max.value, tilted_P_max)
         P_max = budget_of(targets.P_max.relative, level.causes, change)
     NL = None
@@ -174,30 +181,40 @@ def _ratio_budgets(
 
 
 def _largest_deflections(pair: PressedSensor) -> Floats:
-    """Return the larger deflection of each spring (2,) [mm] at full travel: in the scene, or in a level press."""
-    level = force_ratio_curve(pair).deflections(pair.sizing.K_m_at_largest_E, pair.design.press.travel_mm)
-    return np.maximum(level, pair.springs.deflections)
+    """Return the deflection of each spring (2,) [mm] at full travel on the firmest fruit.
+
+    It is the larger one of two deflections: in a level press, and in the scene of the design. In the scene, a tilt or a
+    step between the tips makes the travel of one tip longer and the travel of the other tip shorter.
+    """
+    in_level_press = force_ratio_curve(pair).deflections(pair.sizing.K_m_at_largest_E, pair.design.press.travel_mm)
+    return np.maximum(in_level_press, pair.springs.deflections)
 
 
 def _change_of_K_l(cause: Cause, sign: float) -> Floats:
+    """Return the relative change of the stiffness of the low spring [1]; `sign` is the direction of the cause."""
     return np.asarray(sign * cause.springs[0])
 
 
 def _change_of_K_h(cause: Cause, sign: float) -> Floats:
+    """Return the relative change of the stiffness of the high spring [1]; `sign` is the direction of the cause."""
     return np.asarray(sign * cause.springs[1])
 
 
 def _change_of_contact(cause: Cause, sign: float) -> Floats:
-    """Return the relative change of s11 - s12 [1], which is the reciprocal of the stiffness of the fruit."""
+    """Return the relative change of s11 - s12 [1], which is inversely proportional to the stiffness of the fruit.
+
+    `sign` is the direction of the cause.
+    """
     return np.asarray(1.0 / (1.0 + sign * cause.fruit[0]) - 1.0)
 
 
 def relative_change(results: Callable[..., Floats], scale: float | None = None) -> Change:
-    """Return a function of a cause and a factor, which computes the relative change of results [1] due to the cause.
+    """Return a function that computes the relative change of results [1] due to a cause and a factor on its size.
 
-    `results` computes the results, of any shape, without a cause, or with a cause multiplied by a factor, such as 1 or
-    -1. The change is divided by the magnitude of `scale`, or else by the results without a cause. If the cause lifts a
-    tip, the results are not finite, and the change is `LIFTED` in magnitude.
+    Called without arguments, `results` returns the nominal results, of any shape. Called with a cause and a factor,
+    such as 1 or -1, it returns the results while the cause acts. The change is divided by the magnitude of `scale`. If
+    `scale` is None, the change is divided by the nominal results. If the cause lifts a tip, the results are not finite,
+    and the change is `LIFTED` in magnitude.
     """
     nominal = results()
     denominator: Floats | float = nominal
@@ -212,19 +229,20 @@ def relative_change(results: Callable[..., Floats], scale: float | None = None) 
 
 
 def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
-    """Return `change` with the effect of the pose replaced by its effect in presses that were solved at other tilts.
+    """Return `change` with the effect of the pose taken from presses that were solved at other tilts.
 
-    `value` is the result in its scene. `tilted` holds the result at the tilt minus and plus its spread, or nan if a tip
-    is out of contact. If `tilted` is empty, `change` is returned unchanged.
+    `value` is the result in its scene. `tilted` holds the result at the tilt minus its spread and at the tilt plus its
+    spread. A result is nan if a tip is out of contact. If `tilted` is empty, no tilt was solved, and `change` is
+    returned.
     """
     if not tilted:
         return change
-    minus, plus = tilted
+    at_smaller_tilt, at_larger_tilt = tilted
 
     def change_in_scene(cause: Cause, sign: float) -> Floats:
         if cause.name != POSE:
             return change(cause, sign)
-        tilted_result = minus if sign < 0.0 else plus
+        tilted_result = at_smaller_tilt if sign < 0.0 else at_larger_tilt
         pose_change = tilted_result / value - 1.0
         return np.asarray(pose_change if math.isfinite(pose_change) else LIFTED)
 
@@ -232,15 +250,20 @@ def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
 
 
 def _tilted_NL(tilted: SensorResponse) -> float:
-    """Return NL at mid-range [1] of a tilted press, solved at the smallest, the middle and the largest modulus."""
-    return curve_nonlinearity(tilted.P[:, -1].tolist(), (0.0, 0.5, 1.0), "mid-range")
+    """Return NL at mid-range [1] of a tilted press at full travel.
+
+    The press was solved at three moduli of the curve: nearly 0, half of E_max, and E_max.
+    """
+    fractions_of_E_max = (0.0, 0.5, 1.0)
+    return curve_nonlinearity(tilted.P[:, -1].tolist(), fractions_of_E_max, "mid-range")
 
 
 def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> UncertaintyBudget:
-    """Return the budget of a result, from its `numerical` error [1] and its relative change due to each cause.
+    """Return the error budget of a result, given its `numerical` error [1].
 
-    Changes below round-off are left out. The effects of the model may act together, so their sizes add. Inputs are
-    independent, so their squares add.
+    `change` computes the relative change of the result due to a cause. Causes whose change is below `ROUND_OFF` are
+    left out. The effects of the model may act together, so their sizes add. Inputs are independent, so their squares
+    add.
     """
     model: list[Contribution] = []
     inputs: list[Contribution] = []
@@ -261,9 +284,9 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
 def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> Floats:
     """Return the total relative errors [1] of an array of results, in the shape of `numerical`.
 
-    Each is the total of an `UncertaintyBudget`: the numerical error, the sum of the model effects, and the root sum of
-    squares of the inputs. `numerical` holds the numerical errors [1]. `change` returns the relative changes of the
-    results due to a cause, in the same shape.
+    Each total is defined as in `UncertaintyBudget`: it is the numerical error, plus the sum of the model effects, plus
+    the root sum of squares of the inputs. `numerical` holds the numerical errors [1]. `change` returns the relative
+    changes of the results due to a cause, in the same shape.
     """
     model_sum = np.zeros_like(numerical)
     input_squares = np.zeros_like(numerical)
@@ -279,13 +302,15 @@ def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> 
 def size_of(cause: Cause, change: Change) -> Floats:
     """Return the relative change of results due to a cause [1], in the shape of the results.
 
-    `change` computes it for a cause and a multiple of its size. An input acts in both directions, so its effect has no
-    sign. Usually it is half the difference of the two changes.
+    `change` computes the change for a cause and a factor on its size. An effect of the model acts in one direction and
+    keeps its sign. An input scatters in both directions, so its effect has no sign. It is half the difference of the
+    changes in the two directions, except for height offsets.
     """
     up = change(cause, 1.0)
     if not cause.scatters:
         return up
     down = change(cause, -1.0)
     # A height offset changes the results much more in one direction than in the other, so the larger change is used.
+    # Offsets have one row for each tip, and `any` combines the tips.
     is_one_sided = (cause.height_offsets != 0.0).any(axis=0)
     return np.where(is_one_sided, np.maximum(np.abs(up), np.abs(down)), 0.5 * np.abs(up - down))

@@ -1,8 +1,8 @@
 """Causes of errors in the results of a sensor, other than the numerical error.
 
 A cause is either an effect that the model leaves out, or the scatter of an input (two standard deviations). It changes
-the stiffness of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py` propagates it to
-each result, and its advice becomes a note.
+the stiffness of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py` propagates each
+cause to each result. The advice of a cause becomes a note.
 """
 
 import math
@@ -36,12 +36,13 @@ from sensor.theory.soft_tissue import (
 )
 from sensor.theory.two_spring_law import series_stiffness
 
-BEAM_SLOPE = 3.0  # d ln K / d ln t of a beam, with t the leaf thickness; solids have a smaller slope
+BEAM_SLOPE = 3.0  # d ln K / d ln t of a beam of thickness t; the slope of solid leaves is smaller, so 3 is a bound
 INCOMPRESSIBLE = 0.5  # Poisson's ratio of incompressible flesh
-FOOT_HIGH_MM = 0.2  # height of the first layer, which is wider by FOOT_MM on each side [mm]
-# Fraction of the compliance 1/K that is due to the frame, times E w / K. The fraction is 0.08 % for K = 0.753 N/mm and
-# 0.6 % for K = 17.3 N/mm, at E = 2000 MPa and w = 6 mm. This holds for plastic leaves. With long steel leaves the frame
-# contributes 6 to 7 times as much, which is 0.005 % and 0.04 %. See tests/reference/fits/test_housing.py.
+FOOT_HIGH_MM = 0.2  # height of the first layer [mm], which is wider than the other layers by FOOT_MM on each side
+# Fraction of the compliance 1/K that is due to the frame, times E w / K, for the low and the high spring. Here w is the
+# depth of the leaves. The fraction is 0.08 % for K = 0.753 N/mm and 0.6 % for K = 17.3 N/mm, at E = 2000 MPa and
+# w = 6 mm. This holds for plastic leaves. With long steel leaves the frame contributes 6 to 7 times as much, which is
+# 0.005 % and 0.04 %. See tests/reference/fits/test_housing.py.
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 # Largest relative change of the low and of the high spring due to another mount, with a margin of a quarter. It covers
 # all presets, processes and mounts: docs/measurements.md#other-mounts. The low spring becomes softer and the high
@@ -81,13 +82,13 @@ NO_CAUSE = Cause(name="", reason="")
 
 
 def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats) -> tuple[Cause, ...]:
-    """Return all causes of error of a pair of tips, with their sizes in presses to these travels [mm].
+    """Return all causes of error of a pair of tips, each with its size in the presses to these travels.
 
-    `travel` has any shape. `deflections` (2, ...) [mm] are the deflections of the low and the high spring at these
-    travels. Effects that the model leaves out come first, then the scatter of inputs.
+    `travel` [mm] has any shape. `deflections` (2, ...) [mm] are the deflections of the low and the high spring at these
+    travels. The effects that the model leaves out come first. The scatter of the inputs follows.
     """
     travel = np.maximum(LEAST_TRAVEL, travel)  # relative changes are not defined at a travel of 0
-    depths = travel - deflections  # indentations of the fruit [mm]
+    depths = travel - deflections  # indentations of the fruit under both tips (2, ...) [mm]
     return (
         *_housing_effects(pair, deflections),
         *_contact_effects(pair.design, depths),
@@ -99,9 +100,10 @@ def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats)
 
 
 def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
-    """Return the causes that remain after the calibration of a unit, and the errors of the calibration itself.
+    """Return the causes that remain after the calibration of a printed unit, and the errors of the calibration itself.
 
-    The calibration determines both stiffnesses. Zeroing on a flat plate determines the heights of the tips.
+    Weights determine both stiffnesses, and zeroing on a flat plate determines the heights of the tips. Both have small
+    errors, which are added as causes.
     """
     reason = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
     half_step = 0.5 * ZEROED_MM  # one tip is lower by half of the difference, the other is higher
@@ -113,7 +115,10 @@ def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
 
 
 def known_springs() -> tuple[Cause, ...]:
-    """Return the stiffness errors of the two springs of a calibrated unit, as independent causes."""
+    """Return the stiffness errors of the two springs of a calibrated unit, as independent causes.
+
+    Each spring is calibrated separately, so each cause changes only one entry of `springs`: low, then high.
+    """
     reason = f"known to {100.0 * CALIBRATED:g} %"
     return (
         Cause(name="low spring", reason=reason, springs=np.array([CALIBRATED, 0.0]), scatters=True),
@@ -124,8 +129,8 @@ def known_springs() -> tuple[Cause, ...]:
 def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
     """Yield the effects that change the stiffness of printed springs and that the model leaves out.
 
-    `deflections` (2, ...) [mm] are the deflections of the low and the high spring. Without a housing, there are no
-    effects.
+    `deflections` (2, ...) [mm] are the deflections of the low and the high spring. A sensor without a housing has no
+    printed springs, so nothing is yielded.
     """
     housing = pair.springs.housing
     if housing is None:
@@ -134,38 +139,48 @@ def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause
     leaves = [arm.flexure for arm in housing.arms]
     yield _large_deflection(leaves, deflections)
     yield _engraved_marks(leaves, pair)
-    if process.line_width_mm is not None:  # a process that prints lines, whose first layer spreads
+    if process.line_width_mm is not None:  # only a process that prints lines has a first layer that spreads
         yield _elephants_foot(leaves)
     yield _different_mount()
-    # Readings correct the creep, and the error of this correction is one of their sources.
+    # A design with readings corrects the creep, and its readings contain the error of this correction.
     if pair.springs.creep.exponent != 0.0 and pair.design.reading is None:
         yield _creep_in_press(pair)
 
 
 def _large_deflection(leaves: Sequence[Flexure], deflections: Floats) -> Cause:
-    """Return the stiffening of the leaves at their deflections (2, ...) [mm], according to the elastica."""
+    """Return the stiffening of the leaves at their deflections (2, ...) [mm], according to the elastica.
+
+    The model of a run is linear, so it leaves out that a leaf becomes stiffer as it bends.
+    """
     deflections_text = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
     changes = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
     return Cause(name="large deflection", reason=f"elastica of leaves bent by {deflections_text} mm", springs=changes)
 
 
 def _engraved_marks(leaves: Sequence[Flexure], pair: PressedSensor) -> Cause:
-    """Return an upper bound for the softening by engraved marks: the whole frame is thinner by their depth."""
+    """Return an upper bound for the softening by engraved marks, which the meshed housing does not have.
+
+    The bound assumes that the whole frame is thinner by the depth of the marks.
+    """
     mark_changes = []
-    for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
+    for leaf, scaled_fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
         # The frame contributes this fraction of the compliance 1/K. A frame that is thinner by the depth of the marks
         # is softer by the relative change of its depth.
-        frame_fraction = fraction * K / (pair.springs.process.E_MPa * leaf.depth)
+        frame_fraction = scaled_fraction * K / (pair.springs.process.E_MPa * leaf.depth)
         mark_changes.append(-frame_fraction * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
     return Cause(name="engraved marks", reason=reason, springs=np.array(mark_changes), calibrated=True)
 
 
 def _elephants_foot(leaves: Sequence[Flexure]) -> Cause:
-    """Return the stiffening of the leaves by their first layer, which is wider than the other layers."""
+    """Return the stiffening of the leaves by their first layer, which is wider than the other layers.
+
+    The plate is printed flat on the bed, so the first layer is one edge of each leaf.
+    """
     foot_changes = []
     for leaf in leaves:
-        # K is proportional to the cube of the thickness, but only the first layer, a part of the depth, is thicker.
+        # K is proportional to the cube of the thickness. Only the first layer is thicker, so the change is multiplied
+        # by its fraction of the depth.
         thickness_ratio = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
         foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thickness_ratio**BEAM_SLOPE - 1.0))
     return Cause(
@@ -178,7 +193,10 @@ def _elephants_foot(leaves: Sequence[Flexure]) -> Cause:
 
 
 def _different_mount() -> Cause:
-    """Return the largest effect of a mount that differs from the mount of the fabrication sheet."""
+    """Return the largest effect of a mount that differs from the mount of the fabrication sheet.
+
+    A run solves only the mount of the sheet. The largest effects come from a study of other mounts.
+    """
     percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in LARGEST_MOUNT_CHANGES)
     reason = (
         f"another mount than the sheet's: at most {percents} % over presets, processes and mounts "
@@ -188,19 +206,22 @@ def _different_mount() -> Cause:
 
 
 def _creep_in_press(pair: PressedSensor) -> Cause:
-    """Return the effect of creep: the change in stiffness of plastic springs from a hanging weight to a press."""
+    """Return the effect of creep: plastic springs are stiffer in a short press than under a hanging weight.
+
+    The stiffness of a unit is calibrated with weights, which are read after `WEIGHED_AFTER_S`.
+    """
     creep = pair.springs.creep
     press_s = pair.design.press_s
-    stiffer_in_a_press = creep.press_stiffness_ratio(WEIGHED_AFTER_S, press_s) - 1.0
+    stiffness_increase = creep.press_stiffness_ratio(WEIGHED_AFTER_S, press_s) - 1.0  # relative to the stiffness [1]
     reason = (
         f"in a press of {press_s:.3g} s, against a weight read after {WEIGHED_AFTER_S:g} s; the compliance grows "
         f"by {100.0 * creep.per_decade:.2g} % a decade"
     )
-    return Cause(name="creep", reason=reason, springs=np.full(2, stiffer_in_a_press))
+    return Cause(name="creep", reason=reason, springs=np.full(2, stiffness_increase))
 
 
 def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
-    """Yield the effects on the fruit that the model leaves out: friction, large strain, and the slope of the skin.
+    """Yield the effects on the fruit that the model leaves out: friction, large strain, and sliding on sloped skin.
 
     `depths` (2, ...) [mm] are the indentations of the fruit under the tips.
     """
@@ -211,7 +232,7 @@ def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
 
     yield from _large_strain_effects(design, depths)
 
-    slopes = scene_of(design).slopes_deg
+    slopes = scene_of(design).slopes_deg  # slope of the skin under each tip
     sliding = np.array([frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes])
     reason = f"a tip that slides on a skin falling by {max(map(abs, slopes)):.2g} deg presses along its normal"
     yield Cause(name="slope", reason=reason, fruit=sliding)
@@ -223,9 +244,9 @@ def _large_strain_effects(design: Design, depths: Floats) -> Iterator[Cause]:
     `depths` (2, ...) [mm] are the indentations of the fruit under the tips.
     """
     poisson = design.fruit.poisson
-    depths_in_sides = depths / design.tips.side_mm
+    depths_in_sides = depths / design.tips.side_mm  # the tabulated solutions are for depths relative to the tip side
     deepest = float(depths_in_sides.max())
-    # The finite elements cover flat faces up to a certain depth. Beyond it, the user has to check the sensor.
+    # The tabulated solutions cover only flat faces, up to a certain depth. Otherwise the user has to check the sensor.
     is_covered = design.tips.tip_shape.has_flat_face and deepest <= deepest_solved()
     advice = "Calibrate at full travel" if is_covered else "Check the deepest press on a body of known modulus"
     method = f"(FE of one tip, at most {deepest:.2g} tip sides deep)"
@@ -244,7 +265,7 @@ def _large_strain_effects(design: Design, depths: Floats) -> Iterator[Cause]:
 
 
 def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
-    """Yield the effects of lateral motion that the model leaves out: flat tips on a slope, and a fruit that rolls.
+    """Yield the effects of lateral motion that the model leaves out: flat tips that slide, and a fruit that rolls.
 
     `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are the deflections of the springs at these travels.
     """
@@ -260,16 +281,18 @@ def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) ->
 def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, deflections: Floats) -> Cause:
     """Return the effect of the sideways compliance of the springs under forces that the skin inclines.
 
-    A force along the normal of the skin also pushes its tip down the slope. The compliance that this adds to the spring
-    is expressed as a softer fruit. `compliance` (tips, tips, 3, 3) [mm/N] is the `LateralCompliance` of the tips. Its
-    entries for motion along the press under forces along the press are 0, because the compliance of the springs
-    contains them. `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are the deflections of the springs at
-    these travels.
+    A force along the normal of the skin also pushes its tip down the slope. This adds to the compliance of the spring.
+    Here the addition is expressed as a softer fruit, because the springs keep their stiffness.
+
+    `compliance` (tips, tips, 3, 3) [mm/N] is the `LateralCompliance` of the tips. Its last two axes are the directions
+    x along the tips, y across them, and z along the press. The entries for motion along z under forces along z are 0,
+    because the compliance of the springs contains them. `travel` [mm] has any shape, and `deflections` (2, ...) [mm]
+    are the deflections of the springs at these travels.
     """
-    slopes = scene_of(pair.design).slopes_deg
+    slopes = scene_of(pair.design).slopes_deg  # along x, the line of the tips
     fruit_changes = []
     for tip, deflection in enumerate(deflections):
-        # the inclined force divided by its component along the press
+        # the inclined force divided by its component along the press, as a vector (x, y, z)
         inclination = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
         added_fraction = float(inclination @ compliance[tip, tip] @ inclination / pair.C[tip, tip])
         # Under the same force, the displacement `added_fraction` times the deflection adds to the indentation.
@@ -280,15 +303,15 @@ def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, defl
 
 
 def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
-    """Return the effect of a fruit of `radius` [mm] that rolls on a table without friction: the tips' height offsets.
+    """Return the effect of a fruit of `radius` [mm] that rolls on a table without friction, as offsets of the tips.
 
     `travel` [mm] has any shape. The fruit rolls about its point of support, so the offset of a tip is the angle of roll
-    times its distance from the apex.
+    times its distance from the apex. The model of a run holds the fruit.
     """
     design = pair.design
-    positions = design.tips.centres_mm
+    positions = design.tips.centres_mm  # from the apex [mm]
     law = force_ratio_curve(pair)
-    # stiffness of each spring in series with the firmest fruit [N/mm]
+    # stiffness of each spring in series with the firmest fruit, low then high [N/mm]
     series_stiffnesses = [
         series_stiffness(law.springs.K_l, law.K_m_max),
         series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
@@ -299,10 +322,11 @@ def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
         rolled = roll(forces, positions, series_stiffnesses, radius)
         angle = math.radians(rolled.angle_deg)
         if not rolled.steady:
-            # The fruit rolls away, so a tip lifts off. The offsets of the two tips then differ by twice the travel.
+            # The fruit rolls away. The angle is chosen so large that a tip certainly lifts off: the offsets of the two
+            # tips differ by twice the travel.
             angle = 2.0 * one_travel / design.tips.spacing_mm
         roll_angles.append(angle)
-    # Forces are proportional to the travel, so the coefficient of friction is the same at all travels.
+    # Forces are proportional to the travel, so the coefficient of friction of the last travel holds for all travels.
     return Cause(
         name="free fruit",
         reason=f"a fruit that rolls freely on a table (friction of {rolled.friction:.2g} holds it)",
@@ -312,7 +336,10 @@ def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
 
 
 def _print_scatter(process: Process) -> Iterator[Cause]:
-    """Yield the scatter of modulus and leaf thickness from print to print, which all springs of a print share."""
+    """Yield the scatter of modulus and leaf thickness from print to print.
+
+    All springs of a print share the deviation of each input from its nominal value.
+    """
     advice = "Calibrate each printed unit"
     E_change = COVERAGE * process.E_scatter  # two standard deviations [1]; K is proportional to E
     yield Cause(
@@ -337,13 +364,14 @@ def _print_scatter(process: Process) -> Iterator[Cause]:
 
 
 def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
-    """Yield the scatter of the tips: of their sides, of the rounding of their edges, and of their heights.
+    """Yield the scatter of the tips: their sides, the rounding of their edges, and their heights.
 
-    The effect of the rounding depends on the indentations `depths` (2, ...) [mm] of the fruit under the tips.
+    The effect of the rounding depends on the depth of the tips: `depths` (2, ...) [mm] are the indentations of the
+    fruit under them.
     """
     tips = pair.design.tips
     accuracy = tip_accuracy_mm(tips, pair.springs.process)  # two standard deviations [mm]
-    # Relative changes are valid only up to LARGEST_CHANGE, which therefore replaces a larger error of the side.
+    # The formulas for relative changes hold only up to LARGEST_CHANGE, so a larger error of the side is limited to it.
     side_change = min(LARGEST_CHANGE, accuracy / tips.side_mm)
     reason = f"tips wider or narrower by {accuracy:g} mm (the fruit's stiffness is proportional to the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([side_change, side_change]), scatters=True)
@@ -363,10 +391,11 @@ def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
 
 
 def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
-    """Yield the scatter of the fruit and the press: Poisson's ratio, the tilt, and the attitude of the sensor."""
+    """Yield the scatter of the scene: Poisson's ratio of the fruit, and the tilt and the attitude of the sensor."""
     design = pair.design
     fruit = design.fruit
-    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2), so only the magnitude of nu matters.
+    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2), so only the magnitude of nu matters. It changes
+    # most at the upper end of the range of nu, which is at most the value of incompressible flesh.
     largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
     stiffness_change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
     yield Cause(
@@ -378,7 +407,7 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
     )
 
     degrees = design.press.tilt_spread_deg
-    # A tilt lowers one tip by this step and raises the other.
+    # A tilt about the middle of the sensor lowers one tip by this step [mm] and raises the other one by it.
     step = 0.5 * design.tips.spacing_mm * math.tan(math.radians(degrees))
     yield Cause(
         name=POSE,
@@ -389,7 +418,7 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
     )
 
     # A sensor that is designed to press sideways may also be pressed down. The weight of its moving parts then bends
-    # the springs.
+    # the springs and moves its tips out of level. Empty offsets mean that the tips stay level.
     offsets = tip_height_offsets(pair.springs, "down") if design.press.attitude == "side" else ()
     if offsets:
         difference = max(offsets) - min(offsets)

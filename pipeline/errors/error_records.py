@@ -1,4 +1,4 @@
-"""Records of targets and errors that are parts of report.json. They can be read without the solvers."""
+"""Records of targets and errors that are parts of report.json. This module can be imported without the solvers."""
 
 from dataclasses import dataclass
 
@@ -30,7 +30,7 @@ class Contribution:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class UncertaintyBudget(Record):
-    """The relative error of a result, divided into its sources [1].
+    """The relative error of a result [1], divided into its sources.
 
     The effects of the model act together, so their sizes add. The inputs are independent, so their squares add.
     """
@@ -61,7 +61,7 @@ class UncertaintyBudget(Record):
 class ScatterBands(Record):
     """Intervals that contain the middle 95 % of prints.
 
-    An end is None if prints produce a P that nominal springs cannot produce.
+    An end of an interval is None if some prints produce a P that the nominal springs cannot produce.
     """
 
     K_l_N_per_m: Interval = report_field("N/m", "band of the stiffness of the low spring")

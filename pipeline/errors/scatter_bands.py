@@ -5,7 +5,7 @@ single value, which all springs share.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from sensor.arrays import Floats
 from sensor.quantity import COVERAGE
 from sensor.theory.two_spring_law import curve_nonlinearity
 
-SAMPLES = 1024  # number of prints in the sample; a Sobol sequence needs a power of two
+SAMPLES = 1024  # number of prints in the sample; a Sobol sequence is balanced only if this is a power of two
 LEVEL = 0.95  # fraction of the prints that a band contains
 
 
@@ -28,27 +28,24 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     """Return the bands that contain 95 % of the prints of a pair before calibration, or None without a housing.
 
     The spring stiffnesses vary over a sample of prints. For each print, the `level` presses of the pair give the force
-    ratio P_max on the firmest fruit and the nonlinearity NL. They also give the error of a reading of the firmest fruit
-    that assumes the nominal stiffnesses.
+    ratio P_max on the firmest fruit and the nonlinearity NL. They also give the relative error of the modulus that is
+    read on the firmest fruit, if the reading assumes the nominal stiffnesses.
     """
     if pair.springs.housing is None:
         return None
     # Only these causes scatter from print to print and change the springs.
     print_causes = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
     factors = _sampled_factors(print_causes)
-    # All prints are evaluated at once: the last axis of this cause has an entry for each print instead of each travel.
+    # All prints are evaluated at once. The last axis of this cause has an entry for each print; otherwise it has one
+    # for each travel. So only one travel is evaluated, the full travel.
     prints = Cause(name="prints", reason="", springs=factors[:, None, :] - 1.0)
     at_full_travel = replace(level, travel=level.travel[-1:])
-    P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples)
+    P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples); the last modulus is the firmest fruit
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))  # [N/m]
-    # `modulus_scale` returns None if P does not increase with the modulus. No modulus can then be read.
+    # `modulus_scale` returns None if P does not increase with the modulus. No modulus can then be read, so it is nan.
     modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
-    calibrated_error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
-    for cause in known_springs():
-        low = modulus_at(float(at_full_travel.largest_ratio(cause, -1.0)))
-        high = modulus_at(float(at_full_travel.largest_ratio(cause, 1.0)))
-        calibrated_error += 0.5 * abs(high - low) / float(E[-1])
+    calibrated_error = _calibrated_modulus_error(at_full_travel, modulus_at)
     return ScatterBands(
         K_l_N_per_m=_band(K_l),
         K_h_N_per_m=_band(K_h),
@@ -59,11 +56,26 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     )
 
 
-def _sampled_factors(causes: Sequence[Cause]) -> Floats:
-    """Return the relative stiffness [1] of each spring in a sample of prints, shape (2, `SAMPLES`).
+def _calibrated_modulus_error(level: LevelPress, modulus_at: Callable[[float], float]) -> float:
+    """Return the relative error [1] of a modulus read on the firmest fruit with calibrated springs.
 
-    It is the stiffness divided by its nominal value. The input of each cause has a normal distribution, and the
-    stiffness is proportional to a power of it. A Sobol sequence samples the inputs of all causes together.
+    `level` holds the presses at full travel, and `modulus_at` converts a force ratio to a modulus [MPa]. The errors due
+    to the two springs add.
+    """
+    error = 0.0
+    for cause in known_springs():
+        softer_spring = modulus_at(float(level.largest_ratio(cause, -1.0)))
+        stiffer_spring = modulus_at(float(level.largest_ratio(cause, 1.0)))
+        error += 0.5 * abs(stiffer_spring - softer_spring) / float(level.E[-1, 0])
+    return error
+
+
+def _sampled_factors(causes: Sequence[Cause]) -> Floats:
+    """Return the stiffness of each spring in a sample of prints, divided by its nominal value [1].
+
+    The shape is (2, `SAMPLES`), with the low spring first. The input of each cause has a normal distribution, and the
+    stiffness is proportional to a power of it. A Sobol sequence samples the inputs of all causes together, because it
+    covers them more evenly than random numbers. Its seed is fixed, so that a run can be repeated.
     """
     from scipy.stats import qmc  # its import takes a tenth of all import time, and only fabrication needs it
 
@@ -71,7 +83,7 @@ def _sampled_factors(causes: Sequence[Cause]) -> Floats:
     normal_deviates = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))  # clipped, because the quantiles of 0 and 1 are infinite
     factors = np.ones((2, SAMPLES))
     for cause, deviates in zip(causes, normal_deviates.T, strict=True):
-        # stiffness change in the last press, which is at full travel
+        # relative change of each stiffness (2, 1) in the last press, which is at full travel
         stiffness_change = np.reshape(cause.springs, (2, -1))[:, -1:]
         two_sigma = (1.0 + stiffness_change) ** (1.0 / cause.power) - 1.0  # relative change of the input
         factors = factors * (1.0 + two_sigma * deviates / COVERAGE) ** cause.power
@@ -81,7 +93,8 @@ def _sampled_factors(causes: Sequence[Cause]) -> Floats:
 def _band(values: Sequence[float] | Floats) -> Interval:
     """Return the ends of the interval that contains the middle 95 % of values. An end that is not finite is None.
 
-    A value of nan represents a modulus beyond the range of nominal springs, so it is treated as infinite.
+    A value of nan represents a modulus beyond the range of nominal springs, so it is treated as infinite. Both ends are
+    values of the sample, so that no end is interpolated between a finite and an infinite value.
     """
     numbers = np.nan_to_num(values, nan=math.inf, posinf=math.inf)
     ends = np.quantile(numbers, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")

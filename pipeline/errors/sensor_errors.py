@@ -32,9 +32,9 @@ class ReadingTable(Record):
     """The response of the scene, and two bands of the modulus [MPa] for each P.
 
     `printed` and `calibrated` have shape (moduli, travels, 2), with the lower and the upper end. They are nan if a tip
-    is out of contact, or if the springs cannot produce this P. The band as printed contains the errors of the mesh, the
-    model and the inputs. After calibration, each stiffness is known to 1 %, and effects that calibration removes are
-    left out. Row 0 is for a modulus of nearly zero. It is needed only for NL, and has no band.
+    is out of contact, or if the springs cannot produce this P. The band as `printed` contains the errors of the mesh,
+    the model and the inputs. The `calibrated` band assumes that each stiffness is known to 1 %, and leaves out effects
+    that calibration removes. Row 0 is for a modulus of nearly zero. It is needed only for NL, and has no band.
     """
 
     response: SensorResponse
@@ -44,7 +44,7 @@ class ReadingTable(Record):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SensorErrors(Record):
-    """The error budgets, the response table, and the scatter of prints if fabrication was requested."""
+    """The error budgets, the response table, and the scatter of prints, which is None unless it was computed."""
 
     budgets: Budgets
     reading: ReadingTable
@@ -61,12 +61,14 @@ def sensor_errors(
     """Return the error budgets of a sensor, its response table with modulus bands, and the scatter of its prints.
 
     `targets` holds P_max and NL in the scene of the design, and `press` the solutions of this scene. The scatter is
-    computed only if `options` request files for fabrication. For a sensor with `readings`, the bands of the table show
-    the uncertainty of these readings. Its force ratio has no budget, and its scatter is not computed.
+    computed only if `options` request files for fabrication.
+
+    If the design has `readings`, the bands of the table show the uncertainty of these readings. Such a sensor does not
+    read the force ratio, so the force ratio has no budget and the scatter is not computed.
     """
     pair = sensor.pair  # two springs represent all springs of the sensor
     if readings is not None:
-        budgets = uncertainty_budgets(pair, targets, press, None)
+        budgets = uncertainty_budgets(pair, targets, press, None)  # without level presses, P_max and NL have no budget
         return SensorErrors(budgets=budgets, reading=table_of_readings(press.curve, readings, budgets), scatter=None)
     level = level_press(pair, press.curve.E, press.curve.x)
     return SensorErrors(
@@ -82,7 +84,7 @@ def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress)
     `curve` is the response of the scene, whose P has a numerical error. The errors due to other causes come from the
     `level` presses of the same pair, at the same moduli and travels.
     """
-    # The relative errors of the two forces add in their ratio.
+    # P is a ratio of two forces, so their relative errors add.
     spring_errors = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
     numerical = curve.P_error + np.array(spring_errors)[:, None]
     change = relative_change(level.ratio)
@@ -104,19 +106,20 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
         modulus_at = law.modulus_scale(curve.P[:, j], curve.E)
-        if modulus_at is None:
+        if modulus_at is None:  # P does not increase with the modulus at this travel
             continue
-        for i, P in enumerate(curve.P[1:, j].tolist(), start=1):
+        for i, P in enumerate(curve.P[1:, j].tolist(), start=1):  # without the modulus of nearly zero
             if math.isfinite(P):
-                bands[i, j] = [modulus_at(P * (1.0 + sign * float(errors[i, j]))) for sign in (-1.0, 1.0)]
+                error = float(errors[i, j])
+                bands[i, j] = [modulus_at(P * (1.0 + sign * error)) for sign in (-1.0, 1.0)]
     return bands
 
 
 def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets: Budgets) -> ReadingTable:
-    """Return the response table of a sensor with readings. Its bands are for the modulus read at full travel.
+    """Return the response table of a sensor with readings, whose bands are for the modulus read at full travel.
 
-    `curve` is the response of the scene. As printed, the springs also have the scatter of prints, from `budgets`. After
-    calibration, they have the uncertainty in `[reading]`.
+    `curve` is the response of the scene. The bands as printed add the scatter of the springs from print to print, which
+    `budgets` hold. The calibrated bands contain only the uncertainty of the calibration, from `[reading]`.
     """
     accuracies = readings.moduli
     return ReadingTable(
@@ -131,7 +134,8 @@ def _bands_of_readings(curve: SensorResponse, accuracies: Sequence[ModulusAccura
 
     The half width of a band, relative to E, is the bias plus two standard uncertainties. It is interpolated in ln E
     between the moduli of `accuracies`. `spring_error` [1] is two standard deviations of an error of the stiffnesses, in
-    addition to their calibration error. The bands are nan at other travels, and everywhere without accuracies.
+    addition to their calibration error. The bands are nan at all travels before full travel. They are nan everywhere if
+    `accuracies` is empty.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not accuracies:

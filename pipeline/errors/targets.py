@@ -1,4 +1,4 @@
-"""P_max and NL of a sensor, from the two-spring law if it is exact, or else at full travel in the scene."""
+"""P_max and NL of a sensor: from the two-spring law if it is exact, and otherwise from presses in the scene."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,8 @@ from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
 from solve.error_estimate import propagate_errors
 
-LEAST_TRAVEL = 1e-6  # smallest travel at which errors are evaluated [mm]
+# Smallest travel at which errors are evaluated [mm]. Relative changes are not defined at a travel of 0.
+LEAST_TRAVEL = 1e-6
 
 Law = Callable[[float, float, float, float], float]
 """A function of K_l, K_h, the fruit stiffness under the low tip [N/mm], and `stiffness_ratio` [1]."""
@@ -34,9 +35,10 @@ Law = Callable[[float, float, float, float], float]
 class ForceRatioCurve:
     """The force ratio P as a function of the fruit stiffness, with the errors of its parameters.
 
-    `K_m_max` [N/mm] is the largest stiffness of the fruit, under the low tip. `stiffness_ratio` [1] is the stiffness
-    under the high tip divided by the stiffness under the low tip. `spring_errors` and `K_m_error` [N/mm] are the errors
-    of the springs and of `K_m_max`. `stiffening` is defined in `SpringSizing`.
+    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is the stiffness of
+    the fruit under the high tip divided by its stiffness under the low tip. `spring_errors` [N/mm] are the errors of
+    the two stiffnesses, and `K_m_error` [N/mm] is the error of `K_m_max`. `stiffening` is K_m / `K_m_max` [1] at equal
+    steps of the modulus on a fruit with a skin. It is empty if K_m is proportional to the modulus.
     """
 
     springs: Springs
@@ -61,7 +63,8 @@ class ForceRatioCurve:
     def fruit_stiffness(self, P: float) -> float:
         """Return the fruit stiffness [N/mm] at which the force ratio is P, by the paper's equation (4).
 
-        It is 0 if P is below the ratio of the softest fruit, and infinite if P is above the ratio of the springs.
+        P increases with the fruit stiffness, from `stiffness_ratio` on a fruit that is almost fluid to K_h / K_l on a
+        rigid fruit. The result is 0 for a smaller P, and infinite for a larger P.
         """
         if self.stiffness_ratio >= P:
             return 0.0
@@ -72,19 +75,24 @@ class ForceRatioCurve:
     def modulus_scale(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
         """Return a function that converts a force ratio [1] at one travel to the modulus [MPa].
 
-        `P` (moduli,) [1] are the force ratios at the moduli `E` [MPa], softest first. The function interpolates
-        linearly in the fruit stiffness of the two-spring law, because the modulus is nearly linear in it. Above the
-        last modulus it extrapolates from the last two; below the first it returns 0. It returns nan for a ratio that
-        the springs cannot produce. The result is None if a P is unknown, or if P does not increase.
+        `P` (moduli,) [1] holds the force ratios at the moduli `E` (moduli,) [MPa], softest first. The function converts
+        a ratio to a fruit stiffness by the two-spring law. It then interpolates the modulus linearly in this stiffness,
+        because the modulus is nearly linear in it. Above the last modulus it extrapolates from the last two; below the
+        first it returns 0. It returns nan for a ratio that the springs cannot produce.
+
+        The result is None if an entry of `P` is unknown (nan), or if P does not increase with the modulus.
         """
 
         def stiffness(ratio: float) -> float:
-            """Return the fruit stiffness [N/mm] at a ratio, scaled so that P[0] belongs to the softest fruit."""
+            """Return the fruit stiffness [N/mm] at a force ratio, or nan if the ratio is not finite.
+
+            The ratio is scaled so that P[0], on the softest fruit, becomes the limit of the law for a soft fruit.
+            """
             level_ratio = ratio / float(P[0]) * self.stiffness_ratio
             return self.fruit_stiffness(level_ratio) if math.isfinite(level_ratio) else math.nan
 
         nodes = np.array([stiffness(ratio) for ratio in P.tolist()])  # fruit stiffnesses at the moduli [N/mm]
-        if not (np.diff(nodes) > 0.0).all():  # also if a node is nan
+        if not (np.diff(nodes) > 0.0).all():  # a node that is nan also fails this comparison
             return None
 
         def modulus(ratio: float) -> float:
@@ -102,7 +110,11 @@ class ForceRatioCurve:
         return modulus
 
     def deflections(self, K_m: Floats | float, travel: Floats | float) -> Floats:
-        """Return the deflection of each spring (2, ...) [mm]. Stiffnesses [N/mm] and travels [mm] must broadcast."""
+        """Return the deflection of each spring [mm], shape (2, ...), with the low spring first.
+
+        `K_m` is the fruit stiffness under the low tip [N/mm], and `travel` is the travel of the sensor [mm]. Their
+        shapes must broadcast.
+        """
         K_m = np.asarray(K_m, dtype=np.float64)
         travel = np.maximum(LEAST_TRAVEL, travel)
         low = spring_deflection(self.springs.K_l, K_m, travel)
@@ -111,7 +123,7 @@ class ForceRatioCurve:
 
     def _estimate(self, law: Law) -> Estimate:
         """Return the value of a law, with the error caused by the errors of the springs and of the fruit stiffness."""
-        # At the centre of the fruit, the stiffness under the two tips is the same. Its error does not change the ratio.
+        # At the centre of the fruit, both tips press on the same stiffness, so its error does not change the ratio.
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
@@ -136,8 +148,12 @@ def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:
 
 
 def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
-    """Return the relative force error of each tip (tips,) caused by the numerical error of its spring, at E [MPa]."""
-    errors = [spring.error / spring.stiffness for spring in sensor.springs.springs.values()]
+    """Return the relative error of the force on each tip [1] that the numerical error of its spring causes.
+
+    The shape is (tips,). `E` [MPa] is the modulus of the fruit. The spring contributes only a fraction of the
+    compliance, so only this fraction of its relative error reaches the force.
+    """
+    errors = [spring.error / spring.stiffness for spring in sensor.springs.springs.values()]  # low spring, high spring
     return spring_fractions(sensor.contact, sensor.C, E) * sensor.design.tips.each(*errors)
 
 
@@ -151,10 +167,10 @@ class SceneTargets:
 
 
 def evaluate_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
-    """Return P_max and NL of a sensor with their errors, where `targets` defines NL.
+    """Return P_max and NL of a sensor with their errors; `targets` defines NL.
 
-    They come from the forces in `press`. If `press` is None or level, the two-spring law gives them in closed form. A
-    sensor of more than two tips is represented by a pair.
+    P_max and NL come from the forces in `press`. If `press` is None or all its tips touch at once, they come from the
+    two-spring law, which is then exact. A sensor of more than two tips is represented by a pair.
     """
     pair = sensor.pair
     law = force_ratio_curve(pair)
@@ -166,26 +182,30 @@ def evaluate_targets(sensor: PressedSensor, targets: Targets, press: ScenePress 
 
 
 def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
-    """Return P at E_max and full travel [1], with the errors of the contact cells, the compliance and the springs."""
-    P = float(curve.P[-1, -1])
+    """Return P at E_max and full travel [1] with its error, or None if a tip is out of contact.
+
+    The error contains the errors of the contact cells, of the compliance of the fruit, and of the springs.
+    """
+    P = float(curve.P[-1, -1])  # the last modulus is E_max, and the last travel is full travel
     if not math.isfinite(P):
         return None
+    # P is a ratio of two forces, so their relative errors add.
     spring_errors = float(force_errors_of_springs(pair, float(curve.E[-1])).sum())
     return Estimate(P, P * (float(curve.P_error[-1, -1]) + spring_errors))
 
 
 def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:
-    """Return NL at full travel [1], where `targets` defines it, or None if a tip is out of contact.
+    """Return NL at full travel [1], as `targets` define it, or None if a tip is out of contact.
 
-    `curve` is the response of the scene. The error of NL contains the errors of springs and compliance, which `law`
-    gives for a level sensor, and the error of the contact cells. The error of the cells is estimated from the change of
-    NL with coarser cells. This change may happen to be 0 at one travel, so the larger change at the last two travels is
-    used.
+    `curve` is the response of the scene. The error of NL has two parts. The first part is due to the errors of the
+    springs and of the compliance; `law` gives it for a level sensor. The second part is due to the contact cells. It is
+    estimated from the change of NL with coarser cells. This change may happen to be 0 at one travel, so the larger
+    change at the last two travels is used.
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)  # P on the coarser cells
     largest_step = 0.0
-    for travel in (-2, -1):  # full travel comes last, because its NL is returned
+    for travel in (-2, -1):  # indices of the last two travels; full travel comes last, because its NL is returned
         NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)
         coarse_NL = curve_nonlinearity(coarse_P[:, travel].tolist(), E, targets.NL_definition)
         step = abs(NL - coarse_NL)

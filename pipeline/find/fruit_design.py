@@ -1,9 +1,9 @@
 """A sensor for a given fruit: the preset for the most similar fruit, scaled to the fruit's size and firmness.
 
 The contact problem has no intrinsic length or modulus. The lengths of a scaled sensor are proportional to the radius of
-the fruit, and its spring stiffnesses to radius times modulus. It therefore reads as accurately as its preset.
-Some quantities do not scale: rounded dimensions, the bruise limit, the accuracy with which a hand places the sensor,
-and the limits of printing. Further steps of the search correct for these.
+the fruit, and its spring stiffnesses to radius times modulus. It therefore reads as accurately as its preset. Some
+quantities do not scale: rounded dimensions, the bruise limit, the accuracy with which a hand places the sensor, and the
+limits of printing. Further steps of the search correct for these.
 """
 
 import math

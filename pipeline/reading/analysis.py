@@ -337,8 +337,8 @@ def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) ->
     """Return the standard uncertainty [1] due to the unknown flesh thickness at each modulus, shape (moduli,).
 
     It follows from the largest change of the bias, from the thickness of the design to either end of the range of
-    thicknesses. The thickness is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7).
-    `biases` [1] has the shape (moduli, placements).
+    thicknesses. The thickness is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7). `biases`
+    [1] has the shape (moduli, placements).
     """
     changes = [np.zeros(len(biases))]  # remains the only row if the thickness does not vary
     for index, placement in enumerate(placements):
