@@ -72,10 +72,11 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        # A worker process draws and checks the solids while this process solves. It starts on each housing that may be
+        # A worker process makes and checks the solids while this process solves. It starts on each housing that may be
         # the final one.
         maker = SolidMaker(design, executor)
-        sensor = replace(sensor, begin_solid=maker.begin_size)  # starts the solid, and returns a future of its size
+        # `begin_size` starts the solid of a housing, and returns a future of its size.
+        sensor = replace(sensor, begin_solid=maker.begin_size)
         sensor.solve("contact", "sizing", "upright_springs")
         springs = sensor.upright_springs
         # The worker starts on the files of the parts here, and on the files for fabrication below. The results are
@@ -91,7 +92,7 @@ def run(
         with stopwatch.stage("fields"):
             fields_left_out = write_fields(pressed, result.press, options, folder)
             if options.out is not None:
-                prepare_page(result)  # the worker is still making the solids, so this costs no extra time
+                prepare_page(result)  # costs no extra time, because the worker is still making the solids
         with stopwatch.stage("fabrication"):
             sideways_stiffness = sideways_verdicts(pressed.springs, options)
         with stopwatch.stage("solids"):
@@ -109,8 +110,8 @@ def run(
 def look(sensor: Sensor) -> SensorResult:
     """Make a quick run of a sensor, without solids and without files of parts, and return its result.
 
-    The results are written to the folder `options.out` of the sensor, if it has one. Raises the same errors as `run`,
-    and OutputError if the folder holds the files of a whole run.
+    If the options of the sensor name a folder, `options.out`, the report is written to it. Raises the same errors as
+    `run`, and OutputError if the folder holds the files of a whole run, which a quick run must not replace.
     """
     options = sensor.options
     if options.out is not None:
@@ -161,9 +162,9 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
 
 
 def evaluate_sensor(sensor: Sensor) -> SensorResult:
-    """Solve all stages of a sensor that are not solved yet, and return them as a result without verdicts on files.
+    """Solve all stages of a sensor that are not solved yet, and return their results, without verdicts on files.
 
-    Hints are attached to verdicts that did not pass. Raises the same errors as `evaluate`.
+    Hints for the user are attached to verdicts that did not pass. Raises the same errors as `evaluate`.
     """
     # These stages depend on each other in this order, so progress is reported for one stage after another.
     sensor.solve("contact", "sizing", "upright_springs", "springs")
@@ -193,7 +194,8 @@ def with_file_verdicts(
 ) -> tuple[Verdict, ...]:
     """Return the verdicts of a result together with the verdicts on its solids and on its fabrication.
 
-    A layout without a housing has neither of them. Hints are attached to verdicts that did not pass.
+    A layout without a housing has no solids and no fabrication, so its verdicts remain the same. Hints for the user are
+    attached to verdicts that did not pass.
     """
     verdicts = result.verdicts
     if result.design.tips.tip_layout.has_housing:

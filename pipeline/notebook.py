@@ -23,9 +23,9 @@ from sensor.arrays import Flags, Floats
 from sensor.verdict import Verdict
 from sensor.words import OUTCOMES, round_below, value_with_bar
 
-_COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}
-_SIZE = (420, 240)  # size of the plot with its margins [px]
-_MARGINS = (48, 12, 12, 38)  # left, top, right, bottom
+_COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}  # by outcome: passed, failed, undecided
+_SIZE = (420, 240)  # width and height of the plot with its margins [px]
+_MARGINS = (48, 12, 12, 38)  # left, top, right, bottom [px]; the left and bottom margins hold the numbers and titles
 _MIN_TICKS = 5  # minimum number of ticks on an axis
 _BLUE = "#1f6fb2"
 
@@ -40,15 +40,16 @@ def answer_html(
 ) -> str:
     """Return the answer on a design as HTML: a sentence, tables of verdicts and springs, and a plot.
 
-    The plot shows the force ratio P (n,) [1] at full travel against the modulus E (n,) [MPa]. P is nan if a tip is out
-    of contact. The `moduli` of the design [MPa] are shown as dots on this curve. `name` is the name of the design.
-    `springs` are the springs by name; without springs, their table is omitted.
+    The reason for each verdict that did not pass is listed below the table of verdicts. `name` is the name of the
+    design. `springs` are the springs by name; without springs, their table is omitted. The plot shows the force ratio P
+    (n,) [1] at full travel against the modulus E (n,) [MPa]. P is nan if a tip is out of contact. The `moduli` of the
+    design [MPa] are shown as dots on this curve.
     """
     parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
-    reasons = [
-        f"<li>{_outcome(verdict)} {escape(f'{verdict.name}: {verdict.remedy or verdict.reference}')}</li>"
-        for verdict in not_passed(verdicts)
-    ]
+    reasons = []
+    for verdict in not_passed(verdicts):
+        reason = f"{verdict.name}: {verdict.remedy or verdict.reference}"  # what to do, or else what was compared
+        reasons.append(f"<li>{_outcome(verdict)} {escape(reason)}</li>")
     if reasons:
         parts.append(f"<ul>{''.join(reasons)}</ul>")
     if springs:
@@ -58,9 +59,10 @@ def answer_html(
 
 
 def _verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """Return an HTML table of the verdicts on targets and readings.
+    """Return an HTML table of the verdicts on targets and readings, with a row for each.
 
-    The last row states how many verdicts on the geometry and the print there are, and how many of them passed.
+    The verdicts on the geometry and the print share one last row. It states how many of them there are, and how many of
+    them passed.
     """
     rows = []
     for verdict in verdicts:
@@ -77,7 +79,10 @@ def _verdict_table(verdicts: Sequence[Verdict]) -> str:
 
 
 def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
-    """Return a table of the springs: their stiffness with an error bar, and the dimensions of their leaves."""
+    """Return an HTML table of the springs by name: their stiffness with an error bar, and the size of their leaves.
+
+    The cell of the size is empty if a spring is not printed.
+    """
     rows = []
     for name, spring in springs.items():
         leaf = spring.flexure
@@ -93,7 +98,7 @@ def _table(headings: Iterable[str], rows: Iterable[str]) -> str:
 
 
 def _cells(texts: Iterable[str]) -> str:
-    """Return texts as the cells of an HTML row, escaped."""
+    """Return texts as the cells of an HTML row, with special characters escaped."""
     return "".join(f"<td>{escape(text)}</td>" for text in texts)
 
 
@@ -105,8 +110,8 @@ def _outcome(verdict: Verdict) -> str:
 def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     """Yield the elements of an SVG plot of P (n,) [1] against the modulus E (n,) [MPa], with dots at `moduli` [MPa].
 
-    The curve has gaps where P is nan because a tip is out of contact. Nothing is drawn if fewer than two values are
-    known.
+    The curve has gaps where P is nan because a tip is out of contact. Nothing is yielded if fewer than two values of P
+    are known.
     """
     is_known = np.isfinite(P)
     if np.count_nonzero(is_known) < 2:  # noqa: PLR2004 - a line has two ends
@@ -117,12 +122,12 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     left, top, right, bottom = _MARGINS
 
     def x_of(values: Floats) -> Floats:
-        """Return the horizontal positions [px] of moduli."""
+        """Return the horizontal positions [px] of moduli [MPa]."""
         fraction = (values - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])
         return np.asarray(left + fraction * (width - left - right))
 
     def y_of(values: Floats) -> Floats:
-        """Return the vertical positions [px] of force ratios, from the top."""
+        """Return the vertical positions [px] of force ratios; in SVG, they are counted downwards from the top."""
         fraction = (values - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])
         return np.asarray(height - bottom - fraction * (height - top - bottom))
 
@@ -139,13 +144,16 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
         yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'
     dots = np.asarray(moduli, dtype=np.float64)
     for x, y in zip(x_of(dots), y_of(np.interp(dots, E, P)), strict=True):
-        if np.isfinite(y):
+        if np.isfinite(y):  # no dot in a gap of the curve
             yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{_BLUE}"/>'
     yield "</svg>"
 
 
 def _axes(x_ticks: Sequence[tuple[float, float]], y_ticks: Sequence[tuple[float, float]]) -> Iterator[str]:
-    """Yield the grid lines, the numbers and the titles of both axes as SVG; a tick is its number and position [px]."""
+    """Yield the grid lines, the numbers and the titles of both axes as SVG.
+
+    A tick is a pair of its number and its position [px]. The small distances of the texts from the lines are in px.
+    """
     width, height = _SIZE
     left, top, right, bottom = _MARGINS
     for tick, x in x_ticks:
@@ -162,7 +170,8 @@ def _axes(x_ticks: Sequence[tuple[float, float]], y_ticks: Sequence[tuple[float,
 
 def _known_slices(is_known: Flags) -> Iterator[slice]:
     """Yield the slices of consecutive known values, in order."""
-    # A slice of known values begins where the flag changes from 0 to 1, and ends where it changes back.
+    # A slice of known values begins where the flag changes from 0 to 1, and ends where it changes back. A 0 is added at
+    # both ends, so that a slice at an end of the array has both changes too.
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_known.astype(int), [0]])))
     for start, end in edges.reshape(-1, 2).tolist():
         yield slice(start, end)
@@ -176,11 +185,12 @@ def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
 
 
 def _ticks(low: float, high: float) -> Floats:
-    """Return round numbers at equal steps, the smallest at most `low` and the largest at least `high`.
+    """Return round numbers at equal steps as ticks, the smallest at most `low` and the largest at least `high`.
 
-    There are at least five numbers, or two if `low` and `high` are equal.
+    There are at least `_MIN_TICKS` numbers, or two if `low` and `high` are equal.
     """
-    span = high - low or abs(high) or 1.0
+    span = high - low or abs(high) or 1.0  # a span of 0 is replaced by the magnitude of the value, or by 1
     step = round_below(span / (_MIN_TICKS - 1))
-    first, last = np.floor(low / step), np.ceil(high / step)
-    return np.arange(first, max(last, first + 1.0) + 0.5) * step
+    first, last = np.floor(low / step), np.ceil(high / step)  # multiples of the step
+    end = max(last, first + 1.0) + 0.5  # half a step beyond the last tick, because `arange` excludes its end
+    return np.arange(first, end) * step

@@ -18,15 +18,16 @@ from sensor.input_file import read_toml
 from sensor.quantity import Bounds, check_fields, choice, nearest, quantity, validation_error
 from sensor.tips.layouts import LAYOUTS
 
-DEFAULT_DESIGN = "paper"
+DEFAULT_DESIGN = "paper"  # name of the preset of a run without a design
 FRUIT_STIFFNESSES = ("contact", "hayes")
 
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
-# the tolerance of the verdicts on K_l and K_h; with a larger tolerance these remain undecided
+# The verdicts on K_l and K_h use this tolerance, so they remain undecided if a run has a larger one.
 DEFAULT_TOLERANCE = 1e-3
 ROUGH_TOLERANCE = 0.02  # at this tolerance and above, springs and contact are each solved on a single coarse mesh
 CONTACT_FRACTION = 0.25  # fraction of the tolerance allowed for the contact, which costs less to solve than the springs
 
+# The presets are in this package if it is installed, and beside it in a checkout of the repository.
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
 
@@ -83,7 +84,7 @@ class RunOptions:
 
     @property
     def command(self) -> str:
-        """Return the command that repeats the run in its folder."""
+        """Return the command line that repeats the run in its output folder, which holds `design.toml`."""
         parts = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
         parts += [f"--fruit-stiffness {self.fruit_stiffness}", f"--tol {self.tolerance:g}"]
         parts += ["--fields"] if self.fields else []
@@ -97,12 +98,12 @@ class RunOptions:
 
     @property
     def contact_tolerance(self) -> float:
-        """Return the relative tolerance of the fruit's compliance [1], a fraction of the tolerance of the run."""
+        """Return the relative tolerance of the fruit's compliance [1], which is a fraction of the run's tolerance."""
         return CONTACT_FRACTION * self.tolerance
 
 
 def check_can_be_made(design: Design, options: RunOptions) -> None:
-    """Raise InputError if files for fabrication are requested but the layout has no housing."""
+    """Raise InputError if files for fabrication are requested but the layout of the tips has no housing."""
     if options.fabrication and not design.tips.tip_layout.has_housing:
         bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for pipeline design"
         hint = "a line has no housing; use pipeline run"
@@ -110,20 +111,21 @@ def check_can_be_made(design: Design, options: RunOptions) -> None:
 
 
 def preset_names() -> tuple[str, ...]:
-    """Return the names of the designs that are shipped with the program."""
+    """Return the names of the designs that are shipped with the program, in alphabetical order."""
     return tuple(sorted(path.stem for path in DESIGNS.glob("*.toml")))
 
 
 def design_path(design: str | Path, name: str = "--design") -> Path:
     """Return the path of a design file, given as a path or as the name of a preset.
 
-    A string is a path if it ends in .toml or contains a path separator. Raises InputError if there is no such preset.
-    `name` is the flag or argument that the message names.
+    A string is treated as a path if it ends in .toml or contains a path separator, and otherwise as a preset. Raises
+    InputError if there is no such preset; whether a path exists is not checked. `name` is the flag or argument that the
+    message names.
     """
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
     presets = preset_names()
-    refuse_removed(f"preset {design}")  # only raises InputError, for a preset that was removed
+    refuse_removed(f"preset {design}")  # raises InputError with the replacement if this preset was removed
     if design not in presets:
         hint = f"did you mean {nearest(design, presets)}?" if presets else "give a path"
         raise validation_error(name, design, "", f"one of {', '.join(presets)}, or a path that ends in .toml", hint)
@@ -170,20 +172,22 @@ def design_tables(
 ) -> DesignTables:
     """Load the tables of a preset or of a design file, with values replaced by settings.
 
-    The tables may be incomplete, because a study adds further settings. The parameters are the same as for
-    `load_design`. Raises InputError like `load_design`, except for errors that only a complete design can have.
+    The tables may be incomplete, because a study adds further settings before it makes a design of them. The parameters
+    are the same as for `load_design`. Raises InputError like `load_design`, except for errors that only a complete
+    design can have.
     """
     path = design_path(design, name)
     texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
-    tables = DesignTables.from_file({"name": path.stem, **read_toml(path, name)}, path.parent)
+    contents = {"name": path.stem, **read_toml(path, name)}  # a name in the file replaces the name of the file
+    tables = DesignTables.from_file(contents, path.parent)
     return tables.with_settings(settings_of_texts(texts))
 
 
 def setting_text(key: str, value: object) -> str:
-    """Return the value of a design key as text for `--set`; empty for None.
+    """Return the value of a design key as text in TOML, as for the flag `--set`; empty for None, which removes the key.
 
-    Raises InputError for a value that is not finite, or whose type does not occur in designs. The message names the
-    `key`.
+    A string is returned unchanged. Raises InputError for a value that is not finite, or whose type does not occur in
+    designs. The message names the `key`.
     """
     if value is None or isinstance(value, str):
         return value or ""
@@ -198,7 +202,7 @@ def setting_text(key: str, value: object) -> str:
 def run_key(design: Design, options: RunOptions) -> str:
     """Return a digest of all inputs that determine the files of a run: design, options, program and packages.
 
-    If the report in a folder has the same key, the folder is up to date.
+    If the report in a folder has the same key, the folder is up to date, and the run need not be repeated.
     """
     inputs = {
         "design": design_as_mapping(design),

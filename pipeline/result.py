@@ -163,9 +163,9 @@ class SensorResult(Record):
 
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:
-    """Insert the verdicts on the solids of a sensor after its verdicts on printing.
+    """Return the `verdicts` on a sensor with the verdicts on its solids, `geometry`, inserted after the group "print".
 
-    If no solid was made, the verdict geometry.made is inserted instead.
+    If no solid was made, `geometry` is empty, and the failed verdict geometry.made is inserted instead.
     """
     after_print = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.row.group == "print")
     if not geometry:

@@ -37,7 +37,7 @@ SpringsAs = Literal["fitted", "sized"]
 def refuse_unsolvable(design: Design) -> None:
     """Raise InputError for a scene or pose that cannot be solved, or for tips too close together for two plates.
 
-    Nothing is solved here.
+    This check solves nothing, so that a user learns of such an error at once.
     """
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)
@@ -45,10 +45,10 @@ def refuse_unsolvable(design: Design) -> None:
 
 
 def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_property[Solved]"]:
-    """Return a decorator that makes a method of `Sensor` a property, which is solved on first use and cached.
+    """Return a decorator that makes a method of `Sensor` a property, which is solved on first use and then cached.
 
     The wall-clock and CPU time of the solution are added to the stage `name` in the sensor's stopwatch. Several
-    properties may belong to the same stage.
+    properties may belong to the same stage. The decorated method computes the value of the property.
     """
 
     def timed_property(solve: Callable[["Sensor"], Solved]) -> "cached_property[Solved]":
@@ -66,10 +66,12 @@ def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_propert
 class Sensor:
     """A design whose stages are properties; each is solved on first use, together with the stages that it needs.
 
-    The springs are "fitted" to the housing by finite elements, or have the "sized" stiffness. `begin_solid` is called
-    with each housing that may be the final one, in parallel with the solution. A search may pass the `known_contact` of
-    a design with the same contact problem. It may also pass the height offsets [mm] of tips on sized springs. Each
-    property raises InputError for a scene that cannot be solved, and MeshError or SolveError for an unreliable
+    The springs are "fitted" to the housing by finite elements, or have the "sized" stiffness, as in a search.
+    `begin_solid` is called with each housing that may be the final one, and starts making its solid in parallel with
+    the solution. A search may pass the `known_contact` of a design with the same contact problem, so that it is solved
+    only once. It may also pass the height offsets [mm] of tips on sized springs, `known_offsets_mm`.
+
+    Each property raises InputError for a scene that cannot be solved, and MeshError or SolveError for an unreliable
     solution.
     """
 
@@ -82,9 +84,9 @@ class Sensor:
     known_offsets_mm: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise InputError for a scene that cannot be solved, or a bench that cannot calibrate fitted springs.
+        """Raise InputError for a scene that cannot be solved, or for a bench that cannot calibrate fitted springs.
 
-        With sized springs, as in a search, the scene is checked only before it is solved, and the bench is not checked.
+        With sized springs, the scene is checked only before it is solved, in `pressed`. The bench is not checked.
         """
         if self.springs_as == "fitted":
             refuse_unsolvable(self.design)
@@ -93,13 +95,13 @@ class Sensor:
     def solve(self, *stages: str) -> None:
         """Solve the named stages in the given order; each stage also solves the stages that it needs."""
         for name in stages:
-            getattr(self, name)
+            getattr(self, name)  # a stage is a property, which is solved and cached when it is read
 
     @stage("contact")
     def contact(self) -> FruitCompliance:
         """Return the compliance of the fruit under the tips.
 
-        With sized springs, designs that differ only in size share the solution.
+        With sized springs, designs that differ only in size share one solution.
         """
         if self.known_contact is not None:
             return self.known_contact
@@ -129,7 +131,7 @@ class Sensor:
 
     @cached_property
     def pressed(self) -> PressedSensor:
-        """Return the sensor that is pressed and read, with its contact and springs."""
+        """Return the sensor as it is pressed and read: its design with its contact and its springs."""
         if self.springs_as == "sized":
             refuse_unsolvable(self.design)
         return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.springs)
@@ -172,7 +174,7 @@ class Sensor:
 
     @stage("verdicts")
     def reached(self) -> SceneTargets:
-        """Return P_max and NL in the scene of the design; if all tips touch at once, no press needs to be solved."""
+        """Return P_max and NL in the scene of the design; if all tips touch at once, no press has to be solved."""
         if self.is_level:
             return evaluate_targets(self.upright, self.design.nominal_targets, None)
         return evaluate_targets(self.pressed, self.design.nominal_targets, self.press)
@@ -180,7 +182,7 @@ class Sensor:
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:
         """Return the verdicts on the sensor that do not depend on files."""
-        verdicts = [rule(self) for _, rule in RULES]
+        verdicts = [rule(self) for _, rule in RULES]  # a rule returns None if it does not apply to this design
         return tuple(verdict for verdict in verdicts if verdict is not None)
 
     def verdict(self, name: str) -> Verdict | None:

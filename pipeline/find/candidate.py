@@ -10,19 +10,20 @@ from pipeline.study.variation import Setting, is_number
 from sensor.verdict import Verdict
 
 MARGIN = 0.01  # relative margin from a limit [1]; the compliance of printed plates changes every number by less
-_FAIL_OFFSET = 2.0  # added to the costs of failing designs; the costs of passing ones are between -1 and 1
+_FAIL_OFFSET = 2.0  # added to the costs of failing designs; it exceeds all costs of passing designs, from -1 to 1
 REFUSED_COST = 4.0  # cost of a design that is invalid or cannot be solved; it exceeds all other costs
 
 
 def shortfall(verdict: Verdict) -> float:
     """Return the relative distance of a verdict from passing [1]; 0 if it passes with the margin.
 
-    The shortfall of a verdict that does not pass is the sum of three terms. These are the margin, the relative distance
-    of the worse end of the error bar from the limit, and the fraction of unreadable poses. The shortfall of a verdict
-    that passes by less than the margin is the missing part of the margin. The shortfall of a verdict that fails without
-    a number is 1.
+    If the verdict does not pass, the shortfall is the sum of three terms. These are the margin, the relative distance
+    of the worse end of the error bar from the limit, and the fraction of unreadable poses. If the verdict passes by
+    less than the margin, the shortfall is the missing part of the margin. If it fails without a number, the shortfall
+    is 1.
     """
-    # Ideal springs leave such a verdict undecided, but a run with fitted springs can decide it.
+    # A verdict with a `value_level` remains undecided with ideal springs. A run with fitted springs can decide it, so
+    # it has no shortfall here.
     if verdict.passed is None and verdict.row.value_level is not None:
         return 0.0
     value, limit = verdict.value, verdict.limit
@@ -33,8 +34,9 @@ def shortfall(verdict: Verdict) -> float:
     distance = abs(value - limit) / scale
     if verdict.passed:
         return 0.0 if tolerance else max(0.0, MARGIN - distance)  # a target with a tolerance does not need a margin
+    # With a limit, `distance` becomes the distance of the worse end of the error bar beyond it; 0 if it is within.
     error = verdict.error / scale if is_number(verdict.error) else 0.0
-    match verdict.sense:  # a verdict without a sense keeps the distance of its value from the target
+    match verdict.sense:  # a target has no sense, so `distance` remains the distance of the value from it
         case "at most":
             distance = max(0.0, (value - limit) / scale + error)
         case "at least":
@@ -43,7 +45,10 @@ def shortfall(verdict: Verdict) -> float:
 
 
 def _unreadable_fraction(verdict: Verdict) -> float:
-    """Return the fraction of the poses [1] without a reading; 0 for verdicts that do not depend on readings."""
+    """Return the fraction of the poses [1] without a reading; 0 for verdicts that do not depend on readings.
+
+    It is parsed from the reference of the verdict, a text such as "3 of 96 poses have no reading, ...".
+    """
     poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if verdict.row.needs == "reading" else None
     return int(poses[1]) / int(poses[2]) if poses else 0.0
 
@@ -52,8 +57,9 @@ def _unreadable_fraction(verdict: Verdict) -> float:
 class Candidate:
     """A design in a search: its changes by TABLE.KEY, and its verdicts.
 
-    `verdicts` is None if the design is invalid or cannot be solved. `value` is the value of the objective. For
-    comparisons it is divided by the scale `unit`. `number` is the number of the candidate's point in a study.
+    `verdicts` is None if the design is invalid or cannot be solved. `value` is the value of the objective, nan if it is
+    unknown. For comparisons it is divided by the scale `unit`. `number` is the number of the candidate's point in a
+    study.
     """
 
     changes: Mapping[str, Setting | None]
@@ -79,7 +85,7 @@ class Candidate:
 
     @property
     def failed(self) -> tuple[Verdict, ...]:
-        """Return the verdicts that do not pass with the margin."""
+        """Return the verdicts that do not pass, or pass by less than the margin."""
         return tuple(verdict for verdict in self.verdicts or () if not verdict.passed or shortfall(verdict) > 0.0)
 
     @property
@@ -92,7 +98,8 @@ class Candidate:
         """Return the cost [1] by which designs are ordered: passing ones first, then failing ones, then invalid ones.
 
         The cost of a passing design follows from its objective, and the cost of a failing design from its shortfall.
-        Both are mapped by v / (1 + |v|), which preserves the order and lies between -1 and 1.
+        Both are mapped by v / (1 + |v|), which preserves the order and lies between -1 and 1. Different offsets then
+        keep the three groups apart.
         """
         if not math.isfinite(self.value) or not math.isfinite(self.shortfall):
             return REFUSED_COST

@@ -19,9 +19,11 @@ Changes = Mapping[str, Value]
 Sweep = list[Changes]
 """A sequence of changes of the same keys in one direction, the smallest change first."""
 
+# Factors [1] by which a number of the design is multiplied, the smallest change first. Some sweeps use only the first
+# factors, because their trials take longer.
 SMALLER = (0.85, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.03, 0.01)
 LARGER = (1.2, 1.5, 2.0, 3.0, 4.0, 7.0, 10.0, 20.0, 50.0)
-_COARSELY_SMALLER = (0.5, 0.25)
+_COARSELY_SMALLER = (0.5, 0.25)  # the same for trials on cells, which are expensive
 _COARSELY_LARGER = (2.0, 4.0)
 _CLOSE_SPACING = 2.5  # ratio of the spacing to the side of a tip at which a round fruit is nearly flat under the tips
 _CHANGE_WITHOUT_RATIO = 1.0  # size of a change without a ratio: a different word, or a key that is removed or set to 0
@@ -33,22 +35,23 @@ _TIPS = [f"tips.{key}" for key in ("dome_radius_mm", "side_mm", "spacing_mm")]
 
 
 def change_design(design: Design, changes: Changes) -> Design:
-    """Return a design with changed keys, as with `--set`; raises InputError if the changed design is invalid."""
+    """Return a design with changed keys, as with `--set`; raise InputError if the changed design is invalid."""
     return DesignTables.from_design(design).design(changes)
 
 
 def value_of(design: Design, name: str) -> object:
     """Return the value of the key TABLE.KEY of a design, in the unit of the key; None if it is not set."""
     table, _, key = name.partition(".")
-    record = getattr(design, table)
+    record = getattr(design, table)  # None if the design does not have this table
     return None if record is None else getattr(record, key)
 
 
 def size(design: Design, changes: Changes) -> tuple[int, int, float]:
-    """Return the size of changes as a tuple that can be compared; changes of fewer keys are smaller.
+    """Return the size of changes to a design as a tuple, by which a search prefers the smallest changes.
 
-    The tuple holds the number of keys, the number of requirements among them, and a sum over the keys [1]. A number
-    that keeps its sign contributes |ln(new value / old value)|, and any other change contributes 1.
+    Tuples are compared entry by entry. The first entry is the number of keys, and the second one is the number of
+    requirements among them. The third entry is a sum over the keys [1]: a number that keeps its sign contributes
+    |ln(new value / old value)|, and any other change contributes 1.
     """
     total = 0.0
     for name, after in changes.items():
@@ -69,8 +72,8 @@ def sweeps(design: Design, failed: Collection[str], *, is_solved_on_cells: bool)
     """Return the parameter sweeps that may make failed verdicts pass; `failed` holds the names of these verdicts.
 
     A move is a kind of change, such as a different process. The table of verdicts lists for each verdict the moves that
-    may make it pass. The sweeps are returned in the order of `MOVES`. A different travel is always tried. If contact
-    `is_solved_on_cells`, the sweeps have fewer steps, because such trials are expensive.
+    may make it pass, in `mended_by`. The sweeps are returned in the order of `MOVES`. A different travel is always
+    tried. If contact `is_solved_on_cells`, the sweeps have fewer steps, because such trials are expensive.
     """
     moves = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
     all_sweeps: list[Sweep] = []
@@ -84,7 +87,7 @@ def _two_spring_law_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sw
     """Return sweeps towards the assumptions of the two-spring law: a level press, flat faces, springs from targets.
 
     Each sweep has a single change. A press to the side keeps the tips at the same height, because their weight then
-    does not act along the press.
+    does not act along the press. Changes that the design already has are omitted.
     """
     has_flat_face = design.tips.tip_shape.has_flat_face
     changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
@@ -97,12 +100,12 @@ def _two_spring_law_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sw
         removed_keys = _remove_keys(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
         changes.append({"tips.shape": "cube", **no_fillet, **removed_keys})
     if design.targets is not None:
-        changes.append(dict.fromkeys(_SPRINGS))
+        changes.append(dict.fromkeys(_SPRINGS))  # removes the given stiffnesses, so that the targets size the springs
     return _single_sweeps(design, changes)
 
 
 def _process_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
-    """Return a sweep for each of the other print processes."""
+    """Return a sweep with a single change for each of the other print processes."""
     return _single_sweeps(design, [{"print.process": process} for process in PROCESSES])
 
 
@@ -112,7 +115,7 @@ def _single_sweeps(design: Design, changes: list[Changes]) -> list[Sweep]:
 
 
 def _target_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
-    """Return sweeps of smaller and larger targets, if the springs are sized from targets."""
+    """Return sweeps of smaller and larger targets; none if the design gives the stiffnesses of its springs."""
     if design.springs.given:
         return []
     return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaling_sweeps(design, key, SMALLER, LARGER)]
@@ -125,12 +128,12 @@ def _number_sweeps(keys: Sequence[str], design: Design, is_solved_on_cells: bool
 
 
 def _tilt_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
-    """Return a sweep of smaller tilts; none for tips with flat faces, because their readings take too long."""
+    """Return a sweep of smaller tilts; none for tips with flat faces, because their readings take too long to try."""
     return _scaling_sweeps(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
 
 
 def _limit_sweeps(key: str, design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
-    """Return a sweep of larger limits; none for tips with flat faces, because their readings take too long."""
+    """Return a sweep of larger values of the limit `key`; none for tips with flat faces, as in `_tilt_sweeps`."""
     return _scaling_sweeps(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 
@@ -141,7 +144,11 @@ def _calibration_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep
 
 
 def _spacing_sweeps(design: Design, is_solved_on_cells: bool) -> list[Sweep]:
-    """Return sweeps to tips so close that a round fruit is nearly flat under them, if contact is solved on cells."""
+    """Return sweeps to tips so close that a round fruit is nearly flat under them; empty unless contact needs cells.
+
+    The first sweep makes the tips smaller and closer together. The second one moves tips of the present size closer
+    together.
+    """
     if not is_solved_on_cells:
         return []
     side = design.tips.side_mm
@@ -173,7 +180,10 @@ The second argument is True if contact is solved on cells.
 
 
 def _factors(design: Design, *, is_solved_on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the factors [1] below 1 and above 1 by which a number is multiplied; fewer if trials are expensive."""
+    """Return the factors [1] below 1 and above 1 by which a number is multiplied.
+
+    The factors are fewest if contact is solved on cells, where trials are most expensive, and few for domes.
+    """
     if is_solved_on_cells:
         return _COARSELY_SMALLER, _COARSELY_LARGER
     if design.tips.tip_shape.obeys_hertz:
@@ -182,9 +192,10 @@ def _factors(design: Design, *, is_solved_on_cells: bool) -> tuple[tuple[float, 
 
 
 def _scaling_sweeps(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
-    """Return a sweep for each direction: a number, or every number of a list, times the factors [1] of the direction.
+    """Return a sweep of a key for each of the `directions`, which hold the factors [1] on its value.
 
-    The result is empty if the key is not set or is not a number.
+    If the value is a list, every number in it is multiplied by the factor. The result is empty if the key is not set or
+    is not a number.
     """
     value = value_of(design, key)
     if isinstance(value, tuple):

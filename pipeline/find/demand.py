@@ -13,7 +13,9 @@ from sensor.verdict import Verdict
 from sensor.words import rounded
 
 MAX_ROUNDS = 6  # maximum number of times that the ranges are narrowed
-NARROWED_FRACTION = 0.12  # fraction of the range, on a logarithmic scale, that a round removes from each end
+# Fraction of the range, on a logarithmic scale, that a round removes from each end. Six rounds remove 72 % from one
+# end.
+NARROWED_FRACTION = 0.12
 
 SHAPE_VERDICTS = ("reading.bias", "reading.touch", "geometry.tip_face")
 """Verdicts that fail if the radii and the flesh thickness vary too much."""
@@ -33,14 +35,14 @@ def nearest_demand(
 
     `failed` are the verdicts that fail for the requested range. Each round narrows the ranges on which the failed
     verdicts depend, at the ends where they fail. It then searches for a design around the `preset`, without changes to
-    the keys in `fixed`. Returns None if no design passes after six rounds. Raises the same errors as
-    `fruit_suggestion`.
+    the keys in `fixed`. Each search reports its `progress`. Returns None if no design passes after `MAX_ROUNDS` rounds.
+    Raises the same errors as `fruit_suggestion`.
     """
     narrowed = fruit
     failed_verdicts = failed
-    for number in range(1, MAX_ROUNDS + 1):
+    for round_number in range(1, MAX_ROUNDS + 1):
         narrowed = narrow_ranges(narrowed, fruit, failed_verdicts, preset)
-        suggestion = fruit_suggestion(narrowed, preset, fixed, _round_progress(number, narrowed, progress))
+        suggestion = fruit_suggestion(narrowed, preset, fixed, _round_progress(round_number, narrowed, progress))
         if suggestion.changes is not None:
             return narrowed
         failed_verdicts = [verdict for verdict in suggestion.verdicts if verdict.passed is not True]
@@ -55,10 +57,10 @@ def _round_progress(number: int, fruit: FruitRange, progress: Progress) -> Progr
 def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
     """Narrow the ranges of a fruit by a fixed fraction of the `requested` ranges, on a logarithmic scale.
 
-    The failed verdicts determine which ranges become narrower: the radii and the flesh thickness, or the moduli at
-    their softest or firmest end. If none of them belongs to an end of the moduli, the radii and the thickness become
-    narrower. The preset may have one limit of the uncertainty for each end of the moduli. A failed uncertainty then
-    belongs to the end whose limit it exceeds. If the two limits are equal, it belongs to both ends.
+    The `failed` verdicts determine which ranges become narrower: the radii and the flesh thickness, or the moduli at
+    their softest or firmest end. If no failed verdict belongs to an end of the moduli, the radii and the thickness
+    become narrower. The preset may have one limit of the uncertainty for each end of the moduli. A failed uncertainty
+    then belongs to the end whose limit it exceeds. If the two limits are equal, it belongs to both ends.
     """
     failed_names = {verdict.name for verdict in failed}
     exceeded_limits = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
@@ -67,7 +69,7 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
     softest_limit = limit_at(min(moduli), moduli)
     firmest_limit = limit_at(max(moduli), moduli)
     fails_at_softest = bool(failed_names.intersection(SOFTEST_VERDICTS)) or softest_limit in exceeded_limits
-    # a limit between the two ends, at a modulus in between, also belongs to the firmest end
+    # A limit that differs from the softest one belongs to the firmest end, even at a modulus between the two ends.
     fails_at_firmest = bool(exceeded_limits - {softest_limit}) or firmest_limit in exceeded_limits
     fails_by_shape = bool(failed_names.intersection(SHAPE_VERDICTS)) or not (fails_at_softest or fails_at_firmest)
     step = (requested.E_max_MPa / requested.E_min_MPa) ** NARROWED_FRACTION  # factor on one end of the moduli
@@ -89,7 +91,10 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
 
 
 def _narrow_range(ends: Ends, requested: Ends) -> Ends:
-    """Move both ends of a range towards their geometric mean, by a fixed fraction of the `requested` range."""
+    """Return a range whose ends are moved towards their geometric mean, by a fraction of the `requested` range.
+
+    The ends do not move beyond the mean, so a narrow range becomes a single value.
+    """
     step = (requested[1] / requested[0]) ** NARROWED_FRACTION
     middle = math.sqrt(ends[0] * ends[1])
     return rounded(min(ends[0] * step, middle)), rounded(max(ends[1] / step, middle))

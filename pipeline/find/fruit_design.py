@@ -33,14 +33,14 @@ MAX_RUNS = 4  # maximum number of whole runs
 # relative tolerance of the springs [1], at which the contact is accurate enough for the error bars of readings
 TOLERANCE = 0.01
 _MIN_SPACING_MM = 4.5  # with a smaller spacing the leaves are shallower, and a tilted fruit pushes them sideways
-_TIP_GAP_MM = 0.5  # gap between neighbouring tips, as in the presets
+_TIP_GAP_MM = 0.5  # gap between neighbouring tips [mm], as in the presets
 _CORNER_FALL = 0.6  # maximum depth of the corners of the piece of fruit below its apex, divided by the flesh thickness
 _CORNER_FALL_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh
-_SIZE_STEP_MM = 0.5  # step to which dimensions of the fruit are rounded
-_DOME_STEP_MM = 0.1
+_SIZE_STEP_MM = 0.5  # step to which dimensions of the fruit are rounded [mm]
+_DOME_STEP_MM = 0.1  # the same for the radius of a dome, the spacing of the tips and the travel [mm]
 _SPACING_STEP_MM = 0.05
 _TRAVEL_STEP_MM = 0.01
-_TRAVEL_REDUCTION_MM = 0.02  # reduction of the travel in one step, which reduces biases of both signs
+_TRAVEL_REDUCTION_MM = 0.02  # reduction of the travel in one step [mm], which reduces biases of both signs
 _BRUISE_FACTOR = 0.9  # factor on the stiffness of both springs if the fruit bruises
 _RADIUS_FACTOR = 1.04  # initial factor on the radii of the design's fruit if the bias is too large
 # factor on the change that removes the largest part of the error, because the other parts remain
@@ -50,12 +50,15 @@ _UNCERTAINTY_FACTOR = 1.12  # factor on the stiffness of the high spring, which 
 
 
 def most_similar_preset(fruit: FruitRange) -> str:
-    """Return the name of the preset whose fruit is most similar to a given one, with the smallest `_dissimilarity`."""
+    """Return the name of the preset whose fruit is most similar to a given fruit."""
     return min(PRESETS, key=lambda name: _dissimilarity(fruit, fruit_of(load_design(name))))
 
 
 def fruit_of(design: Design) -> FruitRange:
-    """Return the range of fruits that a design reads; if it gives no ranges, the dimensions of its single fruit."""
+    """Return the range of fruits that a design reads.
+
+    If the design gives no range of a dimension, both ends are the dimension of its single fruit.
+    """
     fruit = design.fruit
     requirements = design.reading or ReadingRequirements()
     radius, radius_across = fruit.radii_mm
@@ -73,8 +76,8 @@ def _dissimilarity(fruit: FruitRange, other: FruitRange) -> float:
     """Return the dissimilarity of two fruits [1]: the sum of the squared logarithms of ratios between them.
 
     The ratios are between the smallest moduli, the largest moduli and the geometric means of the radii. If both
-    thicknesses of the flesh are known, their geometric means are compared too. The radii are sorted, because the
-    orientation does not matter.
+    thicknesses of the flesh are known, their geometric means are compared too. The two radii of each fruit are sorted,
+    because its orientation under the sensor does not matter.
     """
     ratios = [fruit.E_min_MPa / other.E_min_MPa, fruit.E_max_MPa / other.E_max_MPa]
     radii = sorted(map(_geometric_mean, fruit.radii_mm))
@@ -87,20 +90,22 @@ def _dissimilarity(fruit: FruitRange, other: FruitRange) -> float:
 
 
 def _geometric_mean(ends: Ends) -> float:
+    """Return the geometric mean of the ends of a range, in their unit."""
     return math.sqrt(ends[0] * ends[1])
 
 
 def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     """Return the changes that scale a preset to a fruit, rounded to dimensions that a maker can measure.
 
-    Lengths are multiplied by the ratio of the new fruit's radii to the preset fruit's radii. Spring stiffnesses are
-    multiplied by this ratio and by the ratio of the moduli.
+    Lengths are multiplied by the ratio of the new fruit's radii to the preset fruit's radii. A spring stiffness is a
+    length times a modulus, so it is multiplied by this ratio and by the ratio of the moduli.
     """
     tips = preset.tips
     preset_fruit = preset.fruit
     preset_range = fruit_of(preset)
     moduli = fruit.moduli_MPa
-    # The sensor is scaled with the fruit, but not to less than the minimum spacing of the tips.
+    # The sensor is scaled with the fruit, but not to less than the minimum spacing of the tips. A curvature is the
+    # reciprocal of a radius, so the ratio of the radii is the reciprocal of the ratio of the curvatures.
     min_ratio = min(1.0, _MIN_SPACING_MM / tips.spacing_mm)
     length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, min_ratio)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
@@ -126,7 +131,6 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         "tips.side_mm": round(spacing - _TIP_GAP_MM, 2),
         "tips.dome_radius_mm": _round_to((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
         "press.travel_mm": max(least_travel(preset), _round_to(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
-        # a stiffness scales as length times modulus
         **_scale_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
     }
 
@@ -134,9 +138,9 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
 def _assumed_fruit(fruit: FruitRange, preset: Design, length_ratio: float) -> tuple[float, float, float]:
     """Return the two principal radii and the flesh thickness [mm] of the single fruit that a new design assumes.
 
-    The closed-form equations of a design apply to a single fruit. Its dimensions have the same relative position in the
-    ranges of the new fruit as in the ranges of the preset. If a range of thicknesses is unknown, the thickness of the
-    preset is multiplied by `length_ratio` [1].
+    The closed-form equations of a design apply to a single fruit. Each of its dimensions has the same relative position
+    in the range of the new fruit as the preset's dimension has in the preset's range. If a range of thicknesses is
+    unknown, the thickness of the preset is multiplied by `length_ratio` [1].
     """
     preset_fruit = preset.fruit
     preset_range = fruit_of(preset)
@@ -167,16 +171,16 @@ def _largest_piece(radius: float, radius_across: float, fall: float) -> float:
     as in `Fruit.fall_mm`. The equation is solved for the side 2 h. The fall is limited to 0.6 R, because lower corners
     are not on the cap of the fruit.
     """
-    level = (1.0 - min(fall / radius, _CORNER_FALL)) ** 2
-    return 2.0 * radius * math.sqrt((1.0 - level) / (1.0 + radius / radius_across))
+    height_squared = (1.0 - min(fall / radius, _CORNER_FALL)) ** 2  # left side of the equation
+    return 2.0 * radius * math.sqrt((1.0 - height_squared) / (1.0 + radius / radius_across))
 
 
 def _largest_piece_of_range(fruit: FruitRange, depth: float) -> float:
     """Return the side [mm] of the largest square piece with corners on every fruit of the range, at any azimuth.
 
     The worst case is the roundest fruit with the thinnest flesh. If no range of thickness is known, the flesh has the
-    thickness `depth` [mm]. The most curved section may lie along a diagonal, where a corner is as deep as on a ball of
-    this radius.
+    thickness `depth` [mm]. The most curved section may lie along a diagonal of the piece. A corner is then as deep as
+    on a ball of the smallest radius.
     """
     min_radius = min(radius for ends in fruit.radii_mm for radius in ends)
     min_thickness = depth if fruit.thickness_mm is None else fruit.thickness_mm[0]
@@ -186,8 +190,9 @@ def _largest_piece_of_range(fruit: FruitRange, depth: float) -> float:
 def _same_position_in_range(ends: Ends, preset_length: float, preset_ends: Ends) -> float:
     """Return the length [mm] that has the same position in the range `ends` as a preset's length in the preset's range.
 
-    The position is a fraction on a logarithmic scale. If the preset's length lies outside its range by some factor, the
-    result lies outside `ends` by the same factor. The result is rounded to three digits.
+    The position is a fraction on a logarithmic scale, from 0 at the lower end to 1 at the upper end. If the preset's
+    length lies outside its range by some factor, the result lies outside `ends` by the same factor. The result is
+    rounded to three digits.
     """
     low, high = preset_ends
     if preset_length <= low:
@@ -204,15 +209,13 @@ def fruit_suggestion(
     """Search for a design for a fruit that passes a whole run, starting from the scaled preset.
 
     The keys in `fixed` are not changed. A design is first tried with sized springs, which cost less than a run. If a
-    verdict fails, `_next_step` changes the design. If all verdicts pass, a whole run must confirm them. If no design
-    passes a run, the suggestion has no changes, and it has the verdicts of the design nearest to passing. Raises
-    InputError if a changed design is invalid, and MeshError or SolveError if a trial cannot be solved.
+    verdict fails, `_next_step` changes the design. If all verdicts pass, a whole run must confirm them. The search ends
+    if a run passes, if no rule suggests a further step, or if the limits of trials and runs are reached. If no design
+    passes a run, the suggestion has no changes, and it has the verdicts of the design nearest to passing.
+
+    Raises InputError if a changed design is invalid, and MeshError or SolveError if a trial cannot be solved.
     """
-    changes: Changes = {
-        key: value
-        for key, value in scaled_changes(fruit, preset).items()
-        if key not in fixed and value != value_of(preset, key)
-    }
+    changes = _free_changes(scaled_changes(fruit, preset), preset, fixed)
     design = change_design(preset, changes)
     runs = 0
     tried_designs: set[Design] = set()
@@ -222,7 +225,7 @@ def fruit_suggestion(
     while len(tried_designs) < MAX_TRIALS and runs < MAX_RUNS and design not in tried_designs:
         tried_designs.add(design)
         tried = len(tried_designs)
-        result: Sensor | SensorResult | None = _solve_sized(design)
+        result: Sensor | SensorResult | None = _solve_sized(design)  # None if the design cannot be solved
         candidate = _make_candidate(changes, result)
         # The scaled preset is run even if some verdicts are undecided, because the preset passed its own run. Springs
         # solved by finite elements may decide these verdicts.
@@ -246,6 +249,11 @@ def fruit_suggestion(
     return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=tried, runs=runs)
 
 
+def _free_changes(changes: Changes, preset: Design, fixed: frozenset[str]) -> Changes:
+    """Return the changes of keys that are not in `fixed` and whose value differs from the value in the preset."""
+    return {key: value for key, value in changes.items() if key not in fixed and value != value_of(preset, key)}
+
+
 class _Centring:
     """The factor [1] by which the radii of the design's fruit are changed in each step, until the largest bias passes.
 
@@ -265,17 +273,17 @@ class _Centring:
         """
         sign_changed = bias * self._last_bias < 0.0
         if sign_changed:
-            self.factor = math.sqrt(self.factor)
+            self.factor = math.sqrt(self.factor)  # halves its logarithm
         self._last_bias = bias or self._last_bias
         return sign_changed
 
 
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
-    """Return the next change of a solved design, for its failed verdicts, and possibly a shorter travel.
+    """Return the next change of a design: the change for its failed verdicts, and possibly a shorter travel.
 
-    `result` holds the verdicts on `design`; it is None if the design cannot be solved. If the largest bias changed its
-    sign since the last step, the travel becomes shorter, because that reduces biases of both signs. The bias is
-    recorded in `centring`, which then has the factor for the radii.
+    The result is empty if no rule applies. `result` holds the verdicts on `design`; it is None if the design cannot be
+    solved. If the largest bias changed its sign since the last step, the travel becomes shorter, because that reduces
+    biases of both signs. The bias is recorded in `centring`, which provides the factor for the radii.
     """
     failed = _failed_verdicts(result)
     sign_changed = centring.record_bias(_failing_bias(result, failed))
@@ -287,30 +295,36 @@ def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _
 
 
 def _make_candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candidate:
-    """Return the candidate with the given changes and the verdicts of its result; no verdicts without a result."""
+    """Return the candidate with the given changes and the verdicts of its `result`; without a result, it has none."""
     return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
 
 
 def _run_candidate(preset: Design, candidate: Candidate) -> SensorResult | None:
     """Run a candidate and return its result, or None if its design is invalid or cannot be solved."""
-    proof = prove_first([candidate], lambda candidate: change_design(preset, candidate.changes), RunOptions(), 1)
+    proof = prove_first([candidate], lambda one: change_design(preset, one.changes), RunOptions(), max_runs=1)
     return None if proof is None else proof.result
 
 
 def _solve_sized(design: Design) -> Sensor | None:
-    """Return the solved sensor of a design with sized springs; None if a level press extends beyond a dome's face."""
+    """Return the solved sensor of a design with sized springs; None if a level press extends beyond a dome's face.
+
+    Raises InputError for any other design that is invalid or cannot be solved.
+    """
     sensor = Sensor(design=design, options=RunOptions(tolerance=TOLERANCE), springs_as="sized")
     try:
         sensor.solve("verdicts")
     except InputError as error:
-        if error.field != "tips.side_mm":
+        if error.field != "tips.side_mm":  # the field of the error about the face of a dome
             raise
         return None
     return sensor
 
 
 def _has_failed(candidate: Candidate) -> bool:
-    """Return whether a verdict on the candidate fails; undecided verdicts do not count, but missing verdicts do."""
+    """Return whether a verdict on the candidate fails, or the candidate has no verdicts.
+
+    An undecided verdict has not failed.
+    """
     return candidate.verdicts is None or any(verdict.passed is False for verdict in candidate.verdicts)
 
 
@@ -322,7 +336,7 @@ def _failed_verdicts(result: Sensor | SensorResult | None) -> set[str]:
 
 
 def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> float:
-    """Return the largest bias [1] if its verdict failed, else 0; it is positive if fruit is read too firm."""
+    """Return the largest bias [1] if its verdict failed, and otherwise 0; it is positive if fruit is read too firm."""
     readings = None if result is None else result.readings
     if readings is None or not readings.moduli or "reading.bias" not in failed:
         return 0.0
@@ -341,7 +355,7 @@ def _change_for_failed_verdicts(
     readings = None if result is None else result.readings
     is_beyond_face = readings is not None and readings.face_mm > design.tips.side_mm
     if result is None or is_beyond_face or "geometry.tip_face" in failed:  # a smaller dome has a narrower contact
-        # A radius of 0 or less is an invalid design, which raises InputError when the change is made.
+        # A radius of 0 or less makes the design invalid, which raises InputError when the change is made.
         smaller_radius = (design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM
         return {"tips.dome_radius_mm": round(smaller_radius, 1)}
     if "bruise" in failed:  # softer springs press with smaller forces
@@ -352,11 +366,14 @@ def _change_for_failed_verdicts(
     if "reading.calibration" in failed and readings is not None and readings.calibration is not None:
         return _improve_calibration(design, readings.calibration)
     bias = _failing_bias(result, failed)
-    if bias:  # fruit is read too firm if it is flatter than assumed, and too soft if it is rounder
+    if bias:
+        # Fruit is read too firm if it is flatter than assumed, so the assumed fruit becomes flatter. Fruit is read too
+        # soft if it is rounder than assumed.
         change_factor = radius_factor if bias > 0.0 else 1.0 / radius_factor
         return _scale_radii(design, change_factor)
     if "reading.uncertainty" in failed:
-        # A stiffer high spring improves readings of firm fruit. The low spring keeps its stiffness.
+        # A stiffer high spring improves readings of firm fruit. The low spring keeps its stiffness, so only one key is
+        # taken.
         key = "springs.K_h_N_per_m"
         return {key: _scale_springs(design, 1.0, _UNCERTAINTY_FACTOR)[key]}
     return {}
@@ -366,7 +383,8 @@ def _improve_calibration(design: Design, errors: CalibrationErrors) -> Changes:
     """Return the change that reduces the largest error of a spring's stiffness after calibration.
 
     If the dial is the largest cause of the error, the travel becomes longer, because the dial then has a smaller
-    relative error. Otherwise the spring of the worst tip becomes stiffer, so that its calibration needs larger weights.
+    relative error. Otherwise the spring of the worst tip becomes stiffer, so that its calibration uses larger weights.
+    The factor of the change is the ratio of the error to its limit, with a margin.
     """
     limit = row_of("reading.calibration").limit
     excess = errors.largest_stiffness / limit if isinstance(limit, float) else 1.0

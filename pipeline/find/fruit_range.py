@@ -13,8 +13,8 @@ from sensor.input_file import read_bytes
 from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, parse_number, quantity, validation_error
 from sensor.words import rounded
 
-# pressure at which flesh of 1 MPa bruises [MPa], an assumption like the exponent; apple flesh of 3.5 MPa fails at 0.29
-# MPa
+# Pressure at which flesh of 1 MPa bruises [MPa], and exponent of its increase with the modulus. Both are assumptions.
+# They agree with apple flesh of 3.5 MPa, which fails at 0.29 MPa.
 BRUISE_MPA = 0.1
 BRUISE_EXPONENT = 0.85
 BALL_SPREAD = 0.2  # relative spread of the radius of a round fruit, because no fruit is a perfect ball
@@ -23,6 +23,7 @@ _FORM = (
     "be a file of pipeline modulus --json that ends in .json, or the name of a fruit, as pear, also before its own "
     "ranges: 'pear, radius 26, E 0.3 to 2'"
 )
+# A number is any text without a space. `parse_number` decides later whether it is a number.
 _NUMBER = r"(\S+?)"
 _RANGE = rf"{_NUMBER} to {_NUMBER}"
 _NAME = r"\s*(?:([a-z]+), )?"
@@ -80,7 +81,10 @@ class FruitRange:
 
     @property
     def moduli_MPa(self) -> tuple[float, ...]:
-        """Return four moduli [MPa] in geometric progression, from the softest to the firmest flesh."""
+        """Return four moduli [MPa] in geometric progression, from the softest to the firmest flesh.
+
+        Only the two inner moduli are rounded.
+        """
         _, *inner, _ = np.geomspace(self.E_min_MPa, self.E_max_MPa, 4).tolist()
         return (self.E_min_MPa, *(rounded(E, 2) for E in inner), self.E_max_MPa)
 
@@ -95,7 +99,7 @@ class FruitRange:
 
 
 def fruit_range(text: str) -> FruitRange:
-    """Parse the range of fruits from the value of `--fruit`.
+    """Parse the range of fruits from `text`, the value of the flag `--fruit`.
 
     The value is the path of a file written by `pipeline modulus --json`, or the name of a fruit in the table. It may
     also be a description such as 'radius 26, E 0.3 to 2'. Raises InputError for any other text.
@@ -106,7 +110,8 @@ def fruit_range(text: str) -> FruitRange:
         return _named_range(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     match = ball or any_shape
-    # The first group is the name, and the others are the numbers as text. A group that is left out is None.
+    # The first group is the name, and the others are the numbers as text, in the order of the description. A group that
+    # is left out is None.
     groups = (None,) if match is None else match.groups()
     name = groups[0]
     numbers = [parse_number(number_text) for number_text in groups[1:] if number_text is not None]
@@ -114,13 +119,14 @@ def fruit_range(text: str) -> FruitRange:
         raise validation_error("--fruit", text, "", _FORM, "write all numbers")
     if name is not None:
         _refuse_unknown(name)
-    *lengths, softest, firmest = (number for number in numbers if number is not None)
+    *lengths, softest, firmest = (number for number in numbers if number is not None)  # the moduli come last
     if ball is not None:
         return FruitRange(name=name, radius_mm=lengths[0], E_min_MPa=softest, E_max_MPa=firmest)
     return FruitRange(
         name=name,
         radius_mm=(lengths[0], lengths[1]),
         radius_across_mm=(lengths[2], lengths[3]),
+        # the thickness of the flesh follows the radii, but may be left out
         thickness_mm=(lengths[4], lengths[5]) if len(lengths) > _RADIUS_ENDS else None,
         E_min_MPa=softest,
         E_max_MPa=firmest,
@@ -128,7 +134,7 @@ def fruit_range(text: str) -> FruitRange:
 
 
 def _named_range(name: str) -> FruitRange:
-    """Return the range of a fruit in the table of fruits; raises InputError for an unknown name."""
+    """Return the range of the fruit `name` in the table of fruits; raise InputError for an unknown name."""
     _refuse_unknown(name)
     fruit = FRUITS[name]
     return FruitRange(
@@ -152,8 +158,9 @@ def _refuse_unknown(name: str) -> None:
 def _measured_range(path: Path) -> FruitRange:
     """Read the range of the specimens from a file written by `pipeline modulus --json`.
 
-    The range of moduli includes their error bars. The radii are the radii of the tested specimens. If all specimens are
-    balls, the radius of the first one is used. Raises InputError if the file was not written by this command.
+    The file holds a row for each specimen. The range of moduli includes their error bars, `u_percent`. The radii are
+    the radii of the tested specimens. A specimen without a second radius is a ball. If all specimens are balls, the
+    radius of the first one is used. Raises InputError if the file was not written by this command.
     """
     try:
         rows = json.loads(read_bytes(path, "--fruit"))
@@ -181,8 +188,8 @@ def _measured_range(path: Path) -> FruitRange:
 def bruise_limit(E: float, name: str | None = None) -> float:
     """Return the mean pressure [MPa] at which flesh of modulus `E` [MPa] bruises, rounded down to three digits.
 
-    If `name` is a fruit in the table, the limit of this fruit is used. Otherwise the limit is 0.1 E^0.85, which is an
-    assumption of this project.
+    If `name` is a fruit in the table, the limit of this fruit is used. If it is None, the limit is 0.1 E^0.85, which is
+    an assumption of this project.
     """
     limit = BRUISE_MPA * E**BRUISE_EXPONENT if name is None else FRUITS[name].bruise_limit(E)
     return rounded(limit, towards=0.0)

@@ -34,9 +34,9 @@ from sensor.quantity import validation_error
 from sensor.verdict import Verdict, row_of
 
 MAX_RUNS = 20  # maximum number of candidates for which a whole run is made
-DESIGN = "design.toml"
-RUN = "best"
-FRONT = "front"
+DESIGN = "design.toml"  # file of the best design, in the folder of the study
+RUN = "best"  # folder of its run
+FRONT = "front"  # folder of the designs and runs of a Pareto front
 _MEMBERS = 8  # members of a generation for each varied key
 
 
@@ -53,12 +53,16 @@ class Place:
 
 
 def places(study: Study, folder: Path) -> tuple[Place, ...]:
-    """Return the paths for each value of a front, in the folder of a study; one place if the study has no front."""
+    """Return the paths of the results in the folder of a study: a place for each value of its front, or a single place.
+
+    The place of a front is named after the front's key and its value.
+    """
     if not study.front:
         return (Place(value=None, design=folder / DESIGN, run=folder / RUN),)
     front_places = []
     for value in study.front:
-        name = f"{study.goal.front_key.rpartition('.')[2]}-{front_number(value)}"
+        key = study.goal.front_key.rpartition(".")[2]  # without the name of its table
+        name = f"{key}-{front_number(value)}"
         front_places.append(Place(value=value, design=folder / FRONT / f"{name}.toml", run=folder / FRONT / name))
     return tuple(front_places)
 
@@ -68,16 +72,18 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
 
     All candidates are stored as points of the study in `folder`. An interrupted search can be continued: it goes
     through the same candidates again, and stored candidates are not solved again. A search with more `evaluations` also
-    starts with the same candidates, because no step depends on the number of steps that follow. Raises InputError if a
-    key has a normal distribution, or if the base is invalid for a value of the front. Also raises it if no candidate
-    can have a verdict of the goal.
+    starts with the same candidates, because no step depends on the number of steps that follow. `engine` solves the
+    candidates, and `progress` is called with the number of evaluated candidates and the total number.
+
+    Raises InputError if a key has a normal distribution, if the base is invalid for a value of the front, or if no
+    candidate can have a verdict of the goal.
     """
     _refuse_missing_verdicts(study)
     for key, varied in study.vary.items():
         if isinstance(varied, Normal):
             bound = "a range, from and to, or a list"
             raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
-    for value in study.front:  # only raises InputError if the base is invalid for this value
+    for value in study.front:  # the design is only made to raise InputError if the base is invalid for this value
         study.base.design({**study.completing_settings, study.goal.front_key: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
@@ -88,7 +94,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
 def _refuse_missing_verdicts(study: Study) -> None:
     """Raise InputError if a verdict of the goal needs a key or table that is neither set in the base nor varied.
 
-    Without this key, the verdict does not exist for any candidate.
+    Without this key or table, the verdict does not exist for any candidate.
     """
     tables = study.base.tables
     goal = study.goal
@@ -102,7 +108,7 @@ def _refuse_missing_verdicts(study: Study) -> None:
             if key:
                 is_varied = any(varied.startswith(needed_name) for varied in study.vary)
                 is_set = key in tables.get(table, {})
-            else:
+            else:  # a table is needed, and any varied key of it makes the table
                 is_varied = any(varied.startswith(f"{table}.") for varied in study.vary)
                 is_set = table in tables
             if is_varied or is_set:
@@ -124,11 +130,11 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
     called with the number of evaluated candidates and the total number.
     """
     front_values = len(study.front)
-    searched_keys = len(study.vary) - bool(front_values)
+    searched_keys = len(study.vary) - bool(front_values)  # without the key of the front, which is fixed in each search
     start = _base_fractions(study)
     initial_members: Literal["latinhypercube"] | Floats = "latinhypercube"
     max_evaluations = study.goal.evaluations * max(1, front_values)
-    # a store from an earlier search may have more points than this search evaluates
+    # A store from an earlier search may have more points than this search evaluates. The total is then raised to them.
     report_progress = None if progress is None else lambda stored, _: progress(stored, max(max_evaluations, stored))
     generations = study.goal.evaluations // (_MEMBERS * searched_keys)
     # The front's key is the last varied key. Its range is divided into one interval for each value, and its fraction is
@@ -140,7 +146,7 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
             Bounds(np.zeros(searched_keys), np.ones(searched_keys)),
             args=(front_fraction, set(), study, store, engine, report_progress),
             maxiter=max(1, generations - 1),  # SciPy does not count the initial generation
-            popsize=_MEMBERS,
+            popsize=_MEMBERS,  # SciPy multiplies it by the number of keys
             tol=0.0,  # only the number of evaluations ends the search
             rng=np.random.default_rng(study.seed),
             polish=False,
@@ -165,16 +171,18 @@ def _costs(
     """Return the cost of each member of a generation, which differential evolution minimises.
 
     `fractions` (keys, members) holds the members of the generation. `front_fraction` holds the fraction of the front's
-    key; it is empty without a front. `requested` holds the settings of all candidates that were requested so far for
-    this value of the front, as text; this function adds to it. `engine` solves the members that are not in `store` yet,
-    and `progress` is called for each of them. Members beyond the last evaluation of the `study` are not solved, and get
-    the cost of a refused design.
+    key; it is empty without a front. `engine` solves the members that are not in `store` yet, and `progress` is called
+    for each of them.
+
+    `requested` holds the settings, as text, of all candidates that were requested before for this value of the front.
+    This function adds the new ones, so that it can count the evaluations. Members beyond the last evaluation of the
+    `study` are not solved, and get the cost of a refused design.
     """
-    members = [study.settings_at([*member, *front_fraction]) for member in fractions.T.tolist()]
-    texts = list(map(settings_text, members))
+    member_settings = [study.settings_at([*member, *front_fraction]) for member in fractions.T.tolist()]
+    texts = list(map(settings_text, member_settings))
     # Settings to evaluate, by their text. Members of a generation may be equal if all keys vary over lists.
     allowed = {}
-    for text, settings in zip(texts, members, strict=True):
+    for text, settings in zip(texts, member_settings, strict=True):
         if len(requested) < study.goal.evaluations:
             requested.add(text)
         if text in requested:
@@ -204,7 +212,11 @@ def _base_fractions(study: Study) -> Floats | None:
 
 
 def is_base(study: Study, candidate: Candidate) -> bool:
-    """Return whether a candidate is the base design, at which a search starts."""
+    """Return whether a candidate is the base design, at which a search starts.
+
+    The first point of a search, number 0, is the base design if its values lie within the varied ranges. In a search
+    for a front, its value must also be the front's value in the base.
+    """
     if candidate.number != 0 or _base_fractions(study) is None:
         return False
     front = study.goal.front_key
@@ -212,13 +224,16 @@ def is_base(study: Study, candidate: Candidate) -> bool:
 
 
 def _base_value(study: Study, name: str) -> object:
-    """Return the value of a key of the base design; None if it is not set, or if the base design is incomplete."""
+    """Return the value of the key `name` of the base design.
+
+    It is None if the key is not set, or if the base design is incomplete, so that `study.design` is None.
+    """
     table, _, key = name.partition(".")
     return getattr(getattr(study.design, table, None), key, None)
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
-    """Return the candidate for a stored point; a point that was refused or that failed has no verdicts."""
+    """Return the candidate for a stored point of a study; a point that was refused or that failed has no verdicts."""
     candidate = Candidate(changes=result.settings, verdicts=None, number=result.number)
     if result.status != "done":
         return candidate
@@ -234,9 +249,9 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
 def _objective_scale(study: Study, result: PointResult) -> float:
     """Return the scale by which the objective is divided for comparisons [unit of the objective]; usually 1.
 
-    The scale differs from 1 only for an uncertainty whose limit depends on the modulus; then it is the limit. Such an
+    The scale differs from 1 only for an uncertainty whose limit depends on the modulus. It is then this limit. Such an
     uncertainty is reported at the modulus where it is largest relative to its limit. This modulus differs between
-    designs, so the uncertainty is not continuous, but its ratio to the limit is.
+    designs, so the uncertainty may jump from one design to the next. Its ratio to the limit does not jump.
     """
     base_limit = _base_value(study, "reading.uncertainty_limit")
     design_limit = result.settings.get("reading.uncertainty_limit", base_limit)
@@ -247,16 +262,16 @@ def _objective_scale(study: Study, result: PointResult) -> float:
 
 
 def _verdict(name: str, values: Mapping[str, object]) -> Verdict:
-    """Build a verdict from the values of a stored point.
+    """Build the verdict `name` from the values of a stored point, by their keys in the report.
 
-    Its reference is the text that states in how many poses the sensor has no reading.
+    Its reference is the text that states in how many poses the sensor has no reading, because the cost depends on it.
     """
     stored: dict[str, Any] = {field: values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS}
     return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **stored)
 
 
 def refuse_occupied(study: Study, folder: Path, *, force: bool) -> None:
-    """Raise InputError if a search could not write its results into its folder; call this before anything is solved."""
+    """Raise InputError if a search could not write its results into `folder`; call this before anything is solved."""
     for place in places(study, folder):
         refuse_unusable(place.run, force=force)
         check_paths_are_free([place.design], "--out", force=force)
@@ -273,12 +288,14 @@ def prove(
 ) -> Proof | None:
     """Run the best candidates of a search one after another until a run passes, and return the last run.
 
-    At most twenty candidates that pass the search are run, the best first. For a Pareto front, only candidates with the
-    front's value at `place` are run. The base design is run last even if it failed the search, because the search
-    neglects the lateral compliance of printed plates. The outputs of the run, and the design file if the run passes,
-    are written to `place`. A candidate that is invalid or cannot be solved is treated as failed. Returns None if there
-    is no candidate to run. Raises the same errors as `write_files`, and OutputError if the output folder cannot be
-    used.
+    At most `MAX_RUNS` candidates that pass the search are run, the best first. For a Pareto front, only candidates with
+    the front's value at `place` are run. The base design is run last even if it failed the search, because the search
+    neglects the lateral compliance of printed plates. A candidate that is invalid or cannot be solved is treated as
+    failed.
+
+    The outputs of the run are written to `place`. If the run passes, its design file is written too. If no run passes,
+    the design file of an earlier search is deleted. Returns None if there is no candidate to run. Raises the same
+    errors as `write_files`, and OutputError if the output folder cannot be used.
     """
     eligible = list(candidates)
     if study.front:
@@ -290,7 +307,7 @@ def prove(
 
     def design_of(candidate: Candidate) -> Design:
         progress(f"running candidate {candidate.number}, the best that has not been run yet")
-        # named after the study, not after its base design
+        # the design is named after the study, not after its base design
         return replace(study.base.design(candidate.changes), name=study.name)
 
     tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too loose for a whole run

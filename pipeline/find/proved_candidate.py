@@ -1,4 +1,4 @@
-"""The proof that a candidate passes: a whole run of its design."""
+"""The proof that a candidate of a search passes: a whole run of its design, with springs fitted by finite elements."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -44,13 +44,14 @@ def prove_first(
 ) -> Proof | None:
     """Run up to `max_runs` candidates one after another until one passes, and return the last run.
 
-    `design_of` returns the design of a candidate. If a run does not pass, `next_candidates` may derive further
-    candidates from it, which are run next. A candidate whose design is invalid or cannot be solved has not passed.
-    Returns None if there are no candidates. Raises OutputError if the output folder cannot be used.
+    `design_of` returns the design of a candidate, and each run has the same `options`. If a run does not pass,
+    `next_candidates` may derive further candidates from it, which are run next. A candidate whose design is invalid or
+    cannot be solved has not passed. Returns None if there are no candidates. Raises OutputError if the output folder
+    cannot be used.
     """
     waiting = list(candidates)
     proof = None
-    for runs in range(1, max_runs + 1):
+    for runs in range(1, max_runs + 1):  # the number of runs, including this one
         if not waiting:
             break
         candidate = waiting.pop(0)
@@ -61,7 +62,7 @@ def prove_first(
             # OutputError is a subclass of InputError, but a different candidate would not make the folder usable.
             raise
         except UNSOLVED:
-            pass
+            pass  # the result remains None
         proof = Proof(candidate=candidate, result=result, runs=runs)
         if proof.passed:
             break

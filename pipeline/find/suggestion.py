@@ -22,12 +22,12 @@ from sensor.words import rounded
 from solve.contact.linear_response import travels
 from solve.contact.response import scene_response
 
-BUDGET = 6000.0  # budget for trials, in units of about 0.01 s of CPU time
+BUDGET = 6000.0  # budget for trials, in units of about 0.01 s of CPU time, so about a minute
 _RESERVE = 0.05  # fraction of the budget that is reserved for moving candidates nearer to the base design
 MAX_RUNS = 4  # maximum number of runs of candidates, each of which takes about ten seconds
 MAX_KEYS = 3  # maximum number of keys that are changed together
 _BEAM_WIDTH = 4  # number of candidates that each round of the beam search keeps
-_BISECTIONS = 6
+_BISECTIONS = 6  # number of bisections by which a number is moved back towards the base design
 _BISECTIONS_ON_CELLS = 2  # fewer, because trials on cells are expensive
 _MARGIN = 0.05  # relative margin added to a passing value, so that springs solved by finite elements pass too
 ROUGH = 0.02  # relative tolerance of the springs [1], at which the contact is accurate enough to try a change
@@ -59,7 +59,7 @@ class Suggestion:
 class Search:
     """A beam search over changes of a design. Each design is tried with sized springs, until the budget is used up.
 
-    `tried` is the number of trials, and `nearest_miss` is the candidate that came nearest to passing.
+    `tried` is the number of trials. `nearest_miss` is the candidate that failed but came nearest to passing, or None.
     """
 
     def __init__(self, base: SensorResult, fixed: frozenset[str], progress: Progress = ignore_progress) -> None:
@@ -75,12 +75,13 @@ class Search:
         self._budget_left = BUDGET
 
     def passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
-        """Return candidates that pass, the nearest first, for a base design with the given failed verdicts.
+        """Search for candidates that pass, and return the nearest first; the base design has the `failed_verdicts`.
 
-        Each round makes one more change to the best candidates of the previous round, and the first round with a
-        candidate that passes is the last. The nearest candidate changes the fewest keys. Among candidates with equally
-        many keys, it changes the fewest requirements, and then has the smallest ratios of new to old numbers. The
-        result is empty if no candidate passes.
+        Each round makes one more change to the best candidates of the previous round, which are the beam. The search
+        ends at the first round with a candidate that passes. The nearest candidate changes the fewest keys. Among
+        candidates with equally many keys, it changes the fewest requirements, and then has the smallest ratios of new
+        to old numbers. The result is empty if no candidate passes. The counts of trials and the nearest miss are
+        updated.
         """
         beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
         for _ in range(MAX_KEYS):
@@ -100,8 +101,9 @@ class Search:
     def trial(self, changes: Changes) -> Candidate | None:
         """Return the candidate with the given changes, and its verdicts with sized springs.
 
-        The result is None if the budget is used up, or if the changed design is invalid or cannot be solved. It is also
-        None if a changed travel is too short for the height errors of printed tips.
+        The cost of the trial is taken from the budget. The result is None if the budget is used up, or if the changed
+        design is invalid or cannot be solved. It is also None if a changed travel is too short for the height errors of
+        printed tips.
         """
         if self._budget_left <= 0.0:
             return None
@@ -118,13 +120,15 @@ class Search:
         return Candidate(changes=changes, verdicts=verdicts)
 
     def _design_of(self, candidate: Candidate) -> Design:
+        """Return the base design with the changes of a candidate."""
         return change_design(self._base.design, candidate.changes)
 
     def _size_of(self, candidate: Candidate) -> tuple[int, int, float]:
+        """Return the size of a candidate's changes to the base design, which can be compared."""
         return size(self._base.design, candidate.changes)
 
     def _add_one_change(self, start: Candidate) -> list[Candidate]:
-        """Return the best candidate of each sweep that starts from the candidate `start`.
+        """Try each sweep from the candidate `start`, and return the best candidate of each sweep.
 
         A sweep is a list of changes of the same keys, the smallest change first. It ends at the first change that
         passes. Sweeps of keys that are fixed, or that `start` has already changed, are omitted.
@@ -148,9 +152,12 @@ class Search:
         return best
 
     def _trial_verdicts(self, design: Design) -> tuple[Verdict, ...]:
-        """Return the verdicts of a design with ideal springs, or only some of them if these show that it fails."""
+        """Return the verdicts of a design with ideal springs, or only some of them if these already show that it fails.
+
+        A trial with all presses takes further cost from the budget.
+        """
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
-            # Readings of flat tips take too long to be tried.
+            # Readings of flat tips take too long to be tried, so such a design is treated as failed.
             return (judge("reading.bias", None, "readings of flat tips", limit="tips with a dome"),)
         sensor = self._sized_sensor(design)
         # Solving P at two moduli costs a tenth of solving all presses, and often shows that the design fails.
@@ -158,17 +165,18 @@ class Search:
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
             scene = scene_of(design, sensor.springs.ideal_offsets_mm)
             x = travels(design.press.travel_mm, TRAVELS)
-            spread = displacement_verdict(scene_response(scene, sensor.contact, sensor.springs.C, moduli, x))
-            if spread.passed is not True:
-                return (*sensor.verdicts_on("print"), spread)
+            two_moduli = scene_response(scene, sensor.contact, sensor.springs.C, moduli, x)
+            displacement = displacement_verdict(two_moduli)
+            if displacement.passed is not True:
+                return (*sensor.verdicts_on("print"), displacement)
             self._budget_left -= 2.0 * _trial_cost(design)  # a trial with all presses costs three times as much
         return sensor.verdicts
 
     def _sized_sensor(self, design: Design) -> Sensor:
         """Return the sensor of a design with ideal springs, which reuses results from the run of the base design.
 
-        The solved contact is reused if the design has the same contact problem. The sag of the tips under their weight
-        is assumed to be the same if the layouts are equal.
+        The solved contact is reused if the design has the same contact problem at the same size. The sag of the tips
+        under their weight is assumed to be the same if the layouts are equal.
         """
         base = self._base
         has_same_scene = unit_scene(design) == unit_scene(base.design)
@@ -189,7 +197,6 @@ class Search:
         The numbers are moved one after another. Each gets a margin from the nearest value that passes, and is rounded
         away from the failing value. Strings, and numbers whose sign was changed, keep their new values.
         """
-        # a trial takes longer if its contact is solved on a grid of cells
         bisections = _BISECTIONS_ON_CELLS if scene_of(self._design_of(candidate)).is_solved_on_cells else _BISECTIONS
         nearest = candidate
         for key, new_value in candidate.changes.items():
@@ -202,9 +209,10 @@ class Search:
             passing_value = self._bisect(nearest, key, base_value, new_value, bisections)
             # Rounding towards twice the margin never makes the margin smaller.
             value = rounded(passing_value * (1.0 + margin), towards=passing_value * (1.0 + 2.0 * margin))
-            final = self.trial({**nearest.changes, key: value})
-            if final is not None and not final.failed:  # otherwise the key keeps its former passing value
-                nearest = final
+            rounded_candidate = self.trial({**nearest.changes, key: value})
+            # otherwise the key keeps its former value, at which the candidate passes
+            if rounded_candidate is not None and not rounded_candidate.failed:
+                nearest = rounded_candidate
         return nearest
 
     def _bisect(
@@ -212,7 +220,8 @@ class Search:
     ) -> float:
         """Return the value of a key nearest to `failing_value` at which a candidate is known to pass.
 
-        The logarithm of the value is bisected between the two given values, of which only `passing_value` passes.
+        The logarithm of the value is bisected between the two given values, of which only `passing_value` passes. Each
+        of the `bisections` costs one trial.
         """
         for _ in range(bisections):
             middle = math.sqrt(failing_value * passing_value)
@@ -225,7 +234,10 @@ class Search:
 
 
 def _trial_cost(design: Design) -> float:
-    """Return the measured cost of a trial, in units of about 0.01 s of CPU time."""
+    """Return the cost of a trial as measured, in units of about 0.01 s of CPU time.
+
+    Trials on cells are the most expensive. Of the others, designs with readings cost more than designs without.
+    """
     if scene_of(design).is_solved_on_cells:
         return 80.0
     return 8.0 if design.reading is None else 30.0
@@ -247,7 +259,8 @@ def suggestion(
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
-        # If a finer tolerance may decide every verdict that did not pass, it is suggested instead of changes.
+        # The springs are printed in one piece. If a finer tolerance may decide every verdict that did not pass, it is
+        # suggested instead of changes.
         finer_tolerance_hints = [tolerance_hint(verdict, run_options.tolerance) for verdict in failed_verdicts]
         if all(finer_tolerance_hints):
             return replace(none_found, reason=str(finer_tolerance_hints[0]))
@@ -255,10 +268,12 @@ def suggestion(
     passing = search.passing(failed_verdicts)
 
     def design_of(candidate: Candidate) -> Design:
+        """Report the run of a candidate, and return its design."""
         progress(f"running the candidate with {in_words(candidate.changes)}")
         return change_design(design, candidate.changes)
 
     def with_shorter_travel(proof: Proof) -> list[Candidate]:
+        """Return the candidate with a shorter travel, if the failed run requires it."""
         return [] if proof.result is None else _shorten_travel(proof.result, proof.candidate.changes, fixed)
 
     # A shorter travel for the strains and clearances of the unchanged design is tried first.
@@ -272,10 +287,10 @@ def suggestion(
 
 
 def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
-    """Return the candidate with the shorter travel that failed verdicts on strains and clearances require, if any.
+    """Return a list of one candidate, with the shorter travel that failed verdicts on strains and clearances require.
 
-    `result` is a run of the design with `changes`, to which the travel is added. The list is empty if no failed verdict
-    requires a shorter travel, or if the travel is already changed or fixed.
+    `result` is a run of the design with `changes`, to which the travel is added. The shortest required travel is used.
+    The list is empty if no failed verdict requires a shorter travel, or if the travel is already changed or fixed.
     """
     shorter_travels = []
     if _TRAVEL not in {*changes, *fixed}:

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
     """Write the STEP, STL, 3MF and GLB files of a sensor to `folder`; return their paths and the geometry verdicts.
 
-    `deflections` [mm] are the deflections of the low and the high spring at full travel, for the verdicts on the stops.
-    Raises OSError if a file cannot be written, and ExportError if the volume read back from it is wrong.
+    `deflections` [mm] are the deflections of the low and the high spring at full travel. The verdicts on the stops
+    depend on them. Raises OSError if a file cannot be written, and ExportError if the volume read back from it is
+    wrong.
     """
     from cad.checks.sensor_checks import sensor_verdicts
     from cad.fabrication.file_shapes import HOUSING_FILES, files_as_designed
@@ -35,6 +36,7 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:
     """Write the files for fabrication to `folder`; return their paths and the verdicts on cover and bracket.
 
+    The verdicts judge the shapes read back from cover.step and mount.step, so that the files themselves are checked.
     `read_out` describes how the springs are read and calibrated. Raises OSError if a file cannot be written, and
     ExportError if the volume read back from it is wrong.
     """
@@ -48,6 +50,5 @@ def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringR
     sensor = sensor_of(design, housing)
     title = Title(name=design.name, process=process)
     files = write_fabrication(sensor, title, read_out, folder)
-    # The shapes are the ones read back from cover.step and mount.step, so that the files themselves are checked.
-    on_cover = cover_verdicts(sensor, files.cover, process)
-    return files.paths, (*on_cover, *mount_verdicts(sensor, files.mount, process))
+    verdicts_on_cover = cover_verdicts(sensor, files.cover, process)
+    return files.paths, (*verdicts_on_cover, *mount_verdicts(sensor, files.mount, process))

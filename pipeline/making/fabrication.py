@@ -20,15 +20,16 @@ from sensor.quantity import Estimate
 from sensor.verdict import Verdict, judge
 from solve.housing.stiffness import sideways_stiffness
 
-# Smallest ratio of the stiffness across the plate to the stiffness along the press, for each spring.
+# Smallest accepted ratio of the stiffness across the plate to the stiffness along the press, by the name of the spring.
 MIN_SIDEWAYS_RATIO = {"low": 3.0, "high": 1.2}
 
 
 def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
     """Start making the files for fabrication, and return a future of them and of the verdicts on cover and bracket.
 
-    The worker process of `executor` makes the files. If it is None, this process makes them before it returns. No files
-    are made if fabrication is not requested, or if no housing can be made.
+    The worker process of `executor` makes the files. If `executor` is None, this process makes them before the function
+    returns. No files are made if fabrication is not requested, or if no housing can be made. The future then holds no
+    files and no verdicts.
 
     OSError is raised if a file cannot be written, and ExportError if the volume read back from a file is wrong. If
     there is a worker, the future raises them. Raises InputError or SolveError if the press that limits the speed of a
@@ -39,7 +40,7 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
     if not options.fabrication or housing is None:
         return finished_future(KeptFiles())
     readable_springs = springs_to_read(springs)  # stiffness and deflection of each spring
-    fastest_s = sensor.fastest_press_s  # shortest duration of a press by hand [s]
+    fastest_s = sensor.fastest_press_s  # shortest duration of a press by hand [s], or None without a read-out
     folder = "OUT" if options.out is None else str(options.out)
     # The cache key is computed from these inputs, so they must include everything on which the files depend.
     inputs = {
@@ -62,15 +63,16 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
     """Return a verdict for each spring on the ratio [1] of its lateral stiffness to its stiffness along the press.
 
     The lateral stiffness resists a push on the tip across the plate. Its error is the difference between the results on
-    a fine and a coarse mesh. No verdict is returned if fabrication is not requested, or if there is no housing. Raises
-    SolveError if the housing cannot be solved.
+    a fine and a coarse mesh, which are cached. No verdict is returned if fabrication is not requested, or if there is
+    no housing. Raises SolveError if the housing cannot be solved.
     """
     housing = springs.housing
     process = springs.process
     if not options.fabrication or housing is None:
         return ()
 
-    def solve_mesh(scale: float) -> tuple[float, ...]:  # lateral stiffness [N/mm] at a relative element size
+    def solve_mesh(scale: float) -> tuple[float, ...]:
+        """Return the lateral stiffness of each spring [N/mm], low first, on a mesh of this relative element size."""
         mesh = flexure_mesh(housing, scale)
         return sideways_stiffness(mesh, process.E_MPa, process.poisson, mount_layers(housing))
 
@@ -78,10 +80,11 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
         return {"fine": solve_mesh(1.0), "coarse": solve_mesh(COARSE)}
 
     inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
-    by_mesh = load_or_compute("sideways", inputs, solve_both_meshes, dict[str, tuple[float, ...]])
+    K_by_mesh = load_or_compute("sideways", inputs, solve_both_meshes, dict[str, tuple[float, ...]])
     verdicts = []
-    for (name, spring), fine, coarse in zip(springs.springs.items(), by_mesh["fine"], by_mesh["coarse"], strict=True):
-        verdicts.append(sideways_verdict(name, spring, fine, abs(fine - coarse)))
+    pairs = zip(K_by_mesh["fine"], K_by_mesh["coarse"], strict=True)
+    for (name, spring), (fine_K, coarse_K) in zip(springs.springs.items(), pairs, strict=True):
+        verdicts.append(sideways_verdict(name, spring, fine_K, abs(fine_K - coarse_K)))
     return tuple(verdicts)
 
 

@@ -27,14 +27,15 @@ from solve.linear import SolveError
 
 FLEXURE = "flexure.vtu"
 FRUIT = "fruit.vtu"
-_ROWS = (0, 1, 2, 0, 1, 0)  # row and column indices of the components xx, yy, zz, xy, yz, xz of a tensor
+# Row and column indices of the components xx, yy, zz, xy, yz, xz of a symmetric tensor, in the order of VTU files.
+_ROWS = (0, 1, 2, 0, 1, 0)
 _COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
 def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
-    """Write the mesh of the half housing y >= 0 [mm] to flexure.vtu, and the fields if `options.fields` is set.
+    """Write the mesh of the half housing y >= 0 [mm] to flexure.vtu, and fields if `options.fields` is set.
 
-    With this option, three files are written:
+    The other half is its mirror image. With this option, three files are written to `folder`:
 
     - The file flexure.vtu holds the fields of the housing under the tip forces at full travel. The verdicts on the root
       strains use the same forces. An array for each spring is 1 at the node with the largest strain on its leaves, and
@@ -43,8 +44,9 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
     - The file fruit.vtu holds the fields of the fruit under the forces of the scene.
 
     The fields at the nodes are displacement [mm], stress and von Mises stress [MPa], and largest principal strain [1].
-    Without a housing, only fruit.vtu is written. If the housing cannot be solved, no fields are written; if the fruit
-    cannot, fruit.vtu is not written. The reason is returned, or an empty tuple if all files are written.
+    Without a housing, only fruit.vtu is written. If the housing cannot be solved, no fields are written. If the fruit
+    cannot be solved, fruit.vtu is not written. Returns the reason as a tuple of one text, or an empty tuple if all
+    files are written. Raises OSError if a file cannot be written.
     """
     springs = sensor.springs
     if not options.fields:
@@ -69,7 +71,8 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     """Write the fields and the CalculiX deck of a housing under the tip forces at full travel, if there is a housing.
 
-    The verdicts on the root strains use the same forces. Raises SolveError if the housing cannot be solved.
+    The node with the largest strain on the leaves of each spring is marked. Raises SolveError if the housing cannot be
+    solved.
     """
     if springs.housing is None:
         return
@@ -93,8 +96,9 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
     housing cannot be solved.
     """
     pairs = zip(springs.springs.values(), springs.deflections, strict=True)
-    forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
+    forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])  # low tip, high tip [N]
     process = springs.process
+    # `displacements` has a column for a force of 1 N on each tip
     return fields_in(half.basis.mesh, process.E_MPa, process.poisson, displacements(half) @ forces)
 
 

@@ -23,14 +23,15 @@ _PINS = "Pins are left out here: with one, 1 / K is larger by {compliance:.6g} m
 
 
 def mean_of(spring: str) -> str:
-    """Return the name of the node whose displacement u_z is the mean u_z of the tip face of a spring."""
+    """Return the name of the additional node whose displacement u_z is the mean u_z of the tip face of a spring."""
     return f"{tip_face(spring)}_mean"
 
 
 def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) -> None:
-    """Write the deck of a housing. Its comments state the stiffness K of both springs with error bars.
+    """Write the CalculiX deck of a housing to `path`, so that its stiffness can be checked by another program.
 
-    `half` is the finite-element model of half the housing in its mount. Raises OSError if the file cannot be written.
+    The comments of the deck state the stiffness K of both springs with error bars, and how to compare it. `half` is the
+    finite-element model of half the housing in its mount. Raises OSError if the file cannot be written.
     """
     process = springs.process
     lines = _HEADING.format(means=" and ".join(mean_of(spring).upper() for spring in SPRINGS)).splitlines()
@@ -46,8 +47,9 @@ def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) ->
 def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
     """Return the deck of a half housing [mm] with Young's modulus `E` [MPa], which presses one tip in each step.
 
-    The force on half a tip is 0.5 N, so the force on the whole tip is 1 N. K [N/mm] is therefore 1 divided by the mean
-    displacement u_z [mm] of the tip face. The elastic layers of the mount are replaced by springs.
+    The low tip is pressed first. The force on half a tip is 0.5 N, so the force on the whole tip is 1 N. K [N/mm] is
+    therefore 1 divided by the mean displacement u_z [mm] of the tip face. The elastic layers of the mount are replaced
+    by springs.
     """
     elements = elements_of(half.basis, KIND)
     boundary_names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))
@@ -57,7 +59,7 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
     if half.ground is None:
         fixed_components = {HOLES: (1, 2, 3)}  # components 1 to 3 are x, y and z
     else:
-        sets[GROUND] = np.array([elements.count])
+        sets[GROUND] = np.array([elements.count])  # the number of the node after all nodes of the mesh
         fixed_components = {GROUND: (1, 2, 3)}
     # The product of these weights with the displacements is the mean u_z of a tip face. By the principle of virtual
     # work, the same weights are the nodal forces of an even pressure with the resultant 1 N.
@@ -66,14 +68,14 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
         mean_of(spring): elements.nodal_values(half.basis, weights)
         for spring, weights in zip(SPRINGS, tip_weights, strict=True)
     }
-    # In the plane of symmetry, the displacement along y is 0.
+    # In the plane of symmetry, y = 0, the displacement along y (component 2) is 0.
     held = {**fixed_components, _SYMMETRY: (2,)}
     return Deck(
         elements=elements,
         sets=sets,
         E=E,
         poisson=poisson,
-        steps=[LinearStep(held=held, loads=0.5 * weights) for weights in means.values()],
+        steps=[LinearStep(held=held, loads=0.5 * weights) for weights in means.values()],  # 0.5 N on half a tip
         springs=half.ground,
         means=means,
     )

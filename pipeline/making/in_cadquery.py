@@ -143,7 +143,7 @@ def assembly(result: SensorResult) -> cq.Assembly:
 
 
 def _solids_of(result: SensorResult) -> SensorSolids:
-    """Return the solids of the sensor of a result. Raises InputError if the sensor has no housing."""
+    """Return the solids of the sensor of a result; raise InputError if the sensor has no housing."""
     housing_of_result = result.springs.housing
     if housing_of_result is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"

@@ -20,8 +20,8 @@ _INPUT_TABLES = ("name", "fruit", "tips", "press")  # tables of the design on wh
 class SolidMaker:
     """The maker of the solids of a design, which works in parallel with the solves if it has a worker process.
 
-    It starts making the files of each housing that may be the final one. It discards them if another housing turns out
-    to be the final one.
+    It starts making the files of each housing that may be the final one. If another housing turns out to be the final
+    one, it discards them.
     """
 
     def __init__(self, design: Design, executor: Executor | None) -> None:
@@ -31,10 +31,10 @@ class SolidMaker:
         self._started: tuple[Housing, Future[KeptFiles]] | None = None
 
     def begin_size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
-        """Start making the solid of a housing, and return a future of its size.
+        """Start making the solid of a housing, and return a future of its size, with which its mesh is compared.
 
-        `deflections` [mm] are the deflections of its springs at full travel. If there is a worker process, it also
-        starts making the files of this housing, which may not be the final one.
+        `deflections` [mm] are the deflections of its springs at full travel, low then high. If there is a worker
+        process, it also starts making the files of this housing, which may not be the final one.
         """
         size = submit(self._executor, solid_size, housing)
         if self._executor is not None:
@@ -42,11 +42,14 @@ class SolidMaker:
         return size
 
     def begin_files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
-        """Start making the files of a housing, unless this was done before, and return a future of them.
+        """Start making the files of a housing, unless they were started before, and return a future of them.
 
-        The files of an earlier run are read from the cache. If `housing` is None, there are no files. OSError is raised
-        if a file cannot be written, and ExportError if the volume read back from it is wrong. If there is a worker
-        process, the future raises them; otherwise this method does.
+        `deflections` [mm] are the deflections of its springs at full travel, low then high. Files that were started for
+        a different housing are cancelled. The files of an earlier run are read from the cache. If `housing` is None,
+        there are no files.
+
+        OSError is raised if a file cannot be written, and ExportError if the volume read back from it is wrong. If
+        there is a worker process, the future raises them; otherwise this method raises them.
         """
         if self._started is not None:
             started_housing, started_files = self._started

@@ -35,8 +35,8 @@ from solve.contact.pose_forces import Pose
 from solve.halfspace.layered import base_compliance
 
 TILTS = 5  # number of tilts at which presses are solved for the page
-_LARGE_BIAS = 0.5  # only a bias of at least this fraction of the largest bias gets an error bar
-_LARGEST_POISSON = 0.499  # largest Poisson's ratio; at 0.5 the flesh would be incompressible
+_LARGE_BIAS = 0.5  # only a bias of at least this fraction of the largest bias gets an error bar, to save time
+_LARGEST_POISSON = 0.499  # largest Poisson's ratio that is evaluated; at 0.5 the flesh would be incompressible
 NOISE_LIMIT = 0.1  # uncertainty of the modulus [1] at which the noise is reported
 FoundReadings = list[list[RiseReading | None]]
 """The reading for each modulus (rows) in each placement (columns), None for a press without a reading."""
@@ -138,8 +138,10 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     """Compute the accuracy of the moduli that a sensor reads, over all fruits and poses that its design allows.
 
     Presses at several moduli are solved in all these poses. A modulus is read from each press by the rise of its
-    contrast, and compared with the true modulus. The result is None if the design has no `[reading]`. Raises InputError
-    for a pose that the contact solver cannot handle, and SolveError if a solution is not exact.
+    contrast, and compared with the true modulus. The result is None if the design has no `[reading]`. It has no moduli
+    if a level press has no reading.
+
+    Raises InputError for a pose that the contact solver cannot handle, and SolveError if a solution is not exact.
     """
     design = sensor.design
     reading = design.reading
@@ -149,7 +151,7 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     model = rise_model(sensor)
     press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # a read-out may not allow presses as fast as `PRESS_S`
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
-    stiffnesses = 1.0 / np.diag(sensor.C)  # [N/mm]
+    stiffnesses = 1.0 / np.diag(sensor.C)  # of the springs, one for each tip [N/mm]
     calibration = calibration_errors(design, presses.full_scale, stiffnesses, channels.noises)
     channels = channels.calibrated(calibration)
     press_readings, refused_text = _read_presses(model, presses, channels, design.tips.side_mm)
@@ -163,7 +165,7 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         pressures=_skin_pressures(sensor, presses),
     )
     # The first placement is the level press, which corrects all others. Without its readings, no accuracy can be
-    # given.
+    # given, so the analysis has no moduli.
     if any(level is None for level, *_ in press_readings):
         return analysis
     try:
@@ -188,21 +190,22 @@ def _accuracy_by_modulus(
     design, placements = sensor.design, presses.placements
     # `design.reading` is never None here, because `analyse_readings` returns early without `[reading]`.
     reading = design.reading or ReadingRequirements()
+    # moduli read (moduli, placements) [MPa], and their relative errors; nan for a press without a reading
     E_read = np.array([[math.nan if found is None else found.E for found in row] for row in press_readings])
     biases = E_read / np.array(presses.moduli)[:, None] - 1.0
     bias_errors = _bias_errors(model, presses, biases)
-    pose_uncertainty = uncertainty_by_pose(biases, placements).tolist()
-    thickness_uncertainty = uncertainty_by_thickness(biases, placements).tolist()
+    fruit_sources = _fruit_uncertainties(design, model, presses, biases)
     random_presses, random_readings = _random_presses(presses, press_readings)
-    # relative changes of E by modulus, each (presses, form errors)
+    # relative changes of E due to each form error: for each modulus an array (presses, form errors)
     form_changes = [np.array([changes_by_form(design, model, press) for press in row]) for row in random_presses]
-    # Calibration on a reference ball removes the change of E that fruit and ball have in common. The ball is assumed to
-    # have the geometric mean of the smallest and the largest modulus.
-    form_changes_on_ball: Floats | float = 0.0
+    remaining_form_changes = form_changes
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
+        # Calibration on a reference ball removes the change of E that fruit and ball have in common. The ball is
+        # assumed to have the geometric mean of the smallest and the largest modulus.
         mean_changes = np.array([changes.mean(axis=0) for changes in form_changes])
-        form_changes_on_ball = interpolate_to_middle(presses.moduli, mean_changes)
+        changes_on_ball = interpolate_to_middle(presses.moduli, mean_changes)
+        remaining_form_changes = [changes - changes_on_ball for changes in form_changes]
         channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, random_readings))
         ball_uncertainty = {"ball": 0.01 * reading.ball_percent}
     rows = []
@@ -211,11 +214,9 @@ def _accuracy_by_modulus(
         farthest = _index_of_largest(np.abs(bias) + error)  # the error bar that extends farthest from 0
         other_sources = {
             **heat_uncertainty(sensor.signal),
-            **_form_uncertainty(form_changes[i] - form_changes_on_ball),
+            **_form_uncertainty(remaining_form_changes[i]),
             **ball_uncertainty,
-            "pose": pose_uncertainty[i],
-            "thickness": thickness_uncertainty[i],
-            "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
+            **fruit_sources[i],
         }
         row = ModulusAccuracy(
             E=E,
@@ -231,31 +232,51 @@ def _accuracy_by_modulus(
     return tuple(rows)
 
 
+def _fruit_uncertainties(
+    design: Design, model: RiseModel, presses: SampledPresses, biases: Floats
+) -> list[dict[str, float]]:
+    """Return for each modulus the standard uncertainties [1] due to differences between fruits, by their names.
+
+    The sources are the pose, the thickness of the flesh, and Poisson's ratio. `biases` [1] has the shape (moduli,
+    placements). The first placement of `presses` is the level press, for which the effect of Poisson's ratio is
+    computed.
+    """
+    by_pose = uncertainty_by_pose(biases, presses.placements).tolist()
+    by_thickness = uncertainty_by_thickness(biases, presses.placements).tolist()
+    level_presses = presses.F[:, 0]
+    by_poisson = [uncertainty_by_poisson(design, model, press) for press in level_presses]
+    rows = zip(by_pose, by_thickness, by_poisson, strict=True)
+    return [{"pose": pose, "thickness": thickness, "poisson": poisson} for pose, thickness, poisson in rows]
+
+
 def _random_presses(
     presses: SampledPresses, press_readings: FoundReadings
 ) -> tuple[list[list[Floats]], list[list[RiseReading]]]:
-    """Return two lists by modulus: forces (samples, tips) [N] and readings of the presses in random placements.
+    """Return the presses in random placements that have a reading, as two lists with a row for each modulus.
 
-    `press_readings` holds the readings of all `presses`. Presses without a reading are omitted.
+    The first list holds the forces (samples, tips) [N] of each press, and the second list the readings.
+    `press_readings` holds the readings of all `presses`.
     """
     # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
     random_indices = [0, *(index for index, placement in enumerate(presses.placements) if placement.is_random)]
-    random_presses = [
-        [forces[index] for index in random_indices if row[index] is not None]
-        for forces, row in zip(presses.F, press_readings, strict=True)
-    ]
-    random_readings = [
-        [found for found in (row[index] for index in random_indices) if found is not None] for row in press_readings
-    ]
+    random_presses: list[list[Floats]] = []
+    random_readings: list[list[RiseReading]] = []
+    for forces, row in zip(presses.F, press_readings, strict=True):
+        random_presses.append([forces[index] for index in random_indices if row[index] is not None])
+        row_in_random_placements = [row[index] for index in random_indices]
+        random_readings.append([found for found in row_in_random_placements if found is not None])
     return random_presses, random_readings
 
 
 def _form_uncertainty(changes: Floats) -> dict[str, float]:
-    """Return the standard uncertainty of a reading due to the form errors of the domes [1]; empty without domes.
+    """Return the standard uncertainty of a reading due to the form errors of the domes [1], by its name.
 
     `changes` (presses, form errors) [1] are the relative changes of E due to one standard deviation of each form error.
+    The form errors are independent, so their squares add. The result is empty if the tips are not domes.
     """
-    return {"dome_form": float(np.sqrt(np.square(changes).sum(axis=1).mean()))} if changes.size else {}
+    if not changes.size:
+        return {}
+    return {"dome_form": float(np.sqrt(np.square(changes).sum(axis=1).mean()))}
 
 
 def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
@@ -264,31 +285,30 @@ def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseRea
     The ball is assumed to have the geometric mean of the smallest and the largest of the `moduli` [MPa]. The slopes at
     each modulus are averaged over its `readings` in random poses, and then interpolated to the modulus of the ball.
     """
-    springs, gains = (
-        np.array([np.mean([getattr(reading.slopes, name) for reading in row], axis=0) for row in readings])
-        for name in ("springs", "gains")
-    )
+    springs = np.array([np.mean([reading.slopes.springs for reading in row], axis=0) for row in readings])
+    gains = np.array([np.mean([reading.slopes.gains for reading in row], axis=0) for row in readings])
+    # both have the shape (moduli, tips)
     return SlopesOnBall(springs=interpolate_to_middle(moduli, springs), gains=interpolate_to_middle(moduli, gains))
 
 
 def _read_presses(
     model: RiseModel, presses: SampledPresses, channels: Channels, side_mm: float
 ) -> tuple[FoundReadings, str | None]:
-    """Read a modulus from each press. Also return a text with the number of presses without a reading and one reason.
+    """Read a modulus from each press, and return the readings and a text about the presses without a reading.
 
-    The text is None if every press has a reading. `channels` determine the noise of the forces, and the force at which
-    a tip counts as touching. A press has no reading if its contact is wider than the face of a dome, `side_mm` [mm], or
-    if `model` cannot determine a modulus.
+    The text has the number of these presses and the reason for the first one. It is None if every press has a reading.
+    `channels` determine the noise of the forces, and the force above which a tip is considered to touch. A press has no
+    reading if its contact is wider than the face of a dome, `side_mm` [mm], or if `model` cannot determine a modulus.
     """
-    # A press is solved at fewer samples than a real press has. Their noise is reduced so that its effect on E is the
-    # same.
+    # A press is solved at fewer samples than a real press has. Their noise is reduced so that its effect on E, which
+    # decreases with the square root of the number of samples, is the same.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     least_forces = channels.least_forces
     reasons = []
     press_readings: FoundReadings = []
-    for E, forces, faces in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
+    for E, forces, widths in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
         row: list[RiseReading | None] = []
-        for placement, press, width in zip(presses.placements, forces, faces, strict=True):
+        for placement, press, width in zip(presses.placements, forces, widths, strict=True):
             reading = None
             try:
                 if width > side_mm:
@@ -308,7 +328,7 @@ def _read_presses(
 def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
     """Return the error of each bias [1] due to the error of the solved forces, shape (moduli, placements).
 
-    To save time, the error is computed only if the bias is at least half of the largest bias at this modulus; otherwise
+    To save time, the error is computed only if the bias is at least half of the largest bias at this modulus. Otherwise
     it is 0. The errors of the forces have the same sign under all tips, because all tips press the same fruit.
     """
     magnitudes = np.abs(np.nan_to_num(biases))
@@ -324,12 +344,12 @@ def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> F
 def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floats:
     """Return the standard uncertainty [1] due to the shape of the fruit and the pose at each modulus, shape (moduli,).
 
-    It is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli, placements),
-    with nan for a press without a reading.
+    It is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli, placements).
+    A bias is nan if its press has no reading, and is then left out.
     """
     random_biases = biases[:, [placement.is_random for placement in placements]]
     count = np.isfinite(random_biases).sum(axis=1)
-    # If the count is 0, the sum is 0 too, and the result is 0.
+    # If the count is 0, the sum is 0 too. Dividing it by 1 gives the result 0.
     return np.asarray(np.sqrt(np.nansum(random_biases**2, axis=1) / np.maximum(count, 1)))
 
 
@@ -343,6 +363,7 @@ def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) ->
     changes = [np.zeros(len(biases))]  # remains the only row if the thickness does not vary
     for index, placement in enumerate(placements):
         if placement.thickness_mm is not None:
+            # the same placement on flesh with the thickness of the design
             nominal_index = placements.index(replace(placement, thickness_mm=None))
             changes.append(biases[:, index] - biases[:, nominal_index])
     # A change is nan if one of its two presses has no reading. It is replaced by 0, so that it is ignored.
@@ -358,7 +379,8 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     forces as flesh with r E and nu. Flat tips read r E.
 
     Under domes, the compliance also depends on the rigid base of the flesh: S' = S + r base(nu') - base(nu). Domes read
-    r E / b. Here b is the ratio of two moduli read from the `press` (samples, tips) [N], with S' and with S.
+    r E / b. Here b is the ratio of two moduli read from the `press` (samples, tips) [N], with S' and with S. Raises
+    RiseError if the press has no modulus with S'.
     """
     fruit = design.fruit
     poisson = fruit.poisson
@@ -379,7 +401,10 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
 
 
 def _index_of_largest(biases: Sequence[float] | Floats) -> int:
-    """Return the index of the largest bias [1], or the first index if several are equal up to round-off."""
+    """Return the index of the bias [1] with the largest magnitude.
+
+    If several are equal up to round-off, the first index is returned, so that all machines report the same pose.
+    """
     return first_largest(np.abs(biases).tolist(), least=1.0)
 
 
@@ -391,22 +416,23 @@ def _absolute(bias: Estimate) -> Estimate:
 def touch_fraction(presses: SampledPresses) -> Estimate:
     """Return the travel at which the last tip touches, divided by the full travel [1], for the worst press.
 
-    The fraction is 1 if a tip never touches. The first touch of a tip is extrapolated from its first two forces. If
-    only the spring gave way, the travel since first touch would be proportional to F. If only flesh under a dome gave
-    way, it would be proportional to F^(2/3). The true touch lies between the two extrapolations, so the estimate is
-    their mean, and its error is half their difference.
+    The fraction is 1 if a tip never touches. The first touch of a tip is extrapolated back from two forces, in the
+    first two samples in which all tips touch. If only the spring gave way, the travel since first touch would be
+    proportional to F. If only flesh under a dome gave way, it would be proportional to F^(2/3). The true touch lies
+    between the two extrapolations, so the estimate is their mean, and its error is half their difference.
     """
-    forces = np.nan_to_num(presses.F)
+    forces = np.nan_to_num(presses.F)  # nan, for a contact beyond the face of a dome, becomes 0
     samples = forces.shape[2]
     latest = Estimate(0.0, 0.0)
     for press in forces.reshape(-1, samples, forces.shape[3]):
         all_touch: Flags = np.all(press > 0.0, axis=1)
-        first = int(np.argmax(all_touch))
+        first = int(np.argmax(all_touch))  # index of the first sample in which all tips touch; 0 if there is none
         # A tip that loses contact again, or touches only in the last sample, is treated as one that never touches.
         if not all_touch[first:].all() or first + 1 >= samples:
             return Estimate(1.0, 0.0)
         first_forces = press[first : first + 2]
-        # number of samples until the last tip touches, if only flesh under a dome or only the spring gave way
+        # Number of samples until the last tip touches, if only flesh under a dome or only the spring gave way. The
+        # touch lies between the sample before `first` and `first` itself.
         earlier = first + np.clip(_samples_to_touch(first_forces ** (2.0 / 3.0)), 0.0, 1.0).max()
         later = first + np.clip(_samples_to_touch(first_forces), 0.0, 1.0).max()
         fraction = 0.5 * (earlier + later) / samples
@@ -418,17 +444,18 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
 def _samples_to_touch(depths: Floats) -> Floats:
     """Return the number of samples, shape (tips,), from the sample before `depths[0]` to the first touch of each tip.
 
-    `depths` (2, tips), in any unit, holds the indentations in two successive samples. They are extrapolated linearly to
-    zero.
+    `depths` (2, tips), in any unit, holds the indentations in two successive samples. They are extrapolated linearly
+    back to zero. The result is minus infinity if an indentation does not grow.
     """
     growth = depths[1] - depths[0]
     return np.asarray(1.0 - np.divide(depths[0], growth, out=np.full_like(growth, math.inf), where=growth > 0.0))
 
 
 def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
-    """Solve presses at several tilts along the tips, with the full travel at the centre; None if no tilt is allowed.
+    """Solve presses at several tilts along the tips, with the full travel at the centre, for the plot on the page.
 
-    The tilts range from -`tilt_deg` to `tilt_deg`, the largest tilt of the design.
+    The tilts range from -`tilt_deg` to `tilt_deg`, the largest tilt in the design's `[reading]`. The result is None if
+    the design has no readings, or allows no tilt. Raises the same errors as `pose_forces`.
     """
     reading = sensor.design.reading
     if reading is None or reading.tilt_deg == 0.0:
@@ -441,8 +468,8 @@ def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
 def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[SkinPressure, ...]:
     """Return the largest mean pressure under a tip at full travel, and its pose, for each modulus of the fruit.
 
-    `presses` are reused if they were solved at the moduli of the fruit. The result is empty if the fruit has no bruise
-    limit.
+    `presses` are reused if they were solved at the moduli of the fruit. Otherwise presses at these moduli are solved.
+    The result is empty if the fruit has no bruise limit.
     """
     fruit = sensor.design.fruit
     placements = presses.placements
@@ -451,13 +478,14 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
         return ()
     if set(fruit.E_MPa) <= set(presses.moduli):
         indices = [presses.moduli.index(E) for E in fruit.E_MPa]
+        # the last sample is at full travel
         pressures, errors = presses.mean_pressure[indices, :, -1], presses.pressure_error[indices, :, -1]
     else:  # readings of a fruit with few moduli are evaluated at other moduli, so the presses are solved here
         travel = sensor.design.press.travel_mm
         poses = [Pose(E=E, travel=travel, stand=placement) for E in fruit.E_MPa for placement in placements]
         forces = sensor.forces_in_poses(poses)
         pressures, errors = forces.mean_pressure, forces.pressure_error
-    shape = (len(limits), len(placements), -1)
+    shape = (len(limits), len(placements), -1)  # (moduli, placements, tips)
     # The pressure under a tip out of contact is nan, which is replaced by 0.
     known_pressures = np.nan_to_num(pressures).reshape(shape)
     known_errors = np.nan_to_num(errors).reshape(shape)
@@ -481,7 +509,8 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
 
     `press` is the press of the design's scene, whose forces are the full scale if the design has no `readings`. The
     model error is the error of the solved contact or the error of the bias, whichever is larger. The error of the bias
-    is known only if the design has `readings`. Raises SolveError if a solution is not exact.
+    is known only if the design has `readings`. The constants of a pair differ from the constants of other layouts.
+    Raises SolveError if a solution is not exact.
     """
     contact = sensor.contact
     error = max(contact.s11_error, contact.difference_error)  # relative errors of s11 and of s11 - s12

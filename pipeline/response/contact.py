@@ -29,9 +29,9 @@ With these values, designs that differ only in such keys share one cached soluti
 
 
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
-    """Return the compliance of the fruit under all tips times E [1/mm], from the cache if possible.
+    """Return the compliance of the fruit under all tips times E [1/mm], from the cache on disk if possible.
 
-    Raises InputError if the scene of the design is outside the domain of the solvers, as `contact_compliance` does.
+    Raises the same errors as `contact_compliance`.
     """
     solve = partial(contact_compliance, design.fruit, design.tips, options.contact_tolerance)
     fruit, tips = contact_scene(design)
@@ -40,10 +40,10 @@ def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
 
 
 def contact_scene(design: Design) -> tuple[Fruit, Tips]:
-    """Return fruit and tips with a fixed value in each field that does not affect their contact.
+    """Return the fruit and the tips of a design, with a fixed value in each field that does not affect their contact.
 
     Designs that differ only in such fields then share one cached solution. If the fruit has a skin, its moduli do
-    affect the contact, and they keep their values.
+    affect the contact, so they keep their values.
     """
     fruit = design.fruit
     fruit_values = dict(IRRELEVANT_VALUES["fruit"])
@@ -55,14 +55,14 @@ def contact_scene(design: Design) -> tuple[Fruit, Tips]:
 def contact_compliance(
     fruit: Fruit, tips: Tips, tolerance: float = CONTACT_FRACTION * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
-    """Return E times the compliance matrix of the fruit under its tips [1/mm]. The springs are sized from it.
+    """Return E times the compliance matrix of the fruit under its tips [1/mm], from which the springs are sized.
 
     The tips are assumed to be level, sharp and flat, and to press vertically. Other tips are replaced by such tips. A
     filleted tip is replaced by a sharp tip, and a spherical tip by the cylinder of its diameter. A dome is replaced by
     a flat circle of half its width, placed where the dome touches. The status of the result names the replacement.
 
     The fruit is solved as a block, on the coarsest mesh whose relative error is within `tolerance` [1]. If no mesh is
-    so accurate, the best one is used. The effects of the curved shape and of the skin are then added.
+    so accurate, the best mesh is used. The effects of the curved shape and of the skin are then added.
 
     Raises InputError if the scene is outside the domain of the solver for blocks (`solve/fruit/split.py`) or, for a
     curved fruit, of the solver for curved bodies (`solve/fruit/curved_body.py`). Raises SolveError if a solve does not

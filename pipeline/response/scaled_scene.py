@@ -22,7 +22,7 @@ from solve.fruit.compliance import FruitCompliance
 Record = TypeVar("Record", Fruit, Tips)
 
 _DIGITS = 12  # significant digits of a ratio of lengths, so that scenes that differ only by round-off are equal
-_CACHED_SCENES = 256
+_CACHED_SCENES = 256  # number of solutions that this process keeps in memory
 _FIELDS_WITHOUT_EFFECT = {*IRRELEVANT_VALUES["fruit"], *IRRELEVANT_VALUES["tips"]}
 
 
@@ -41,18 +41,21 @@ class ScaledScene:
 def unit_scene(design: Design) -> ScaledScene:
     """Return the contact scene of a design, scaled to tips of side 1 mm.
 
-    The scene is not scaled if a length would then be outside the bounds of a design.
+    The scene is not scaled (scale 1) if a length would then be outside the bounds of a design.
     """
     fruit, tips = contact_scene(design)
     scale = tips.side_mm
     try:
         return ScaledScene(fruit=_divide_lengths(fruit, scale), tips=_divide_lengths(tips, scale), scale=scale)
-    except InputError:
+    except InputError:  # raised by `Fruit` or `Tips` for a length outside its bounds
         return ScaledScene(fruit=fruit, tips=tips, scale=1.0)
 
 
 def _divide_lengths(record: Record, scale: float) -> Record:
-    """Return a record with its lengths divided by `scale` [mm], except those that do not affect the contact."""
+    """Return a record with its lengths divided by `scale` [mm]; lengths that do not affect the contact are kept.
+
+    The names of all lengths end in "_mm".
+    """
     lengths: Plain = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)

@@ -29,7 +29,7 @@ class ScenePress(Record):
 
     - `table` has the moduli of the design, each at twelve travels. It becomes the response table of the report.
     - `scan` has 20 moduli up to E_max at full travel. It shows whether P increases with the modulus.
-    - `at_largest_E` has the largest modulus at full travel.
+    - `at_largest_E` has only the largest modulus of the design, at full travel.
     - `curve` has moduli in equal steps up to E_max, each at six travels. Its first modulus is that of the softest
       possible fruit.
     - `tilted` has two presses at full travel, one with the tilt minus its spread and one with the tilt plus its spread.
@@ -53,8 +53,8 @@ class ScenePress(Record):
 def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: LateralCompliance | None = None) -> Scene:
     """Return the contact scene of a design: all inputs of the tip forces except the springs and the modulus.
 
-    `height_offsets` (tips,) [mm] are the height differences due to the sag of the springs; without any, the tips are
-    level. `sideways` is the lateral compliance of the tips under inclined forces, which only domes need.
+    `height_offsets` (tips,) [mm] are the height differences due to the sag of the springs. If they are empty, the tips
+    are level. `sideways` is the lateral compliance of the tips under inclined forces, which only domes need.
     """
     return Scene(
         fruit=design.fruit,
@@ -71,7 +71,7 @@ def refuse_unsolvable_scene(design: Design) -> None:
     check_scene(scene)
     _check_skin(scene)
     if scene.is_solved_on_cells:
-        scene_footprints(scene, design.press.travel_mm)
+        scene_footprints(scene, design.press.travel_mm)  # called only because it raises InputError
 
 
 def _check_skin(scene: Scene) -> None:
@@ -92,7 +92,7 @@ def _check_skin(scene: Scene) -> None:
 
 
 def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress:
-    """Solve the presses that `ScenePress` describes, for tips on springs.
+    """Solve the presses that `ScenePress` describes, for tips on springs, and return them.
 
     `contact` is the compliance of the fruit under the tips, and `C` (tips, tips) [mm/N] is the compliance matrix of the
     springs. Raises InputError if contact in the scene cannot be solved, and SolveError if a solve does not converge.
@@ -101,7 +101,7 @@ def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress
     full_travel = scene.press.travel_mm
     at_full_travel = travels(full_travel, 1)  # an array with one travel
     moduli = curve_moduli(scene)
-    ends_and_middle = moduli[[0, len(moduli) // 2, -1]]
+    ends_and_middle = moduli[[0, len(moduli) // 2, -1]]  # all that NL at mid-range needs
     return ScenePress(
         table=scene_response(scene, contact, C, fruit.E_MPa, travels(full_travel, TRAVELS)),
         scan=scene_response(scene, contact, C, scan_moduli(fruit), at_full_travel),
@@ -119,7 +119,10 @@ def curve_moduli(scene: Scene) -> Floats:
 
 
 def scan_moduli(fruit: Fruit) -> Floats:
-    """Return the 20 moduli up to E_max [MPa] over which P must increase."""
+    """Return the `_SCAN_MODULI` moduli up to E_max [MPa] over which P must increase, in equal steps.
+
+    They begin at the smallest modulus of the design, but at E_max / 2 at the latest, so that they cover a range.
+    """
     smallest = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
     return np.linspace(smallest, fruit.E_max_MPa, _SCAN_MODULI)
 
@@ -127,9 +130,10 @@ def scan_moduli(fruit: Fruit) -> Floats:
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
     """Return the presses at full travel with the tilt minus its spread and with the tilt plus its spread.
 
-    Each press is solved for all `moduli` [MPa]. `contact` is the compliance of the fruit under the tips, and `C` (tips,
-    tips) [mm/N] is the compliance matrix of the springs. The result is empty if contact is linear or the tilt has no
-    spread. It is also empty if contact cannot be solved at one of the two tilts.
+    They show the effect of the pose on P_max and NL. Each press is solved for all `moduli` [MPa]. `contact` is the
+    compliance of the fruit under the tips, and `C` (tips, tips) [mm/N] is the compliance matrix of the springs. The
+    result is empty if contact is linear or the tilt has no spread. It is also empty if contact cannot be solved at one
+    of the two tilts.
     """
     press = scene.press
     spread = press.tilt_spread_deg

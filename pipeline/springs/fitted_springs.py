@@ -42,9 +42,10 @@ GRAVITY = 1e-6 * STANDARD_GRAVITY  # specific weight [N/mm^3] of a material with
 def printable_leaves(
     design: Design, sizing: SpringSizing, lengths_mm: tuple[float, ...] | None = None
 ) -> dict[str, Printable]:
-    """Return whether the process can print the leaves of each spring, or else the reason why not.
+    """Check for each spring whether the process can print its leaves; return the results by the name of the spring.
 
-    `lengths_mm` are the leaf lengths [mm], low spring first. By default they follow from the beam law.
+    A result also holds the length of the leaves, and the reason if they cannot be printed. `lengths_mm` are the leaf
+    lengths [mm], low spring first. By default they follow from the beam law.
     """
     low, high = check_printable(design, sizing.springs, sizing.K_m_max, lengths_mm, sizing.sizing_stiffness_ratio)
     return {"low": low, "high": high}
@@ -54,11 +55,13 @@ def printable_leaves(
 class FittedSprings(Record):
     """The springs by name, low first, with their process, their deflections at full travel [mm] and their housing.
 
-    Each of the two springs represents all tips on springs of its kind. `printable` states of each whether the process
-    can print it. `ideal` springs have exactly the stiffness for which they were sized. They are not printed, and
-    `ideal_offsets_mm` are the heights of their tips relative to the foremost tip. `of_plate` is the lateral compliance
-    of the tips on one plate. It is None before it is solved. For flat tips on a flat fruit it stays None, because their
-    forces are not inclined.
+    Each of the two springs represents all tips on springs of its kind. `printable` holds for each spring whether the
+    process can print it. `fitted` is the housing with its solution, or None if no housing is solved.
+
+    `ideal` springs have exactly the stiffness for which they were sized. They are not printed, and `ideal_offsets_mm`
+    are the heights of their tips relative to the foremost tip. `of_plate` is the lateral compliance of the tips on one
+    plate. It is None until it is solved. For flat tips on a flat fruit it stays None, because their forces are not
+    inclined.
     """
 
     springs: dict[str, MadeSpring]
@@ -103,7 +106,7 @@ class FittedSprings(Record):
         return self.process.creep
 
     def undecided(self, reason: str) -> "FittedSprings":
-        """Return the springs with undecided verdicts on their printability; the user is shown the `reason`."""
+        """Return a copy of the springs whose verdicts on printability are undecided; the user is shown the `reason`."""
         verdicts = {name: replace(verdict, passed=None, reason=reason) for name, verdict in self.printable.items()}
         return replace(self, printable=verdicts)
 
@@ -123,13 +126,14 @@ class FittedSprings(Record):
             return spring_compliance(*self.tips.each(*self.stiffnesses.stiffnesses))
         plate_compliance = self.fitted.stiffness.C
         plates = len(self.tips.springs) // len(plate_compliance)
-        return np.asarray(np.kron(np.eye(plates), plate_compliance))
+        return np.asarray(np.kron(np.eye(plates), plate_compliance))  # a block for each plate on the diagonal
 
     @property
     def sideways(self) -> LateralCompliance | None:
-        """Return the lateral compliance of all tips under inclined forces; None if it is not solved for a plate.
+        """Return the lateral compliance of all tips under inclined forces; None if it was not solved for a plate.
 
-        Tips on different plates are not coupled. Each plate is rotated by 180 degrees about the press axis relative to
+        Its `compliance` has the shape (tips, tips, 3, 3), with the directions x, y, z on the last two axes; z is the
+        press axis. Tips on different plates are not coupled. Each plate is rotated by 180 degrees about z relative to
         the previous plate, which reverses the signs of x and y.
         """
         if self.of_plate is None:
@@ -154,26 +158,26 @@ def springs_for(
 ) -> FittedSprings:
     """Return the springs of a design at one of three levels of accuracy, from the cheapest to the most expensive.
 
-    "sized" springs have only the stiffness that the targets or the design require. "leaning" springs of sensors with
-    domes also have the lateral compliance of their housing. It is computed on one rough mesh, with the leaf lengths of
-    the beam law. "fitted" springs have leaves whose stiffness by FE meets the target within a relative `tolerance` [1].
-    `with_lateral_compliance` adds their lateral compliance. `begin_solid` is called with each housing that may be the
-    final one.
+    - "sized" springs have only the stiffness that the targets or the design require.
+    - "leaning" springs of sensors with domes also have the lateral compliance of their housing. It is computed on one
+      rough mesh, with the leaf lengths of the beam law.
+    - "fitted" springs have leaves whose stiffness by FE meets the target within a relative `tolerance` [1].
+      `with_lateral_compliance` adds their lateral compliance.
 
-    A line of tips has no housing, so its springs are ideal. If the beam law shows that a spring cannot be printed,
-    nothing is solved. If meshing or fitting fails, the verdicts on all springs are undecided. Each of the two springs
-    represents all tips on springs of its kind. A square has two equal plates.
+    `begin_solid` is called with each housing that may be the final one. A line of tips has no housing, so its springs
+    are ideal. If the beam law shows that a spring cannot be printed, nothing is solved. If meshing or fitting fails,
+    the verdicts on all springs are undecided, and no error is raised.
     """
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
     springs = _unsolved_springs(design, sizing, ideal=accuracy != "fitted" or not has_housing)
-    # the lateral compliance matters only under domes
+    # the lateral compliance of "leaning" springs matters only under domes
     needs_housing = accuracy == "fitted" or (accuracy == "leaning" and design.tips.tip_shape.obeys_hertz)
     is_unprintable = any(leaves.passed is False for leaves in springs.printable.values())
     if is_unprintable or not (has_housing and needs_housing):
         return springs
     lengths = tuple(leaves.length_mm for leaves in springs.printable.values())  # by the beam law [mm]
-    targets = sizing.springs.stiffnesses
+    targets = sizing.springs.stiffnesses  # low then high [N/mm]
     try:
         housing = housing_for(design, process, lengths, springs.deflections)
         if accuracy == "leaning":
@@ -188,9 +192,9 @@ def springs_for(
 
 
 def _unsolved_springs(design: Design, sizing: SpringSizing, *, ideal: bool) -> FittedSprings:
-    """Return the springs as sized: their target stiffnesses, and whether the beam law allows them to be printed.
+    """Return the springs as sized: with their target stiffnesses, and with printability checked by the beam law.
 
-    `ideal` springs have exactly these stiffnesses.
+    `ideal` springs have exactly these stiffnesses. Other springs are solved later.
     """
     return FittedSprings(
         springs={"low": MadeSpring(target=sizing.springs.K_l), "high": MadeSpring(target=sizing.springs.K_h)},
@@ -207,8 +211,9 @@ def with_lateral_compliance(springs: FittedSprings, design: Design, options: Run
     """Return the springs with the lateral compliance of their plate; unchanged if no force on the tips is inclined.
 
     Forces are inclined under domes and on a curved fruit. If `options` request a rough answer, the compliance is solved
-    on a rough mesh. If it cannot be solved, the verdicts on the springs are undecided. The compliance is cached. The
-    housing does not depend on it, so the solids can be started before this function is called.
+    on a rough mesh. The result is cached on disk. If it cannot be solved, the verdicts on the springs are undecided,
+    and no error is raised. The housing does not depend on this compliance, so the solids can be started before this
+    function is called.
     """
     fitted = springs.fitted
     is_inclined = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
@@ -218,6 +223,7 @@ def with_lateral_compliance(springs: FittedSprings, design: Design, options: Run
     poisson = springs.process.poisson
     K = fitted.stiffness.K
     rough = options.rough
+    # all inputs of the solution, from which the key of the cache is made
     inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
     solve = partial(solve_lateral_compliance, fitted.housing, E, poisson, K, rough=rough)
     try:
@@ -227,7 +233,11 @@ def with_lateral_compliance(springs: FittedSprings, design: Design, options: Run
 
 
 def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolver, tolerance: float) -> FittedHousing:
-    """Fit the leaves of a housing to the targets [N/mm], starting from an initial guess; the result is cached."""
+    """Fit the leaves of the housing `guess` to the target stiffnesses [N/mm], low then high.
+
+    The result is cached on disk. Raises the same errors as `fit_lengths`.
+    """
+    # all inputs of the fit, from which the key of the cache is made
     inputs = {
         "guess": asdict(guess),
         "targets": targets,
@@ -241,14 +251,15 @@ def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolv
 def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
     """Return the springs with stiffness and root strain by FE, and with printability checked for the fitted lengths.
 
-    `fitted` is the housing with its solution. The root strain is the strain at full travel on the firmest fruit. It is
-    0 for a spring that is not deflected, which has no safety factor.
+    `fitted` is the housing with its solution. The root strain is the strain at full travel on the firmest fruit. A
+    spring that is not deflected has the strain 0 and no safety factor.
     """
     solution = fitted.stiffness
-    arms = fitted.housing.arms
+    arms = fitted.housing.arms  # the low spring first, as in all arrays of the solution
     springs_by_name = {}
     for i, arm in enumerate(arms):
-        strain = solution.K[i] * springs.deflections[i] * solution.strain_per_N[i]  # force times strain per force
+        # the force K * deflection, times the strain per force
+        strain = solution.K[i] * springs.deflections[i] * solution.strain_per_N[i]
         springs_by_name[arm.name] = replace(
             springs.springs[arm.name],
             K=solution.K[i],
@@ -276,9 +287,9 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     """Return the displacement of each tip towards the fruit due to the weight of its parts [mm], with its error.
 
     The displacement is positive if the sensor presses down, and negative if it presses up. If the sensor is held
-    sideways, its weight acts across the press, in an unknown direction. Weight along the plate then moves a tip by at
-    most the error, in either direction. By symmetry, weight across the plate does not move it. The result has one entry
-    for each spring, and is empty without a housing.
+    sideways, its weight acts across the press, in an unknown direction. Weight along the plate may then move a tip
+    either way. So the displacement is 0, and its error is the largest movement. By symmetry, weight across the plate
+    does not move the tip. The result has one entry for each spring, low first, and is empty without a housing.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -301,13 +312,13 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
     """Return the height of each tip relative to the foremost tip [mm], due to the weight of the parts.
 
-    The tips are in the order of the layout. The foremost tips are at 0 and the others below 0. The result is empty if
-    all tips are level.
+    The tips are in the order of the layout. The foremost tips have the height 0, and the others a negative height. The
+    result is empty if all tips are level. Ideal springs have no parts, so their offsets are given with them.
     """
     if springs.ideal:
         return springs.ideal_offsets_mm
-    sags = [sag.value for sag in weight_sag(springs, attitude)]
+    sags = [sag.value for sag in weight_sag(springs, attitude)]  # one for each of the two springs
     if not any(sags):
         return ()
     offsets = {spring: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
-    return tuple(offsets[spring] for spring in springs.tips.springs)
+    return tuple(offsets[spring] for spring in springs.tips.springs)  # the kind of spring under each tip

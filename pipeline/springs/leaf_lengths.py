@@ -1,7 +1,7 @@
 """Fit the leaf lengths so that the springs have their target stiffnesses, by finite elements.
 
 The secant method varies the lengths until the stiffnesses computed on a mesh meet the targets. It runs on a coarse mesh
-first and then on a fine one. For a rough answer, it uses a single coarse mesh.
+first and then on a fine mesh. A rough answer uses a single coarse mesh.
 """
 
 import dataclasses
@@ -42,8 +42,8 @@ TOLERANCE = 1e-3
 # largest relative deviation from the targets that is accepted; on a fine mesh the limit may be smaller
 MAX_DEVIATION = 5e-3
 MAX_SOLVES = 10  # maximum number of solutions on a coarse or rough mesh
-MAX_FINE_SOLVES = 4
-COARSE = 2.0  # scale of the mesh on which the lengths are fitted first
+MAX_FINE_SOLVES = 4  # maximum number of solutions on a fine mesh, where the fit starts from a coarse one
+COARSE = 2.0  # scale of the mesh on which the lengths are fitted first; its elements are twice as large as normal
 _DIGITS = 3  # decimal places of a drawn length [mm]
 _LONGEST_STEP = 1.6  # largest factor by which one step lengthens or shortens a leaf
 # smallest relative step in length that updates the slope; over a shorter step, scatter between meshes would dominate
@@ -53,7 +53,7 @@ _SHORTEST_STEP = 2e-3
 # designs. In 300 designs the ratio differed from this constant by at most 0.0056, which the error bar covers. Source:
 # tests/reference/fits/test_rough_springs.py
 ROUGH_LIFT = 1.009
-ROUGH_ERROR = 0.0088
+ROUGH_ERROR = 0.0088  # relative error bar of a stiffness on the rough mesh, after division by `ROUGH_LIFT`
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,11 +71,15 @@ class MeshPair:
     least_tolerance: float
 
     def stiffness_with_errors(self, housing: Housing, fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
-        """Return the stiffness of a housing [N/mm], with error bars from its solutions on the two meshes."""
+        """Return the stiffness of a housing [N/mm], with error bars from its solutions on the two meshes.
+
+        The error bars are wider for leaves of unusual shape. The status of the result names the two meshes.
+        """
         stiffness = housing_stiffness(fine, coarse)
         errors = []
         for arm, error in zip(housing.arms, stiffness.error, strict=True):
-            difference = error / ERROR_SHARE  # relative difference of the stiffness between the two meshes
+            # `housing_stiffness` multiplies the relative difference between the two meshes by ERROR_SHARE
+            difference = error / ERROR_SHARE
             errors.append(odd_shape_factor(arm.flexure) * self.fraction * difference + self.floor)
         status = f"mesh of scale {self.fine:g} judged by scale {self.coarse:g} ({stiffness.info.status})"
         info = dataclasses.replace(stiffness.info, status=status)
@@ -99,11 +103,11 @@ def odd_shape_factor(flexure: Flexure) -> float:
     For such leaves, the difference between two meshes underestimates the error, for two reasons. All meshes have the
     same fans of elements at the roots, whose error matters if a leaf is barely deeper than it is thick. The meshes also
     have few layers through the depth, which are not enough if a leaf is deeper than it is long. The factor is 2.5 for a
-    long leaf as thick as it is deep, for which the observed factor was 2.
+    long leaf as thick as it is deep, for which the observed factor was 2. It is 1 for a long and thin leaf.
     """
-    shallow = min(1.0, flexure.thickness / flexure.depth)
-    short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
-    return 1.0 + 1.5 * shallow + 2.0 * short
+    shallowness = min(1.0, flexure.thickness / flexure.depth)  # 0 if much deeper than thick, at most 1
+    shortness = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))  # 0 if longer than 0.8 of its depth, at most 1
+    return 1.0 + 1.5 * shallowness + 2.0 * shortness
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -123,25 +127,29 @@ class HousingSolver:
     def __init__(
         self, E: float, poisson: float, begin_solid: Callable[[Housing], Future[PartSize]] | None = None
     ) -> None:
-        """Store the material: E [MPa] and Poisson's ratio [1]. `begin_solid` starts making the solid of a housing."""
+        """Store the material: E [MPa] and Poisson's ratio [1].
+
+        `begin_solid` starts making the solid of a housing, and returns a future of the size of this solid.
+        """
         self.E = E
         self.poisson = poisson
+        # cached, so that two calls for the same housing in succession make its solid only once
         self._begin_solid = None if begin_solid is None else functools.lru_cache(maxsize=1)(begin_solid)
         self._last: dict[float, tuple[Housing, FlexureMesh]] = {}  # housing and mesh by the scale of the mesh
 
     def solve(self, housing: Housing, scale: float) -> TipCompliance:
         """Compute the compliance of the tips of a housing [mm/N] on a mesh of the given scale.
 
-        A `scale` above 1 means larger elements. The mesh of scale `COARSE` of the previous housing is stretched to fit
-        this one, if possible, which is faster than a new mesh. On a finer mesh, the solid is started too, because this
-        housing may be the final one.
+        A `scale` above 1 means larger elements. At the scale `COARSE`, the mesh of the previous housing is stretched to
+        fit this housing if possible, which is faster than a new mesh. At a finer scale, the solid is started too,
+        because this housing may be the final one. The mesh is stored for `check` and for the next housing.
         """
         if self._begin_solid is not None and scale < COARSE:
             self._begin_solid(housing)
         mesh = None
         if scale == COARSE and scale in self._last:
             last_housing, last_mesh = self._last[scale]
-            mesh = stretch_leaves(last_mesh, last_housing, housing)
+            mesh = stretch_leaves(last_mesh, last_housing, housing)  # None if it cannot be stretched that much
         if mesh is None:
             mesh = flexure_mesh(housing, scale)
         self._last[scale] = (housing, mesh)
@@ -158,8 +166,8 @@ class HousingSolver:
 class Secant:
     """A secant of the leaf length as a function of K^(-1/3), which is a straight line for a beam.
 
-    `slope` is d length / d K^(-1/3). `length` [mm] and `root` = K^(-1/3) come from the last solution. They are nan
-    before the first solution.
+    `slope` is d length / d K^(-1/3), with K in N/mm and lengths in mm. `length` [mm] and `root` = K^(-1/3) come from
+    the last solution. They are nan before the first solution.
     """
 
     slope: float
@@ -170,11 +178,12 @@ class Secant:
         """Return the secant through the previous point and a new point with `length` [mm] and K [N/mm].
 
         The slope is unchanged if the points are too close together, or if the length does not increase with K^(-1/3).
+        It is also unchanged at the first point, because the previous point is nan then.
         """
         root = K ** (-1.0 / 3.0)
         step = length - self.length
-        is_slope = abs(step) > _SHORTEST_STEP * length and (root - self.root) * step > 0.0
-        return Secant(slope=step / (root - self.root) if is_slope else self.slope, length=length, root=root)
+        is_reliable = abs(step) > _SHORTEST_STEP * length and (root - self.root) * step > 0.0  # False for nan
+        return Secant(slope=step / (root - self.root) if is_reliable else self.slope, length=length, root=root)
 
     def stiffness(self, length: float) -> float:
         """Return the stiffness [N/mm] that the secant predicts for a length [mm]."""
@@ -200,7 +209,8 @@ class MeshFit(NamedTuple):
     def housing_for_targets(self, targets: Floats) -> Housing:
         """Return the housing whose leaves have the target stiffnesses [N/mm] on this mesh, as predicted by the secants.
 
-        Raises InputError if a leaf would be shorter than its two fillets.
+        `targets` has an entry for each arm, the low spring first. Raises InputError if a leaf would be shorter than its
+        two fillets.
         """
         flexures = {}
         for arm, secant, K in zip(self.housing.arms, self.secants, targets.tolist(), strict=True):
@@ -214,7 +224,7 @@ class MeshFit(NamedTuple):
         return self.housing.with_flexures(flexures)
 
     def scaled_compliance(self, housing: Housing) -> TipCompliance:
-        """Return the compliance of a housing with nearly the same leaf lengths on this mesh, without solving it.
+        """Estimate the compliance of a housing with nearly the same leaf lengths on this mesh, without solving it.
 
         The solved compliance is scaled to the stiffnesses predicted by the secants. The lengths are so close that a
         solution would not be more accurate.
@@ -238,10 +248,13 @@ def fit_on_mesh(
 ) -> MeshFit:
     """Fit the leaf lengths of a housing by the secant method, until its springs meet their targets on one mesh.
 
-    `targets` are the target stiffnesses [N/mm], and `max_deviation` [1] is the largest accepted relative deviation from
-    them. `solve` computes the compliance of a housing on the mesh. It is called at most `max_solves` times. `slopes`
-    holds the initial slope d length / d K^(-1/3) of each spring, for example by the beam law. Raises InputError if a
-    leaf would be shorter than its two fillets, and SolveError if the targets are not met after `max_solves` solutions.
+    `housing` is the initial guess. `targets` are the target stiffnesses [N/mm], low spring first. `max_deviation` [1]
+    is the largest accepted relative deviation from them. `solve` computes the compliance of a housing on the mesh. It
+    is called at most `max_solves` times. `slopes` holds the initial slope d length / d K^(-1/3) of each spring, for
+    example by the beam law.
+
+    Raises InputError if a leaf would be shorter than its two fillets, and SolveError if the targets are not met after
+    `max_solves` solutions.
     """
     secants = tuple(Secant(slope=slope) for slope in slopes)
     for _ in range(max_solves):
@@ -272,16 +285,17 @@ def fit_lengths(
     """Fit the leaf lengths of a housing so that each spring has its target stiffness in `targets` [N/mm].
 
     `housing` is the initial guess. Finer meshes are used until the relative error bars of the stiffnesses are within
-    `tolerance` [1], or until no finer mesh is left. The stiffnesses meet the targets within 0.1 %. A larger tolerance
-    also applies to the targets, up to 0.5 %. At `ROUGH_TOLERANCE` and above, one rough mesh is used, on which the
-    targets are met within 0.5 %. Pins glued into the feet are in series with the springs.
+    `tolerance` [1], or until no finer mesh is left. The stiffnesses meet the targets within 0.1 %. A `tolerance` above
+    0.1 % is also the limit for the targets, but this limit is at most 0.5 %. At `ROUGH_TOLERANCE` and above, one rough
+    mesh is used, on which the targets are met within 0.5 %. Pins glued into the feet are in series with the springs,
+    and the targets include them.
 
     Raises InputError if a leaf would be shorter than its two fillets, and SolveError if the targets are not met. Raises
     MeshError if a mesh differs from its solid.
     """
     start = time.perf_counter()
     pin = None
-    foot_targets = np.array(targets)
+    foot_targets = np.array(targets)  # stiffnesses at the feet, into which pins may be glued [N/mm]
     if housing.pin is not None:
         # the mesh has no pins, so their compliance is subtracted from the targets and added to the result
         pin = pin_compliance(housing.pin, solver.E, solver.poisson)
@@ -302,6 +316,7 @@ def fit_lengths(
 
 
 def _percents(errors: Sequence[float]) -> str:
+    """Return relative errors [1] as text in per cent, joined by "and"."""
     return " and ".join(f"{100.0 * error:.2g}" for error in errors)
 
 
@@ -312,7 +327,7 @@ def _fit_on_pairs(
 
     The lengths are fitted on the mesh of scale `COARSE` first, so that one solution on a finer mesh is usually enough.
     If no pair has error bars within `tolerance` [1], the result on the finest pair is returned. Raises MeshError if the
-    last mesh differs from the solid of its housing.
+    last mesh differs from the solid of its housing, and the same errors as `fit_on_mesh`.
     """
     beam_slopes = _beam_slopes(housing, solver.E)
     max_deviation = min(max(tolerance, TOLERANCE), MAX_DEVIATION)
@@ -331,41 +346,39 @@ def _fit_on_pairs(
             if coarse_fit is None:
                 solve_coarse = functools.partial(solver.solve, scale=COARSE)
                 coarse_fit = fit_on_mesh(housing, beam_slopes, coarse_targets, solve_coarse)
+            fine_guess = coarse_fit.housing_for_targets(coarse_targets)
             coarse_slopes = [secant.slope for secant in coarse_fit.secants]
-            fine_fit = fit_on_mesh(
-                coarse_fit.housing_for_targets(coarse_targets),
-                coarse_slopes,
-                targets,
-                solve,
-                max_deviation,
-                MAX_FINE_SOLVES,
-            )
+            fine_fit = fit_on_mesh(fine_guess, coarse_slopes, targets, solve, max_deviation, MAX_FINE_SOLVES)
             coarser_solution = coarse_fit.scaled_compliance(fine_fit.housing)
         housing = fine_fit.housing
         stiffness = pair.stiffness_with_errors(housing, fine_fit.compliance, coarser_solution)
         if max(stiffness.error) <= tolerance:
             break
-    solver.check(pair.fine)  # of the last pair that was solved
+    solver.check(pair.fine)  # the fine mesh of the last pair that was solved, whose result is returned
     return housing, stiffness
 
 
 def coarse_lift(flexure: Flexure) -> float:
     """Estimate the ratio of the stiffness on the coarse mesh to the stiffness on a finer mesh [1].
 
-    The ratio is usually accurate to 5e-4. The constants are fitted in tests/reference/fits/test_housing.py.
+    A coarse mesh is too stiff, and more so if a leaf is short compared with its depth. The ratio is usually accurate to
+    5e-4. Its two constants are fitted to solutions on both meshes in tests/reference/fits/test_housing.py.
     """
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
 
 def _beam_slopes(housing: Housing, E: float) -> list[float]:
-    """Return d L / d K^(-1/3) of each leaf from the beam law K = 2 E d (t / L)^3, with E in MPa."""
+    """Return d L / d K^(-1/3) of each leaf from the beam law K = 2 E d (t / L)^3.
+
+    Here L, t and d are the length, the thickness and the depth of a leaf [mm], and E is in MPa.
+    """
     return [arm.flexure.thickness * math.cbrt(2.0 * E * arm.flexure.depth) for arm in housing.arms]
 
 
 def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver) -> tuple[Housing, HousingStiffness]:
     """Fit the leaf lengths of a housing to targets [N/mm] on the rough mesh; return the housing and its stiffness.
 
-    A rough answer makes no solid, so the mesh is not compared with one.
+    A rough answer makes no solid, so the mesh is not compared with a solid.
     """
     solve = functools.partial(rough_compliance, E=solver.E, poisson=solver.poisson)
     fit = fit_on_mesh(housing, _beam_slopes(housing, solver.E), targets, solve)
@@ -375,7 +388,8 @@ def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver)
 def rough_compliance(housing: Housing, E: float, poisson: float) -> TipCompliance:
     """Return the compliance of the tips [mm/N] on the rough mesh, corrected to the normal mesh.
 
-    E is in MPa. Raises SolveError if the mesh cannot be solved.
+    The rough mesh is too stiff by the factor `ROUGH_LIFT`, so its compliance is multiplied by this factor. `E` is in
+    MPa. Raises SolveError if the mesh cannot be solved.
     """
     compliance = compliance_of(coarse_half(housing, E, poisson, rough=True))
     return dataclasses.replace(compliance, C=ROUGH_LIFT * compliance.C)
@@ -384,7 +398,9 @@ def rough_compliance(housing: Housing, E: float, poisson: float) -> TipComplianc
 def rough_stiffness(housing: Housing, compliance: TipCompliance) -> HousingStiffness:
     """Return the stiffness of a housing [N/mm] on the rough mesh, with error bars derived from random designs."""
     errors = tuple(ROUGH_ERROR * odd_shape_factor(arm.flexure) for arm in housing.arms)
-    one_mesh = housing_stiffness(compliance, compliance)  # the error of the strain does not need a second mesh
+    # The same solution is passed as both meshes. Its error bars are replaced below, except that of the strain, which
+    # does not need a second mesh.
+    one_mesh = housing_stiffness(compliance, compliance)
     info = dataclasses.replace(one_mesh.info, status=f"20-node hexahedra, one rough mesh of {compliance.dofs} dofs")
     return dataclasses.replace(one_mesh, error=errors, weight_sag_error=errors, info=info)
 
@@ -392,7 +408,8 @@ def rough_stiffness(housing: Housing, compliance: TipCompliance) -> HousingStiff
 def targets_without_pins(targets: Sequence[float], pin: Estimate) -> tuple[float, ...]:
     """Return the stiffnesses [N/mm] that the feet must have to meet the targets in series with their pins.
 
-    `pin` is the compliance of a pin glued into its foot [mm/N]. Raises InputError if a pin is softer than its target.
+    `targets` are the stiffnesses at the ends of the pins, low spring first. `pin` is the compliance of a pin glued into
+    its foot [mm/N]. Raises InputError if a pin is softer than its target, because no foot can then meet the target.
     """
     for name, K in zip(SPRINGS, targets, strict=True):
         if pin.value * K >= 1.0:
@@ -404,9 +421,10 @@ def targets_without_pins(targets: Sequence[float], pin: Estimate) -> tuple[float
 
 
 def add_pin_compliance(stiffness: HousingStiffness, pin: Estimate) -> HousingStiffness:
-    """Return the stiffness [N/mm] at the ends of the pins, which are in series with their feet; `pin` is in mm/N.
+    """Return the stiffness [N/mm] at the ends of the pins, which are in series with their feet.
 
-    The error of the pin's compliance is added to the error of the stiffness at the foot.
+    `stiffness` is the stiffness at the feet, and `pin` is the compliance of a pin [mm/N]. The error of the pin's
+    compliance is added to the error of the stiffness at the foot.
     """
     C = stiffness.C + pin.value * np.eye(len(stiffness.C))
     errors = []

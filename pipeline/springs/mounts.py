@@ -20,15 +20,15 @@ SKIN_MM = 0.02
 # Effective fraction of the thickness of a cover's plate. It is less than 1 because the plate is stiffer than a bar as
 # narrow as its rim. It was computed with CalculiX, on tetrahedral meshes of the housing and the cover.
 PLATE_FRACTION = 0.75
-COARSE_SCALE = 4.0  # mesh scale for the lateral compliance of the tips
-ROUGH_SCALE = 3.0  # mesh scale for a rough answer, whose only mesh has one layer of elements through half the depth
+COARSE_SCALE = 4.0  # scale of the elements for the lateral compliance of the tips; 1 is the mesh of a run
+ROUGH_SCALE = 3.0  # scale for a rough answer, whose only mesh has one layer of elements through half the depth
 
 
 def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
     """Return the elastic layers that represent the mount between the frame and a rigid support [mm].
 
-    A cover is a layer of the housing's material; a flat metal plate holds its outer face. A washer is a thin layer
-    under its disc. The result is empty if the walls of the holes are fixed.
+    A cover is a layer of the housing's material, whose outer face is held by a flat metal plate. A washer is a thin
+    layer under its disc. For any other mount, the walls of the holes are fixed, and the result is empty.
     """
     holes = discs_at(housing, housing.hole_diameter)  # the layers do not cover the screw holes
     if housing.mount == "covers":
@@ -43,23 +43,25 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
 
 
 def _layers_back_to_back(front: ElasticLayer, housing: Housing, gap: float) -> tuple[ElasticLayer, ...]:
-    """Return the layers of one of two plates back to back: its cover in front, and the other plate behind a `gap` [mm].
+    """Return the layers that hold one of two plates back to back: its cover in front, and the other plate behind it.
 
-    The solver puts every layer on both sides of the plate. Each layer is therefore twice as thick here, which makes it
+    The back layer represents the `gap` [mm] between the plates, the second plate, and the cover of the second plate.
+    The solver puts every layer on both sides of a plate. Each layer is therefore twice as thick here, which makes it
     half as stiff. As a result K_h is 0.02 % too high, which is less than the mesh error. The load on the second plate
     changes K_h even less.
     """
-    twin = gap + housing.depth + front.thickness
-    back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
+    back_thickness = gap + housing.depth + front.thickness
+    back = ElasticLayer(name=SIDES, thickness=2.0 * back_thickness, rectangles=rim(housing), holes=front.holes)
     return replace(front, thickness=2.0 * front.thickness), back
 
 
 @functools.lru_cache(maxsize=1)
 def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> ClampedHalf:
-    """Return the factorized model of half the housing in its mount, on a coarse or a rough mesh; E is in MPa.
+    """Return the factorized model of half the housing in its mount, on a coarse mesh; `E` is in MPa.
 
-    The model is used for the lateral compliance of the tips and for the stress shown on the page. A rough answer uses
-    no other mesh. The last result is cached. Raises SolveError if the model cannot be solved.
+    The model is used for the lateral compliance of the tips and for the stress shown on the page. If `rough` is true,
+    the mesh is the one of a rough answer, which uses no other mesh. The last result is cached in this process. Raises
+    SolveError if the model cannot be solved.
     """
     mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, COARSE_SCALE)
     return clamped_half(mesh, E, poisson, mount_layers(housing))
@@ -68,25 +70,27 @@ def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> C
 def solve_lateral_compliance(
     housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool
 ) -> LateralCompliance:
-    """Compute the lateral compliance of the tips of a plate under inclined forces, on a coarse mesh; E is in MPa.
+    """Compute the lateral compliance of the tips of a plate under inclined forces, on a coarse mesh; `E` is in MPa.
 
-    The forces act at the centre of the sphere of a dome, or at a flat face. The error is the relative difference
-    between the stiffness along the press on this mesh and K [N/mm], which comes from finer meshes. `rough` selects the
-    mesh of a rough answer. Raises MeshError if the mesh cannot be made, and SolveError if it cannot be solved.
+    The forces act at the centre of the sphere of a dome, or at a flat face. `K` (tips,) [N/mm] are stiffnesses along
+    the press, which come from finer meshes. The error of the result is the largest relative difference between these
+    stiffnesses and the stiffnesses on the coarse mesh. `rough` selects the mesh of a rough answer.
+
+    Raises MeshError if the mesh cannot be made, and SolveError if it cannot be solved.
     """
     # Distance [mm] of the force from the face of the tip in the mesh, which has neither a dome nor a pin.
     height_of_force = housing.dome.radius if housing.dome else 0.0
     lever = height_of_force - housing.beyond_face
     half = coarse_half(housing, E, poisson, rough=rough)
-    compliance = lever_compliance(half, lever)
+    compliance = lever_compliance(half, lever)  # (tips, tips, 3, 3); index 2 of the last two axes is the press axis z
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
-    # The matrix C of the springs already contains the displacement along the press (z) due to forces along z.
+    # The matrix C of the springs already contains the displacement along z due to forces along z.
     compliance[..., 2, 2] = 0.0
     return LateralCompliance(compliance, error)
 
 
 def walls(housing: Housing) -> tuple[Rectangle, ...]:
-    """Return the rectangles of the walls of a frame [mm], the left wall first."""
+    """Return the rectangles of the walls of a frame [mm], the left wall first: a range in x, then in z."""
     levels = (housing.protrusion, housing.top_level)
     return tuple((_sorted(arm.wall, arm.outer), levels) for arm in housing.arms)
 
@@ -97,7 +101,7 @@ def rim(housing: Housing) -> tuple[Rectangle, ...]:
     These are the posts, the left one first, and the bar above the cavity. A rectangle holds its range in x and its
     range in z.
     """
-    foot = max(housing.cover_level, housing.protrusion)  # lower end of the cover on the posts, z [mm]
+    foot = max(housing.cover_level, housing.protrusion)  # z of the lower end of the cover on the posts [mm]
     top = housing.top_level
     rectangles = []
     for arm in housing.arms:
@@ -108,9 +112,10 @@ def rim(housing: Housing) -> tuple[Rectangle, ...]:
 
 
 def discs_at(housing: Housing, diameter: float) -> tuple[Disc, ...]:
-    """Return a disc of the given `diameter` around each mounting hole [mm]."""
+    """Return a disc of the given `diameter` [mm] around each mounting hole: its centre (x, z) and its radius."""
     return tuple((x, z, 0.5 * diameter) for x, z in housing.holes)
 
 
 def _sorted(a: float, b: float) -> tuple[float, float]:
+    """Return two numbers as a range, the smaller one first; on the left arm, an outer x is the smaller one."""
     return min(a, b), max(a, b)

@@ -1,7 +1,7 @@
 """The stiffness of a part that the user designed, with its error bar.
 
 A part is held and pressed like the housing of a design, or at faces that the user marks with points. If most of the
-part is an extrusion, its section is meshed and swept into hexahedra. Any other part is meshed with tetrahedra.
+part is an extrusion, a mesh of its section is swept into hexahedra. Any other part is meshed with tetrahedra.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ _CORNER_SIZES = (0.2, 0.1)
 # be the change in K from element size 1 to the element size of the coarse mesh. The error that remains in the fine mesh
 # is this fraction of dK.
 _CORNER_ERROR = _CORNER_SIZES[1] / (1.0 - _CORNER_SIZES[0])
-_MAX_BLOCK_RATIO = 0.02  # largest K / (E * distance from pressed to held faces) of a part that bends
+# Largest K / (E * distance from pressed to held faces) of a part that bends [1]. A block without leaves is stiffer.
+_MAX_BLOCK_RATIO = 0.02
 # Scales of the tetrahedral meshes, which are refined until the error bar is small enough. A mesh with 186,000 unknowns
 # took 38 s of CPU time and 1.4 GiB.
 _SCALES = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
@@ -66,8 +67,8 @@ _MAX_TETRAHEDRA_ERROR = 0.01  # relative error of K below which the refinement e
 # largest accepted relative error of K from a swept mesh; above it, too much of the part is not swept
 _MAX_SWEPT_ERROR = 0.1
 _ROUND_OFF_MM = 1e-6  # mean difference in thickness between a swept mesh and the part that is only round-off [mm]
-MAX_SECONDS = 120.0  # limit of the CPU time for all tetrahedral meshes [s]
-MAX_BYTES = 6.0 * 2**30  # limit of the memory for one tetrahedral mesh [bytes]
+MAX_SECONDS = 120.0  # limit of the estimated CPU time for all tetrahedral meshes together [s]
+MAX_BYTES = 6.0 * 2**30  # limit of the estimated memory for one tetrahedral mesh [bytes]
 _SECONDS_PER_UNKNOWN = 2e-4  # estimated CPU time [s]
 _BYTES_PER_UNKNOWN = 7e3  # estimated memory [bytes]
 _UP = (0.0, 0.0, 1.0)  # direction in which the fruit presses the tips of a housing
@@ -213,7 +214,7 @@ def stiffness(
 def _refuse_wrong_arguments(pressed: Mapping[str, Where], E_MPa: float, poisson: float) -> None:
     """Raise InputError for invalid material data, or if `pressed` is not a mapping from names to faces.
 
-    The annotations of `stiffness` are not enforced at run time, so the types of the arguments are checked too.
+    Python does not enforce the annotations of `stiffness`, so the types of the arguments are checked too.
     """
     material: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
     for name, value in material.items():
@@ -224,7 +225,7 @@ def _refuse_wrong_arguments(pressed: Mapping[str, Where], E_MPa: float, poisson:
         raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
     if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - Poisson's ratio of an incompressible material
         raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
-    pressed_faces: object = pressed
+    pressed_faces: object = pressed  # its type is checked here, so nothing is assumed about it
     # The name `HELD` is reserved for the held faces.
     if not isinstance(pressed_faces, Mapping) or not pressed or HELD in pressed:
         hint = "as in {'tip': (20.5, -3, -3)}"
@@ -234,8 +235,8 @@ def _refuse_wrong_arguments(pressed: Mapping[str, Where], E_MPa: float, poisson:
 def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> tuple[int, ...]:
     """Return the indices of the faces of a body that the user selects by a tag or by points.
 
-    `solid` is the object that the user passed, whose workplane may have tags, and `body` is the solid extracted from
-    it. Error messages name the `argument`. Raises InputError if the tag or a face is not found, or if `where` is
+    `solid` is the object that the user passed, which may have tags if it is a workplane. `body` is the solid extracted
+    from it. Error messages name the `argument`. Raises InputError if the tag or a face is not found, or if `where` is
     neither a tag nor points [mm].
     """
     from cad.checks.own_part import faces_at, tagged_faces
@@ -245,7 +246,7 @@ def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> t
     try:
         points = np.array(where, dtype=float)
     except (TypeError, ValueError):
-        points = np.empty(0)  # rejected below
+        points = np.empty(0)  # an empty array is rejected below
     points = points[None] if points.ndim == 1 else points  # a single point becomes an array (1, 3)
     if not points.size or points.shape[1:] != (3,) or not np.isfinite(points).all():
         raise validation_error(argument, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
@@ -255,7 +256,8 @@ def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> t
 def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) -> None:
     """Raise InputError if a face is both held and pressed.
 
-    `faces` holds the indices of the faces by name. `flag` is the flag or argument that selects the pressed faces.
+    `faces` holds the indices of the faces by name; the held faces have the name `HELD`. `flag` is the flag or argument
+    that selects the pressed faces, which the message names.
     """
     for name, indices in faces.items():
         if name != HELD and set(indices) & set(faces[HELD]):
@@ -265,10 +267,10 @@ def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) ->
 
 
 def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
-    """Raise InputError if a STEP file is not one solid, or if a point of a flag [mm] does not lie on a face.
+    """Raise InputError if a STEP file is not one solid, or if a point of a flag does not lie on a face.
 
-    `points` maps each flag to its points. This check takes only a second. `file_stiffness` repeats it, but only after
-    the springs of the design have been computed.
+    `points` maps each flag to its points [mm]. This check takes only a second, so it is made before the springs of the
+    design are solved. `file_stiffness` repeats it after them.
     """
     from cad.checks.own_part import faces_at, read_own_solid
 
@@ -287,10 +289,13 @@ def file_stiffness(
 ) -> PartStiffness:
     """Compute the stiffness of the part in a STEP file, which is held and pressed at given points [mm].
 
-    `held` are points on the faces that do not move. `pressed` has a point on each pressed face, keyed by a name. If one
-    of them is not given, the part is held or pressed like the `housing` of a design, which is then required. If that
-    housing has pins in its feet, their compliance is added. `material` is Young's modulus [MPa] and Poisson's ratio
-    [1]. Raises InputError if a face is not found or is both held and pressed, or if the part cannot be solved.
+    `held` are points on the faces that do not move. `pressed` has a point on each pressed face, keyed by a name. If
+    `held` is empty, the part is held like the `housing` of a design. If `pressed` is empty or None, the part is pressed
+    like this housing. Either case requires a `housing`. If the housing has pins in its feet, their compliance is added.
+    `material` is Young's modulus [MPa] and Poisson's ratio [1].
+
+    Raises InputError if a face is not found or is both held and pressed, or if the part cannot be solved. Raises the
+    same other errors as `stiffness`.
     """
     from cad.checks.own_part import (
         faces_at,
@@ -316,7 +321,7 @@ def file_stiffness(
     elif housing is not None:
         faces[HELD] = faces_at(solid, "a screw hole of the design", hole_points(housing))
     _refuse_held_and_pressed(faces, "--pressed")
-    # If the user marks the held faces, they do not move. Otherwise the part is in the elastic mount of the housing.
+    # Held faces that the user marks do not move. Otherwise the part is held by the elastic mount of the housing.
     scene = _Scene(presses=directions, material=material, housing=None if held else housing)
     part_stiffness = _solve_part(own_part(solid, faces), scene)
     if housing is None or housing.pin is None:
@@ -326,7 +331,11 @@ def file_stiffness(
 
 
 def _add_pin(face: PressedFace, pin: Estimate) -> PressedFace:
-    """Return the stiffness of a pressed foot in series with the compliance of its pin [mm/N]."""
+    """Return the stiffness of a pressed foot in series with its pin; `pin` is the compliance of the pin [mm/N].
+
+    K / K_foot is the fraction of the compliance that is due to the foot, so this fraction of its relative error
+    remains.
+    """
     K = 1.0 / (1.0 / face.K + pin.value)
     return replace(face, K=K, K_error=K / face.K * face.K_error + pin.error * K)
 
@@ -346,15 +355,16 @@ class _Scene:
 
     @property
     def layers(self) -> tuple[ElasticLayer, ...]:
-        """Return the elastic layers of the housing's mount; empty without a housing."""
+        """Return the elastic layers that represent the housing's mount; empty without a housing."""
         return () if self.housing is None else mount_layers(self.housing)
 
 
 def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
     """Compute the stiffness of a part at its pressed faces, on a swept mesh if that is accurate, else on tetrahedra.
 
-    If tetrahedra would need too much time or memory, the result on the swept mesh is returned despite its large error
-    bar. Raises InputError if neither method can solve the part, and MeshError if tetrahedra cannot be meshed.
+    The result on tetrahedra states in `not_swept` why no swept mesh was used. If tetrahedra would need too much time or
+    memory, the result on the swept mesh is returned despite its large error bar. Raises InputError if neither method
+    can solve the part, and MeshError if tetrahedra cannot be meshed.
     """
     from cad.checks.own_part import extrusion_of
 
@@ -374,7 +384,7 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
         reason = f"features that a swept mesh leaves out may change K by {100.0 * largest_error:.2g} %"
     try:
         solution = _solve_in_tetrahedra(part, scene)
-    except InputError:
+    except InputError:  # the limits of time and memory are exceeded, or nothing bends
         if swept_solution is None:
             raise
         return swept_solution
@@ -384,7 +394,8 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
 def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     """Compute the stiffness of a solid of any shape, extrapolated from successively finer tetrahedral meshes.
 
-    Raises InputError if the limits of time and memory allow fewer than three meshes, or if nothing bends.
+    Raises InputError if the limits of time and memory allow fewer than three meshes, or if nothing bends. Raises
+    MeshError if a mesh is unreliable.
     """
     solutions, layers = _refine_tetrahedra(part, scene)
     no_strain = "tetrahedra are too coarse at the roots of the leaves to resolve the strain"
@@ -409,14 +420,15 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
 
     K at element size 0 is extrapolated from K on all meshes. The refinement ends when the error of this value is small
     enough, or when the next mesh would exceed the limit of time or memory. The layers are empty if no mount holds the
-    part. Raises InputError if the limits allow fewer than three meshes, or if nothing bends. Raises MeshError if a mesh
-    is unreliable.
+    part; the faces named `HELD` are then held. Raises InputError if the limits allow fewer than three meshes, or if
+    nothing bends. Raises MeshError if a mesh is unreliable.
     """
     from cad.checks.own_part import name_side_faces, sample_wall_thickness
 
     layers = scene.layers
     if layers and scene.housing is not None:
-        # the mount touches the housing at its front and back faces, y = -depth / 2 and y = depth / 2
+        # The mount touches the housing at its front and back faces, y = -depth / 2 and y = depth / 2. A part without
+        # such faces cannot be held by the mount.
         part, has_sides = name_side_faces(part, SIDES, 0.5 * scene.housing.depth)
         layers = layers if has_sides else ()
     walls = sample_wall_thickness(part)
@@ -431,7 +443,7 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
         if not solutions:  # only a mesh shows whether the mount touches the part
             layers = layers if _is_covered(mesh, layers) else ()
         solutions.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
-        if len(solutions) == 1:
+        if len(solutions) == 1:  # a block is recognised on the coarsest mesh already
             _refuse_block(solutions[0], part, scene)
         if (
             len(solutions) >= _MIN_MESHES
@@ -448,9 +460,13 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
 
 
 def _extrapolate(solutions: Sequence[PartCompliance]) -> list[tuple[float, float]]:
-    """Return the stiffness extrapolated to element size 0, and its error [N/mm], for each pressed face."""
+    """Return the stiffness extrapolated to element size 0, and its error [N/mm], for each pressed face.
+
+    `solutions` are the solutions on the meshes of the first scales in `_SCALES`, in this order.
+    """
     sizes = _SCALES[: len(solutions)]
-    return [extrapolate_to_size_zero(sizes, K) for K in np.array([solution.K for solution in solutions]).T.tolist()]
+    K_by_face = np.array([solution.K for solution in solutions]).T.tolist()  # (faces, meshes)
+    return [extrapolate_to_size_zero(sizes, K) for K in K_by_face]
 
 
 def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
@@ -461,7 +477,7 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     Otherwise the faces named `HELD` do not move. Raises MeshError if the section cannot be meshed, and InputError if
     nothing bends.
     """
-    # The mesh is swept along y, so the directions of the loads are rotated into the axes of the extrusion.
+    # The mesh is swept along y, so the directions of the loads are rotated into the coordinates of the extrusion.
     presses = {name: tuple((extrusion.rotation @ direction).tolist()) for name, direction in scene.presses.items()}
     # The layers of the mount (covers or washers) apply only to a part in the same orientation as the housing.
     layers = scene.layers if np.allclose(extrusion.rotation, np.eye(3)) else ()
@@ -482,24 +498,33 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
     mesh = swept_part(extrusion, fine_scale, fine_depth_elements, presses.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, presses, layers)
-    # for comparison, the walls of the screw holes are held instead of the mount
+    # for comparison, the same mesh without a mount, held at the walls of its screw holes
     holes_held = swept_compliance(mesh, scene.material, presses) if layers else None
     neglected_errors += neglected_feature_errors(mesh, fine)
-    # volume that the sweep adds or leaves out at each place of the section [mm^3]
-    volumes = mesh.length_error * mesh.area
-    largest_place = None
-    if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
-        x, y, z = extrusion.rotation.T @ mesh.centres[:, int(np.argmax(volumes))]  # in the coordinates of the part
-        largest_place = (float(x), float(y), float(z))
+    left_out_mm3, left_out_at = _volume_left_out(mesh, extrusion)
     return PartStiffness(
         faces=_pressed_faces(scene.presses, (coarse, fine), neglected_errors, holes_held),
         material=scene.material,
         method="section in quadratic hexahedra, swept",
         held_by="the design's covers" if layers else "the faces that are held",
         dofs=fine.dofs,
-        left_out_mm3=float(volumes.sum()),
-        left_out_at=largest_place,
+        left_out_mm3=left_out_mm3,
+        left_out_at=left_out_at,
     )
+
+
+def _volume_left_out(mesh: SweptPart, extrusion: Extrusion) -> tuple[float, tuple[float, float, float] | None]:
+    """Return the volume [mm^3] by which a swept mesh differs from the part, and where this volume is largest [mm].
+
+    The position is in the coordinates of the part. It is None if the volume is only round-off.
+    """
+    volumes = mesh.length_error * mesh.area  # volume that the sweep adds or leaves out over each quadrilateral of the section
+    largest_place = None
+    if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
+        # the transpose rotates from the coordinates of the extrusion back to the coordinates of the part
+        x, y, z = extrusion.rotation.T @ mesh.centres[:, int(np.argmax(volumes))]
+        largest_place = (float(x), float(y), float(z))
+    return float(volumes.sum()), largest_place
 
 
 def _coarse_mesh_with_fine_corners(
@@ -507,9 +532,9 @@ def _coarse_mesh_with_fine_corners(
 ) -> SweptPart:
     """Return the coarse mesh with smaller elements at the sharp corners that have these `numbers`.
 
-    `presses` holds the unit vectors of the presses in the coordinates of the sweep. Coarse quadrilaterals may fold
-    where the element size grows quickly away from a corner. If they do, the mesh is made at a scale between the coarse
-    and the fine one. Raises MeshError if that fails too.
+    `presses` holds the unit vectors of the presses in the coordinates of the extrusion. Coarse quadrilaterals may fold
+    where the element size grows quickly away from a corner. If they do, the mesh is made at a scale midway between the
+    coarse and the fine scale. Raises MeshError if that fails too.
     """
     (coarse_scale, depth_elements), (fine_scale, _) = _MESHES
     fine_corners = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
@@ -536,14 +561,14 @@ def _pressed_faces(
     coarse, fine = solutions
     faces = {}
     for i, name in enumerate(names):
-        change = abs(coarse.K[i] / fine.K[i] - 1.0)
+        mesh_change = abs(coarse.K[i] / fine.K[i] - 1.0)
         # The strain is extrapolated to element edges. Its error is estimated from the strain inside the elements.
         strain = fine.strain_per_N[i]
         inner_strain = fine.strain_inside_per_N[i]
         is_known = math.isfinite(strain) and strain > 0.0
         faces[name] = PressedFace(
             K=float(fine.K[i]),
-            K_error=float(ERROR_SHARE * change + ERROR_FLOOR + neglected[i]),
+            K_error=float(ERROR_SHARE * mesh_change + ERROR_FLOOR + neglected[i]),
             K_held=None if holes_held is None else float(holes_held.K[i]),
             strain_per_N=strain if is_known else None,
             strain_error=STRAIN_ERROR_SHARE * abs(inner_strain / strain - 1.0) if is_known else None,
@@ -553,9 +578,13 @@ def _pressed_faces(
 
 
 def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
-    """Return whether a layer of the mount lies on an end of the extrusion, whose facets are named `SIDES`."""
+    """Return whether a layer of the mount touches the mesh at an end of the extrusion, whose facets are named `SIDES`.
+
+    The mount holds the part only in this case.
+    """
     if not layers:
         return False
+    # the middle of each of these facets, (3, facets) [mm]; the layers extend in x and z
     middles = mesh.p[:, mesh.facets[:, mesh.boundaries[SIDES]]].mean(axis=1)  # type: ignore[attr-defined]
     return any(layer.covers(middles[0], middles[2]).any() for layer in layers)
 
@@ -564,12 +593,12 @@ def _refuse_block(solution: PartCompliance, part: Part, scene: _Scene) -> None:
     """Raise InputError for a part without leaves, in which nothing bends between the pressed and the held faces.
 
     Such a part is nearly as stiff as a solid block, so K / (E * distance between the pressed and the held faces)
-    exceeds `_MAX_BLOCK_RATIO`. `solution` has the stiffness K [N/mm] of each pressed face on the first mesh.
+    exceeds `_MAX_BLOCK_RATIO`. `solution` holds the stiffness K [N/mm] of each pressed face on the first mesh.
     """
     for name, K in zip(scene.presses, solution.K.tolist(), strict=True):
         distance = part.face_distance(name, HELD)
         limit = _MAX_BLOCK_RATIO * scene.material[0] * distance
-        if not limit >= K:  # also if K is nan
+        if not limit >= K:  # written so that a K of nan is refused too
             bound = (
                 f"at most {1e3 * limit:.3g} N/m: no leaf bends over the {distance:.3g} mm between this face and the "
                 "held faces"

@@ -43,7 +43,11 @@ class SpringSizing:
     basis: Literal["contact", "hayes"]
 
     def deflections(self, travels: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the deflection [mm] of each spring on the stiffest fruit, at the full travels of the two tips [mm]."""
+        """Return the deflection [mm] of each spring, low then high, on the firmest fruit of the design.
+
+        `travels` [mm] are the full travels of the low and the high tip. A negative travel means that the tip does not
+        reach the fruit, so its spring is not deflected.
+        """
         travel_l, travel_h = travels
         K_m = self.K_m_at_largest_E
         return (
@@ -55,11 +59,13 @@ class SpringSizing:
 def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions) -> SpringSizing:
     """Size the springs so that they meet the targets, or use the stiffnesses that the design gives [N/mm].
 
-    The stiffnesses depend on K_m, the stiffness of the fruit under one tip. With the basis "contact", K_m = E / (s11 -
-    s12), where s11 and s12 [1/mm] are elements of the compliance matrix `contact`. A force F on one tip makes this tip
-    sink by s11 F / E, and the other tip by s12 F / E. With the basis "hayes", K_m follows from the paper's formula for
-    a circular tip, whose radius is half the side of a tip. A layout of more than two tips is represented by a pair.
-    Raises InputError if no springs meet the targets.
+    The stiffnesses depend on K_m, the stiffness of the fruit under one tip. `options` select how K_m is computed, which
+    is the `basis` of the sizing. With the basis "contact", K_m = E / (s11 - s12), where s11 and s12 [1/mm] are elements
+    of the compliance matrix `contact`. A force F on one tip makes this tip sink by s11 F / E, and the other tip by s12
+    F / E. With the basis "hayes", K_m follows from the paper's formula for a circular tip, whose radius is half the
+    side of a tip.
+
+    A layout of more than two tips is represented by a pair. Raises InputError if no springs meet the targets.
     """
     fruit = design.fruit
     pair = contact.as_pair(*design.tips.spring_groups)
@@ -67,7 +73,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     is_hayes = options.fruit_stiffness == "hayes"
     if is_hayes:
         K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * design.tips.side_mm)
-        sizing_ratio = 1.0
+        sizing_ratio = 1.0  # the formula is for a half-space, which is equally stiff under both tips
     else:
         K_m_over_E = at_E_max.K_m_over_E()
         sizing_ratio = at_E_max.stiffness_ratio()
@@ -89,9 +95,11 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
 
 
 def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
-    """Return K_m divided by K_m at E_max [1], at the fractions `curve_shares` of E_max [MPa]; empty without a skin.
+    """Return K_m divided by K_m at E_max [1], at the fractions `curve_shares` of `E_max` [MPa].
 
-    Under a skin, K_m increases less than in proportion to E, because the stiffness of the skin itself is constant.
+    `pair` is the compliance under a low and a high tip. Under a skin, K_m increases less than in proportion to E,
+    because the stiffness of the skin itself is constant. Without a skin, K_m is proportional to E, and the result is
+    empty.
     """
     if pair.skin is None:
         return ()
@@ -104,10 +112,10 @@ def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
 def _choose_springs(design: Design, K_m_max: float, stiffness_ratio: float, stiffening: tuple[float, ...]) -> Springs:
     """Return the springs that the design gives, or else size springs for its targets.
 
-    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is the stiffness
-    under the high tip divided by it. On a very soft fruit, the force ratio P equals this ratio. `stiffening` is the
-    result of `fruit_stiffening`. Raises InputError if P of the given springs does not rise noticeably with the modulus,
-    or if no springs meet the targets.
+    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is its stiffness
+    under the high tip divided by `K_m_max`. On a very soft fruit, the force ratio P equals this ratio, so P can only
+    rise above it. `stiffening` is the result of `fruit_stiffening`. Raises InputError if P of the given springs does
+    not rise noticeably with the modulus, or if no springs meet the targets.
     """
     given = design.springs
     targets = design.nominal_targets
