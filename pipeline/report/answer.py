@@ -13,39 +13,36 @@ from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
 from sensor.words import OUTCOMES, value_text, value_with_bar
 
-_REASONS = 3  # maximum number of lines on verdicts that did not pass; further verdicts are only counted
-_NOTES = 5  # maximum number of notes and lines on verdicts together
+# Both maxima are judgements: more lines are more complete, but no longer fit on one screen.
+_MAX_REASONS = 3  # maximum number of lines on verdicts that did not pass; further verdicts are only counted
+_MAX_NOTES = 5  # maximum number of notes and lines on verdicts together
+_SHOWN_CAUSES = 2  # number of causes that the table of errors names for each number
 
 
 def report_passed(report: Json) -> bool | None:
-    """Return whether every verdict of a report passed; None if one is undecided and none failed."""
+    """Return True if every verdict of a report passed, False if one failed, and None if one is only undecided."""
     return all_passed(_verdicts(report))
 
 
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
-    """Yield the tables and lines of an answer that fits on one screen, for `print_parts`.
+    """Yield the tables and lines of an answer that fits on one screen; `print_parts` prints them.
 
     `report` is the data of report.json. The answer has the outcome, the verdicts on the targets, the springs, the first
-    reasons and notes, and the files in `folder`.
+    reasons and notes, and the files in `folder`. `every_section` yields the whole answer.
     """
     verdicts = _verdicts(report)
-    table = verdict_table("", [verdict for verdict in verdicts if not is_on_the_part(verdict)])
-    part_outcomes = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
-    if part_outcomes:
-        passed = f"{part_outcomes.count(True)} passed"
-        table.add_row(f"{len(part_outcomes)} on geometry and print", "", "", "", passed)
-    yield _headline(report, verdicts)
-    yield table
-    yield from _spring_lines(report)
     problems = not_passed(verdicts)
-    yield from reason_lines(problems[:_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
-    if len(problems) > _REASONS:
-        yield f"and {len(problems) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]
-    # Each line on a verdict, including the line that counts further ones, replaces a note. The answer then fits on one
-    # screen.
-    verdict_lines = min(len(problems), _REASONS + 1)
-    for note in notes[: _NOTES - verdict_lines]:
+    yield _headline(report, verdicts)
+    yield _target_table(verdicts)
+    yield from _spring_lines(report)
+    yield from reason_lines(problems[:_MAX_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
+    if len(problems) > _MAX_REASONS:
+        yield f"and {len(problems) - _MAX_REASONS} more: --verbose lists them all"
+    # Each line on a verdict replaces a note, so that the answer fits on one screen. The line that counts the further
+    # verdicts does too; the 1 is this line.
+    verdict_lines = min(len(problems), _MAX_REASONS + 1)
+    for note in notes[: _MAX_NOTES - verdict_lines]:
         yield f"- {escape(note)}"
     out = escape(str(folder))
     yield f"files in {out}: response.csv is the table P -> E, report.json has every number"
@@ -53,8 +50,18 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield f"all verdicts, errors and {len(notes)} notes: --verbose"
 
 
+def _target_table(verdicts: list[Verdict]) -> Table:
+    """Return a table of the verdicts on the targets, with a single row that counts the verdicts on the printed part."""
+    table = verdict_table("", [verdict for verdict in verdicts if not is_on_the_part(verdict)])
+    part_outcomes = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
+    if part_outcomes:
+        passed = f"{part_outcomes.count(True)} passed"
+        table.add_row(f"{len(part_outcomes)} on geometry and print", "", "", "", passed)
+    return table
+
+
 def every_section(report: Json) -> Iterator[RenderableType]:
-    """Yield the tables and lines of the whole answer, which --verbose shows, for `print_parts`.
+    """Yield the tables and lines of the whole answer, which --verbose shows; `print_parts` prints them.
 
     `report` is the data of report.json. The answer has every verdict, the springs, the sources of the errors, the
     paper's springs, all notes, and the times.
@@ -69,8 +76,8 @@ def every_section(report: Json) -> Iterator[RenderableType]:
     if paper is not None:
         stiffnesses = f"{paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m"
         yield verdict_table(f"the paper's springs, {stiffnesses}, under the same contact", _verdicts(paper))
-    for line in (*report["notes"], *_method_lines(report), *_scatter_lines(report), _cost_line(report)):
-        yield escape(line)
+    lines = (*report["notes"], *_method_lines(report), *_scatter_lines(report), _cost_line(report))
+    yield from map(escape, lines)
 
 
 def _verdicts(data: Json) -> list[Verdict]:
@@ -100,25 +107,28 @@ def _spring_lines(report: Json) -> Iterator[str]:
         return
     process = report["material"]["process"]
     for name, spring in report["flexures"].items():
-        leaf = spring["dimensions_mm"]
-        if leaf is None:
+        if spring["dimensions_mm"] is None:
             yield f"{name} spring: {spring['target_N_per_m']:.6g} N/m, not made"
             continue
         K = spring["stiffness_N_per_m"]
         stiffness = f"{value_with_bar(K, 0.01 * spring['error_percent'] * K, 'N/m')} by FE"
-        size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
-        strain = spring["root_strain"]
-        # the safety factor is the strain limit divided by the strain
-        limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
-        leaf_text = f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
-        yield escape(f"{name} spring: {stiffness}, {leaf_text}")
+        yield escape(f"{name} spring: {stiffness}, {_leaf_text(spring, process)}")
+
+
+def _leaf_text(spring: Json, process: str) -> str:
+    """Return the leaves of a made spring as text: their size, the print process, and their strain at full travel."""
+    leaf = spring["dimensions_mm"]
+    size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
+    strain = spring["root_strain"]
+    # The safety factor is the strain limit divided by the strain, so their product is the limit.
+    limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
+    return f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
 
 
 def _error_table(report: Json) -> Table:
     """Return a table of the errors [%] of each number, due to the mesh, the model and the print.
 
-    The last column names the two largest causes. Verdicts use only the error due to the mesh. Calibration of a print
-    removes most of its scatter.
+    The last column names the largest causes, of any sign. A number without an error budget has no row.
     """
     columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*columns)
@@ -127,8 +137,9 @@ def _error_table(report: Json) -> Table:
             continue
         causes = [*budget["model"], *budget["inputs"]]
         causes.sort(key=lambda cause: abs(cause["size_percent"]), reverse=True)
-        largest = [f"{cause['effect']} {cause['size_percent']:+.2g}" for cause in causes[:2]]
-        totals = (budget[f"{column}_percent"] for column in ("discretisation", "model", "inputs"))
+        largest = [f"{cause['effect']} {cause['size_percent']:+.2g}" for cause in causes[:_SHOWN_CAUSES]]
+        # the keys of the columns for the mesh, the model and the print, in the order of the headings
+        totals = (budget[f"{key}_percent"] for key in ("discretisation", "model", "inputs"))
         table.add_row(name, *(value_text(total, digits=2) for total in totals), ", ".join(largest))
     return table
 
@@ -143,21 +154,20 @@ def _method_lines(report: Json) -> Iterator[str]:
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:
-    """Yield a line with the scatter of prints before calibration, and a line with the error of E after calibration.
+    """Yield a line on the scatter of prints before calibration, and a line on the error of E after calibration.
 
-    Only reports written by `pipeline design` have this scatter.
+    Nothing is yielded for a report without this scatter, because only `pipeline design` computes it.
     """
     scatter = report.get("tolerance")
     if scatter is None:
         return
     bands = []
-    # A band is a list of its two ends. The other values of `tolerance` are single numbers.
     for name, band in scatter.items():
-        if isinstance(band, list):
+        if isinstance(band, list):  # the two ends of a band; the other values of `tolerance` are single numbers
             low, high = ("no limit" if end is None else f"{end:.4g}" for end in band)
             bands.append(f"{name} {low} to {high}")
     yield f"before calibration 95 % of prints have: {', '.join(bands)}"
-    error = scatter["calibrated_modulus_error"]
+    error = scatter["calibrated_modulus_error"]  # relative error [1]; None if it is unbounded
     accuracy_text = "not known" if error is None else f"known to {100.0 * error:.1f} %"
     yield f"with both stiffnesses of a unit known to 1 %, the modulus that it reads is {accuracy_text}"
 

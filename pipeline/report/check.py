@@ -1,4 +1,4 @@
-"""Check whether files are unchanged since the run, and whether their geometry is sound.
+"""Check whether files are unchanged since the run, and whether their geometry is valid.
 
 The geometry is measured in a worker process, because a file may crash the CAD kernel.
 """
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cad.parts.housing import Housing
 from pipeline.report.outputs import LATEST
-from pipeline.report.report import is_as_written, read_data, report_from_data
+from pipeline.report.report import Report, is_as_written, read_data, report_from_data
 from pipeline.storage.digests import is_regular
 from pipeline.storage.workers import close_workers, open_workers
 from sensor.design.parameters import Design
@@ -24,11 +24,11 @@ _OUTSIDE_SIGNALS = ("SIGKILL", "SIGTERM")
 def check_path(
     path: Path, process: Process | None, designed: tuple[Design, Housing] | None = None
 ) -> tuple[Verdict, ...]:
-    """Check one file by the rules of a print `process`, or an output folder if `process` is None; return the verdicts.
+    """Check one file by the rules of a print `process`, or an output folder if `process` is None.
 
-    If `designed` gives a design and its housing, a file is also compared with the part of this design. The verdict
-    geometry.readable fails for a file that crashes the CAD kernel or takes longer than `SECONDS`. Raises InputError if
-    a folder has no valid report, and BrokenExecutor if the operating system ends the worker.
+    Return the verdicts. If `designed` gives a design and its housing, a file is also compared with the part of this
+    design. The verdict geometry.readable fails for a file that crashes the CAD kernel or takes longer than `SECONDS`.
+    Raises InputError if a folder has no valid report, and BrokenExecutor if the operating system ends the worker.
     """
     unchanged = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
@@ -42,8 +42,8 @@ def check_path(
         else:
             geometry = (judge(READABLE, None, f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
     except BrokenExecutor as error:
-        if any(signal in str(error) for signal in _OUTSIDE_SIGNALS):  # the file is not the cause
-            raise
+        if any(signal in str(error) for signal in _OUTSIDE_SIGNALS):
+            raise  # the file is not the cause, so it gets no verdict
         geometry = (judge(READABLE, None, f"reading {path.name} ended the CAD kernel; export it again"),)
     finally:
         close_workers(executor)
@@ -51,7 +51,10 @@ def check_path(
 
 
 def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
-    """Check that report.json and the files that it lists are unchanged since the run; raises InputError."""
+    """Return the verdicts on whether report.json and the files that it lists are unchanged since the run.
+
+    Raises InputError if the folder has no valid report.
+    """
     data = read_data(folder)
     report = report_from_data(folder, data)
     changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
@@ -65,8 +68,10 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
 def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing] | None) -> tuple[Verdict, ...]:
     """Return the geometry verdicts on a STEP, STL or 3MF file [mm], by the rules of a print process.
 
-    If `designed` gives a design and its housing, the first verdict compares the file with the part of this design.
+    If `designed` gives a design and its housing, the first verdict compares the file with the part of this design. A
+    file that cannot be read is not compared.
     """
+    # imported here, so that only the worker process loads the CAD kernel
     from cad.checks.part_checks import check_file
     from cad.fabrication.file_shapes import part_as_designed
     from cad.parts.assembly import sensor_of
@@ -84,27 +89,41 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     files of a whole run are missing, a single verdict names them. The result is empty for a layout without a housing.
     Raises InputError if the report is invalid.
     """
-    from cad.checks.assembly_checks import cover_verdicts
-    from cad.checks.part_checks import check_file
-    from cad.checks.sensor_checks import check_sensor
-    from cad.fabrication.file_shapes import RUN_FILES, file_shapes, files_as_designed
-    from cad.fabrication.mount_checks import mount_verdicts
-    from cad.files.step import read_step
-    from cad.parts.assembly import sensor_of
-
     report = report_from_data(folder, read_data(folder))  # an edited report fails a different verdict, report.digest
     if not report.design.tips.tip_layout.has_housing:
         return ()
     if report.housing is None:
         return (judge("geometry.made", 0.0, "no housing: see printable.*", limit=1.0),)
-    missing_files = ", ".join(name for name in RUN_FILES if not is_regular(folder / name))
-    if missing_files:
-        reason = f"{missing_files} cannot be measured, because the folder does not have them; run the design again"
-        if any(file.path == LATEST for file in report.files):
-            reason = "a run with --look makes no solid to measure: run the design without --look, and check that folder"
+    reason = _unmeasurable_reason(folder, report)
+    if reason is not None:
         return (judge(READABLE, None, reason),)
+    return _measured_verdicts(folder, report, report.housing)
+
+
+def _unmeasurable_reason(folder: Path, report: Report) -> str | None:
+    """Return why the files of a folder cannot be measured; None if every file of a whole run exists."""
+    from cad.fabrication.file_shapes import RUN_FILES
+
+    missing_files = ", ".join(name for name in RUN_FILES if not is_regular(folder / name))
+    if not missing_files:
+        return None
+    if any(file.path == LATEST for file in report.files):
+        return "a run with --look makes no solid to measure: run the design without --look, and check that folder"
+    return f"{missing_files} cannot be measured, because the folder does not have them; run the design again"
+
+
+def _measured_verdicts(folder: Path, report: Report, housing: Housing) -> tuple[Verdict, ...]:
+    """Return the geometry verdicts on the solid of a report's design, and on the files in its folder."""
+    from cad.checks.assembly_checks import cover_verdicts
+    from cad.checks.part_checks import check_file
+    from cad.checks.sensor_checks import check_sensor
+    from cad.fabrication.file_shapes import file_shapes, files_as_designed
+    from cad.fabrication.mount_checks import mount_verdicts
+    from cad.files.step import read_step
+    from cad.parts.assembly import sensor_of
+
     process = report.design.process
-    sensor = sensor_of(report.design, report.housing)
+    sensor = sensor_of(report.design, housing)
     names = [name for name in file_shapes(sensor) if is_regular(folder / name)]
     verdicts = check_sensor(sensor, report.deflections_mm, folder)
     verdicts += _verdicts_or_unreadable(lambda: (files_as_designed(sensor, folder, names),))
@@ -120,7 +139,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
 
 
 def _verdicts_or_unreadable(measure: Callable[[], tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
-    """Call `measure` and return its verdicts, or the failed verdict geometry.readable if a file cannot be read."""
+    """Call `measure` and return its verdicts; if a file cannot be read, return the failed geometry.readable."""
     try:
         return measure()
     except ValueError as error:

@@ -10,7 +10,7 @@ from typing import Any, Union, get_args, get_origin
 from pipeline.report.report import LeftOut, Report
 from pipeline.storage.record_data import fields_by_key, value_at_key
 
-_INDEX = re.compile(r"-?[0-9]+")
+_INDEX = re.compile(r"-?[0-9]+")  # index of an element of a list; a negative one counts from the end, as in Python
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,11 +31,12 @@ class ReportKey:
 def report_key(name: str) -> ReportKey | None:
     """Return the key with a dotted name such as "contact.error_percent"; None if no report has this key.
 
-    The name is resolved through the types of the fields of `Report`, without any report. An element of a list is
-    selected by its index. A verdict is selected by its name, which may contain dots: "verdicts.reading.bias.value".
+    The types of the fields of `Report` determine the result, so no report is needed. An element of a list is selected
+    by its index. A verdict is selected by its name, which may contain dots: "verdicts.reading.bias.value".
     """
     path = name.split(".")
-    if path[0] == "verdicts" and len(path) > 1:  # all verdicts have the same keys, so the first represents them all
+    if path[0] == "verdicts" and len(path) > 1:
+        # A verdict's name is no index of a list. All verdicts have the same keys, so the first represents any of them.
         path = ["verdicts", "0", path[-1]]
     field_type: Any = Report
     metadata: dict[str, Any] = {}  # metadata along the path; inner fields override outer ones
@@ -77,19 +78,9 @@ def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iter
     """
     metadata = item.metadata
     own_level = metadata.get("level", level)
-    full_name = name
-    value_type = field_type
-    while get_origin(value_type) is tuple:
-        if not full_name.endswith("[]"):  # a single `[]` represents both indices of a matrix
-            full_name = f"{full_name}[]"
-        value_type = _element_type(value_type)
-    if get_origin(value_type) is dict:
-        value_type = _value_type(value_type)
-    placeholder = metadata.get("each")  # word that represents the keys of a mapping, which depend on the run
-    if placeholder is not None:
-        full_name = f"{full_name}.{placeholder}"
+    full_name, value_type = _name_and_type_of_values(item, field_type, name)
     # The keys that KEY represents are listed on a different page.
-    inner_fields = {} if placeholder == "KEY" else _fields(value_type)
+    inner_fields = {} if metadata.get("each") == "KEY" else _fields(value_type)
     yield ReportKey(
         name=full_name,
         unit=metadata["unit"],
@@ -103,11 +94,31 @@ def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iter
         if has_two_springs and key == "high":
             continue
         if has_two_springs and key == "low":
-            # omits the key of the spring itself
+            # The first key is the spring itself, which is omitted because it has no value.
             _, *keys_of_spring = _walk_keys(inner_item, inner_type, f"{full_name}.SPRING", own_level)
             yield from keys_of_spring
         else:
             yield from _walk_keys(inner_item, inner_type, f"{full_name}.{key}", own_level)
+
+
+def _name_and_type_of_values(item: Field[Any], field_type: Any, name: str) -> tuple[str, Any]:  # noqa: ANN401 - any type
+    """Return the dotted name of the values in a field, and their type.
+
+    `[]` is appended to the `name` of a list. For a mapping, the word that represents its keys is appended, because the
+    keys depend on the run.
+    """
+    full_name = name
+    value_type = field_type
+    while get_origin(value_type) is tuple:
+        if not full_name.endswith("[]"):  # a single `[]` represents both indices of a matrix
+            full_name = f"{full_name}[]"
+        value_type = _element_type(value_type)
+    if get_origin(value_type) is dict:
+        value_type = _value_type(value_type)
+    placeholder = item.metadata.get("each")
+    if placeholder is not None:
+        full_name = f"{full_name}.{placeholder}"
+    return full_name, value_type
 
 
 def value_at(report: object, name: str) -> object:
@@ -123,7 +134,9 @@ def value_at(report: object, name: str) -> object:
         verdicts_by_name = verdicts
         if not isinstance(verdicts, Mapping):  # a report has a tuple of verdicts
             verdicts_by_name = {verdict.name: verdict for verdict in verdicts}
-        value = _get_part(verdicts_by_name, ".".join(path[1:-1]), name)  # names of verdicts may contain dots
+        # The name of a verdict may contain dots. It is everything between "verdicts" and the last part.
+        verdict_name = ".".join(path[1:-1])
+        value = _get_part(verdicts_by_name, verdict_name, name)
         path = path[-1:]
     for part in path:
         value = _get_part(value, part, name)
@@ -133,7 +146,8 @@ def value_at(report: object, name: str) -> object:
 def _get_part(value: Any, part: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
     """Return the value in a mapping, a tuple or a record at one `part` of a dotted key.
 
-    An element of a tuple is selected by its index. Raises KeyError with the whole key `name` if there is no such part.
+    An element of a tuple is selected by its index, from the end if it is negative. Raises KeyError with the whole key
+    `name` if there is no such part.
     """
     if isinstance(value, Mapping):
         if part in value:
@@ -167,7 +181,10 @@ def _fields(field_type: type) -> dict[str, tuple[Field[Any], Any]]:
 
 
 def _without_none(field_type: Any) -> Any:  # noqa: ANN401 - any type
-    """Return a union type without None and `LeftOut`; other types are unchanged."""
+    """Return a union type without None and `LeftOut`, which mean that a key has no value; keep other types unchanged.
+
+    A union of several other types is also kept unchanged.
+    """
     if get_origin(field_type) not in (Union, UnionType):
         return field_type
     members = [member for member in get_args(field_type) if member not in (NoneType, LeftOut)]

@@ -1,4 +1,4 @@
-"""Notes for the user, in addition to the verdicts. Each note recommends an action and states a number."""
+"""Notes for the user, in addition to the verdicts. Most notes recommend an action and give its reason as a number."""
 
 import math
 from collections.abc import Iterator
@@ -22,16 +22,18 @@ from sensor.theory.hertz import equivalent_radius
 from sensor.theory.relaxation import ASSUMED_RELAXATION
 from sensor.words import rounded
 
+# Changes [%] by which notes are sorted that state no change, or not only one
 _ALWAYS_FIRST = math.inf
 _ALWAYS_LAST = 0.0
-_NOISE_RANK = 10.0  # the note on noise is sorted like a change in E of 10 %
+_NOISE_RANK = 10.0  # a judgement: the note on noise is sorted like a change in E of 10 %
 _FLESH_RANK = 5.0  # change in E [%] if the flesh is 30 % firmer at the stone
 
 
 class Note(NamedTuple):
     """A sentence, and the largest relative change [%] that its subject causes in a reading or another number.
 
-    Notes are sorted by this change, the largest first. It is infinite for a note that must come first.
+    Notes are sorted by this change, the largest first. It is infinite for a note that must come first, and 0 for a note
+    that must come last.
     """
 
     percent: float
@@ -42,7 +44,8 @@ def notes(result: SensorResult) -> list[str]:
     """Return the notes on a result as sentences, the notes on the largest changes of a number first.
 
     Sentences on an unusual modulus and on files that were not written come before all others. The last sentence states
-    the method by which the response was solved.
+    the method by which the response was solved. A design without `[reading]` gets the notes on the force ratio, any
+    other design the notes on its readings.
     """
     info = result.press.table.info
     main_notes = _ratio_notes(result) if result.readings is None else _reading_notes(result.pressed, result.readings)
@@ -74,18 +77,19 @@ def _unusual_moduli(design: Design) -> list[str]:
 def _advice_notes(budgets: Budgets) -> Iterator[Note]:
     """Yield a note for each piece of advice on the causes of errors, with the number that the cause changes most.
 
-    Several causes may have the same advice. The note names only the cause with the largest change.
+    Several causes, or one cause in the budgets of several numbers, may have the same advice. The note then names only
+    the largest change.
     """
     note_by_advice: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
-        budget = getattr(budgets, number)
+        budget = getattr(budgets, number)  # None if the number has no error budget
         causes = () if budget is None else (*budget.model, *budget.inputs)
         for cause in causes:
             if not cause.advice:
                 continue
             percent = 100.0 * abs(cause.size)
-            is_largest = cause.advice not in note_by_advice or percent > note_by_advice[cause.advice].percent
-            if is_largest:
+            earlier_note = note_by_advice.get(cause.advice)
+            if earlier_note is None or percent > earlier_note.percent:
                 text = f"{cause.advice}: {cause.reason} moves {number} by {rounded(percent, 2):g} %."
                 note_by_advice[cause.advice] = Note(percent, text)
     yield from note_by_advice.values()
@@ -94,7 +98,7 @@ def _advice_notes(budgets: Budgets) -> Iterator[Note]:
 def _given_springs_note(result: SensorResult) -> Iterator[Note]:
     """Yield the note on the given springs, only for a layout without a housing."""
     if not result.design.tips.tip_layout.has_housing:
-        K_l, K_h = (1e3 * K for K in result.springs.stiffnesses.stiffnesses)
+        K_l, K_h = (1e3 * K for K in result.springs.stiffnesses.stiffnesses)  # N/mm to N/m
         yield Note(
             _ALWAYS_FIRST,
             f"Calibrate what you build: a line of tips has no housing, and {K_l:.5g} and {K_h:.5g} N/m are taken as "
@@ -103,10 +107,11 @@ def _given_springs_note(result: SensorResult) -> Iterator[Note]:
 
 
 def _ratio_notes(result: SensorResult) -> Iterator[Note]:
-    """Yield the notes on a sensor that measures a force ratio, which a design without `[reading]` does.
+    """Yield the notes on a sensor that measures a force ratio, as a design without `[reading]` does.
 
-    The first note appears if the design has no bruise limit. The second states the fruit stiffness divided by the
-    modulus, K_m / E, for which the targets hold.
+    The first note is yielded only if the design has no bruise limit. It states the mean pressure on the skin, which
+    then no verdict judges. The second note states the fruit stiffness divided by the modulus, K_m / E, for which the
+    targets hold.
     """
     design = result.design
     if design.fruit.bruise_limit_MPa is None:
@@ -146,6 +151,7 @@ def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator
         yield _noise_note(readings)
     uneven = readings.uneven
     if uneven is not None:
+        # `COVERAGE` expands a standard uncertainty to the half width of the interval that holds 95 % of readings.
         one_press = COVERAGE * uneven.one_press_percent
         mean_of_presses = COVERAGE * uneven.presses_percent
         yield Note(
@@ -158,7 +164,10 @@ def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator
 
 
 def _flesh_notes(design: Design, readings: ReadingAccuracy) -> Iterator[Note]:
-    """Yield the notes on properties of the flesh that a reading assumes: layers, material law and Poisson's ratio."""
+    """Yield the notes on properties of the flesh that a reading assumes: layers, material law and Poisson's ratio.
+
+    The note on layers is only for domes, and the note on the law only if the laws differ.
+    """
     fruit = design.fruit
     if design.tips.dome_radius_mm is not None:
         yield Note(
@@ -166,7 +175,7 @@ def _flesh_notes(design: Design, readings: ReadingAccuracy) -> Iterator[Note]:
             "Scale the unit on fruit of known firmness: flesh 30 % firmer at the stone moves E by some 5 %, a skin "
             "that sticks by 3 %.",
         )
-    if readings.flesh > 0.0:
+    if readings.flesh > 0.0:  # relative change in E between two laws of the flesh [1]
         percent = 100.0 * readings.flesh
         yield Note(
             percent,
@@ -197,33 +206,42 @@ def _duration_note(sensor: PressedSensor) -> Iterator[Note]:
 def _relaxation_note(result: SensorResult) -> Note:
     """Return the note on the decrease of readings while the flesh relaxes.
 
-    If the design states no relaxation, the decrease is estimated from published data on its fruit, or on an orange.
+    If the design states no relaxation, the decrease is estimated from published data.
     """
     over_time = result.over_time
     if over_time is None:
-        curve = result.press.curve
-        name = result.design.fruit.name
-        # fraction of the force that remains
-        remaining = ASSUMED_RELAXATION.left if name is None else FRUITS[name].relaxes_to
-        fruit = "an orange"  # the fruit of `ASSUMED_RELAXATION`
-        if name is not None:
-            article = "an" if name[0] in "aeiou" else "a"
-            fruit = f"{article} {name}"
-        E = np.array(result.design.fruit.E_MPa)
-        # Flesh that has relaxed to this fraction presses like elastic flesh whose modulus is the same fraction of E.
-        P_before, P_after = np.interp([E, remaining * E], curve.E, curve.P[:, -1])
-        change = 100.0 * (P_after / P_before - 1.0)
-        return Note(
-            100.0 * (1.0 - remaining),
-            f"Read soon after the touch or set fruit.relaxation: {fruit} relaxes to {100.0 * remaining:g} %, so "
-            f"P moves by {change.max():.2g} to {change.min():.2g} %.",
-        )
+        return _assumed_relaxation_note(result)
     # apparent modulus at the time of the reading, divided by the instantaneous modulus
     apparent_fractions = over_time.apparent[:, over_time.at] / over_time.E
     return Note(
         _ALWAYS_LAST,
         f"Read by `pipeline read`, which corrects for relaxation: {over_time.t[over_time.at]:.3g} s after touch E "
         f"has fallen to {apparent_fractions.min():.3g} to {apparent_fractions.max():.3g} times its first value.",
+    )
+
+
+def _assumed_relaxation_note(result: SensorResult) -> Note:
+    """Return the note for a design that states no relaxation, with the decrease of the force ratio P at full travel.
+
+    The fraction of the force that remains comes from published data on the fruit of the design, or on an orange if the
+    design names no fruit.
+    """
+    curve = result.press.curve
+    name = result.design.fruit.name
+    remaining = ASSUMED_RELAXATION.left if name is None else FRUITS[name].relaxes_to  # fraction of the force [1]
+    fruit = "an orange"  # the fruit of `ASSUMED_RELAXATION`
+    if name is not None:
+        article = "an" if name[0] in "aeiou" else "a"
+        fruit = f"{article} {name}"
+    E = np.array(result.design.fruit.E_MPa)
+    # Flesh that has relaxed to this fraction presses like elastic flesh whose modulus is the same fraction of E.
+    P_at_full_travel = curve.P[:, -1]
+    P_before, P_after = np.interp([E, remaining * E], curve.E, P_at_full_travel)
+    change = 100.0 * (P_after / P_before - 1.0)
+    return Note(
+        100.0 * (1.0 - remaining),
+        f"Read soon after the touch or set fruit.relaxation: {fruit} relaxes to {100.0 * remaining:g} %, so "
+        f"P moves by {change.max():.2g} to {change.min():.2g} %.",
     )
 
 
@@ -234,19 +252,24 @@ def _skin_note(result: SensorResult) -> Iterator[Note]:
     """
     if result.contact.skin is None:
         return
-    stiffness_without_skin = result.contact.K_m_over_E()
+    stiffness_without_skin = result.contact.K_m_over_E()  # stiffness of the fruit under one tip, divided by E [mm]
     increases = []
+    texts = []
     for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
-        increases.append((100.0 * (result.contact.at(E).K_m_over_E() / stiffness_without_skin - 1.0), E))
-    texts = [f"{percent:+.3g} % at {E:g} MPa" for percent, E in increases]
+        percent = 100.0 * (result.contact.at(E).K_m_over_E() / stiffness_without_skin - 1.0)
+        increases.append(percent)
+        texts.append(f"{percent:+.3g} % at {E:g} MPa")
     yield Note(
-        max(percent for percent, _ in increases),
+        max(increases),
         f"Measure skin_mm and skin_E_MPa well: the skin moves the fruit stiffness by {' and '.join(texts)}.",
     )
 
 
 def _weight_note(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on the height difference of the tips due to weight, for a sensor that reads whole presses."""
+    """Yield the note on the height difference of the tips due to weight, for a sensor that reads whole presses.
+
+    The note holds for a sensor that points down. Nothing is yielded without a housing.
+    """
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
     if sags and result.readings is not None:
         difference = max(sags) - min(sags)
@@ -266,6 +289,7 @@ def _support_note(result: SensorResult) -> Iterator[Note]:
     fruit = result.design.fruit
     if fruit.can_roll:
         at_largest_E = result.press.at_largest_E
+        # F has the shape (moduli, travels, tips); the last travel is the full one. The force is the sum over all tips.
         force = float(at_largest_E.F[-1, -1].sum())
         travel = result.design.press.travel_mm
         radius = equivalent_radius(*fruit.radii_mm)

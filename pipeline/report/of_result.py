@@ -77,11 +77,14 @@ def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> 
 
 
 class SensorParts(Mapping[str, object]):
-    """A mapping from the report keys that do not need a solid to their values, which are solved on first use."""
+    """A mapping from the report keys that do not need a solid to their values, which are solved on first use.
+
+    A study reads the keys that it requests from it, so that only the stages for these keys are solved.
+    """
 
     def __init__(self, sensor: Sensor) -> None:
         """Store the sensor, whose stages are solved when a key needs them."""
-        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several dotted keys are in the same part
+        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # cached, because dotted keys may share a part
         self._verdicts = _VerdictsByName(sensor)
 
     def __contains__(self, name: object) -> bool:
@@ -132,7 +135,10 @@ def _beam_law_leaves(sensor: Sensor | SensorResult) -> tuple[float, ...] | None:
 
 
 def _error_budgets(result: SensorResult) -> dict[str, UncertaintyBudget | None]:
-    """Return the error budget of each number; without a housing, the springs are given and have no budget."""
+    """Return the error budget of each number, keyed by its name; None if the number has no budget.
+
+    A layout without a housing has no budgets of K_l and K_h, because its springs are given.
+    """
     has_housing = result.design.tips.tip_layout.has_housing
     budgets = vars(result.errors.budgets)
     return {name: budget for name, budget in budgets.items() if has_housing or name not in ("K_l", "K_h")}

@@ -22,24 +22,25 @@ LATEST = "latest.js"  # the page of a run with --look reads this file to reload 
 
 
 class EarlierAnswer(NamedTuple):
-    """The names of the files that an earlier run wrote into a folder, and the command that repeats that run."""
+    """The names of the files that an earlier run wrote into a folder, and the command that repeats this run."""
 
     names: tuple[str, ...]
     command: str
 
     def lost_files_text(self, folder: Path, command: str) -> str | None:
-        """Return a sentence on the files that a new run removed from the folder, and how to make them again.
+        """Return a sentence on the files that a new run removed from the folder, and the command that restores them.
 
         `command` is the command of the new run. If it is also the command of the earlier run, it does not make these
         files again, so the sentence names no command. The result is None if every file of the earlier run still exists.
         """
-        # `LATEST` is not a result, and only a run with --look writes it
+        # `LATEST` is left out, because it is not a result and only a run with --look writes it.
         lost_names = [name for name in self.names if name != LATEST and not (folder / name).exists()]
         if not lost_names:
             return None
         count_text = f"files of the earlier run that were removed: {len(lost_names)}, for example {lost_names[0]}"
         if self.command == command:
             return count_text
+        # The command names design.toml without its folder. The sentence adds the folder, so that it can be pasted.
         earlier_command = self.command.replace("design.toml", shlex.quote(str(folder / "design.toml")), 1)
         return (
             f"{count_text}. To make them again for this design, run: {earlier_command} --out {shlex.quote(str(folder))}"
@@ -50,9 +51,9 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     """Write the files with the results into a folder, and return the data of report.json.
 
     report.json is written last, because it contains the digests of all other files. With `page`, report.html is written
-    too. It shows the report without the digest of the page itself. Raises ValueError if a number is nan or infinite.
+    too. The report that it shows lacks the digest of the page itself. Raises ValueError if a number is nan or infinite.
     """
-    # `earlier_answer` reads the command in the first line
+    # `earlier_answer` reads the command from the first line.
     design_text = f"# {result.options.command}\n{design_as_toml(result.design)}"
     (folder / "design.toml").write_text(design_text, encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
@@ -62,7 +63,7 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     report = replace(report, files=listed_files(folder))
     if page:
         (folder / PAGE).write_text(make_page(report, result, folder), encoding="utf-8")
-    data = report_data(replace(report, files=listed_files(folder)))  # now with the page
+    data = report_data(replace(report, files=listed_files(folder)))  # listed again, now with the page
     text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
     return data
@@ -91,6 +92,9 @@ def earlier_answer(folder: Path) -> EarlierAnswer:
 
 
 def listed_files(folder: Path) -> tuple[ListedFile, ...]:
-    """Return every file in the folder except report.json, with its digest, sorted by name."""
+    """Return every file in the folder except report.json, with its digest.
+
+    The files are sorted by their paths, so that the order does not depend on the file system.
+    """
     paths = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / REPORT)
     return tuple(ListedFile(path=path.relative_to(folder).as_posix(), sha256=file_digest(path)) for path in paths)

@@ -1,6 +1,6 @@
 """Parts of report.json whose keys differ from the results of the stages; `from_stage` converts a result.
 
-A program that only reads reports imports this file without the stages.
+A program that only reads reports can import this file without importing the stages.
 """
 
 from collections.abc import Mapping, Sequence
@@ -54,7 +54,10 @@ class SizingReport:
 
     @classmethod
     def from_stage(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
-        """Return the sized springs in the units of report.json, with the lengths of their leaves [mm]."""
+        """Return the sized springs in the units of report.json, with the lengths of their leaves [mm].
+
+        The lengths are None for tips without a housing.
+        """
         return cls(
             K_l_N_per_m=1e3 * sizing.springs.K_l,
             K_h_N_per_m=1e3 * sizing.springs.K_h,
@@ -116,7 +119,7 @@ class ContactReport:
 
     @classmethod
     def from_stage(cls, contact: FruitCompliance) -> Self:
-        """Return the report of the compliance that the contact stage solved, with errors [%] and cost.
+        """Return the compliance that the contact stage solved, with its errors in per cent and its cost.
 
         The method `compliance` converts it back.
         """
@@ -138,7 +141,10 @@ class ContactReport:
         )
 
     def compliance(self, tips: tuple[str, ...]) -> FruitCompliance:
-        """Return the compliance of the fruit [1/mm] with its errors [1]; `tips` are the names of the tips."""
+        """Return the compliance of the fruit times E [1/mm] with its relative errors [1], the inverse of `from_stage`.
+
+        `tips` are the names of the tips. The status of the solution becomes "read from report.json".
+        """
         skin = None
         if self.skin is not None:
             skin = SkinTable(E=np.array(self.skin.E_MPa), S=np.array(self.skin.compliance_per_mm))
@@ -189,10 +195,10 @@ class ResponseReport:
         """Return the response for each modulus of a table of forces.
 
         `spring_errors` has a row (tips,) for each modulus. It holds the relative error of each tip's force [1] due to
-        the numerical error of the spring stiffness. The errors of the forces include the maximum of a row. P is a
-        ratio of forces, so its errors include the sum of a row.
+        the numerical error of the spring stiffness. The error of the forces is one number for all tips, so it includes
+        the maximum of the row. P is a ratio of forces, whose errors add up, so its error includes the sum of the row.
         """
-        columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
+        columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}  # arrays (moduli, travels)
         rows = []
         for i, (E, spring_error) in enumerate(zip(table.E.tolist(), spring_errors, strict=True)):
             columns_over_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
@@ -232,11 +238,11 @@ class CurveReport:
     def from_stage(cls, table: "ReadingTable", tips: "Tips") -> Self:
         """Return P at full travel and the ends of the error band of the modulus, as lists over the moduli of a table.
 
-        The first modulus of the table represents the softest possible fruit. Its P becomes `P_softest`. The layout of
-        `tips` determines which tips are on the low and on the high spring.
+        The first modulus of the table represents the softest possible fruit. Its P becomes `P_softest`, and the lists
+        begin with the second modulus. The layout of `tips` determines which tips are on the low and on the high spring.
         """
         bands = band_columns(table)
-        columns = force_columns(table.response, tips) | bands
+        columns = force_columns(table.response, tips) | bands  # arrays (moduli, travels)
         at_full_travel: dict[str, Any] = {name: numbers(grid[:, -1]) for name, grid in columns.items()}
         return cls(
             x_mm=float(table.response.x[-1]),
@@ -343,7 +349,6 @@ class ReadingReport:
         default=None,
         left_out=True,
     )
-
     calibration: CalibrationErrors | None = report_field(
         "",
         "errors of springs and gains after calibration on the bench of the design. Reports before 0.3 do not have it",
@@ -355,7 +360,7 @@ class ReadingReport:
     def from_stage(cls, readings: "ReadingAccuracy") -> Self:
         """Return the bias and the uncertainty of readings in per cent, at each modulus and at the worst one.
 
-        The bias and the uncertainty are None if a level press has no reading. The pressures on the skin are included.
+        If a level press has no reading, the bias and the uncertainty are None and `sources` is empty.
         """
         bias = readings.bias
         uncertainty = readings.uncertainty
@@ -412,14 +417,15 @@ class AccuracyReport:
 
     @classmethod
     def from_stage(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
-        """Return the requested tolerance [1], and the largest errors of springs and contact [%] with their methods.
+        """Return the requested tolerance [1], and the errors [%] and methods of the springs and of the contact.
 
         `fitted` is the housing with the error bars of its springs; it is None if no housing was made.
         """
         springs = None
         if fitted is not None:
             stiffness = fitted.stiffness
-            springs = SolveReport(error_percent=100.0 * max(stiffness.error), choice=stiffness.info.status)
+            largest_error = max(stiffness.error)  # the larger of the relative errors of the two springs
+            springs = SolveReport(error_percent=100.0 * largest_error, choice=stiffness.info.status)
         choice = f"{contact.info.method}: {contact.info.status}"
         return cls(
             tolerance=tolerance,
@@ -464,17 +470,18 @@ class RelaxationReport:
     def from_stage(cls, over_time: "ReadingOverTime") -> Self:
         """Return forces, P and the apparent modulus over time for each modulus, and the best moment for a reading.
 
-        If a tip is out of contact, the change of the apparent modulus is infinite, and is stored as None.
+        If a tip is out of contact, the change of the apparent modulus is not finite, and is stored as None.
         """
         moduli = []
         for i, E in enumerate(over_time.E.tolist()):
             modulus = RelaxingModulusReport(
                 E_MPa=E,
-                F_N=tuple(numbers(tip_forces) for tip_forces in over_time.F[i].T),
+                F_N=tuple(numbers(tip_forces) for tip_forces in over_time.F[i].T),  # (times, tips) to one row per tip
                 P=numbers(over_time.P[i]),
                 E_apparent_MPa=numbers(over_time.apparent[i]),
             )
             moduli.append(modulus)
+        # `numbers` replaces values that are not finite by None.
         moves, error = numbers(100.0 * np.array([over_time.moves.value, over_time.moves.error]))
         return cls(
             t_s=tuple(over_time.t.tolist()),
@@ -488,5 +495,8 @@ class RelaxationReport:
 
 
 def _percent(sources: Mapping[str, float]) -> dict[str, float]:
-    """Return uncertainties [1] in per cent, with keys that end in `_percent`."""
+    """Return the uncertainty [1] from each source in per cent, with keys that end in `_percent`.
+
+    The suffix is not repeated for a source whose name has it already, such as `noise_percent`.
+    """
     return {f"{name.removesuffix('_percent')}_percent": 100.0 * value for name, value in sources.items()}

@@ -249,13 +249,13 @@ def is_as_written(data: Plain) -> bool:
 
 
 def read_data(folder: Path) -> Plain:
-    """Return the JSON data of a folder's report; only the schema and the numbers are checked.
+    """Return the JSON data of a folder's report; neither its digest nor its keys are checked.
 
     Raises InputError if the file cannot be read, is not JSON, has a different schema, or contains nan or infinity.
     """
     path = folder / "report.json"
     try:
-        if path.exists() and not is_regular(path):
+        if path.exists() and not is_regular(path):  # a pipe, for example, would block the reading
             raise IsADirectoryError(path)
         text = path.read_text(encoding="utf-8")
         data = json.loads(text, parse_constant=_finite_number, parse_float=_finite_number)
@@ -269,13 +269,14 @@ def read_data(folder: Path) -> Plain:
 def report_from_data(folder: Path, data: Plain) -> Report:
     """Build a report from the JSON data of a folder's report.json.
 
-    A report of version 0.2 may have keys that no longer exist; these are ignored. Raises InputError, whose message
-    names the `folder`, if the data are invalid.
+    A report of version 0.2 may have keys that no longer exist; these are ignored. Raises InputError if the data are
+    invalid; the message names the `folder`.
     """
     design = data.get("design")
     design_tables = design if isinstance(design, dict) else {}
     try:
-        # The design is checked first only for its error message. It is built below, with the rest of the report.
+        # The result is not used: this call only gives an invalid design its own error message. The design of the
+        # report is built below, together with all other keys.
         design_from_mapping(design_tables)
     except InputError as error:
         raise _report_error(folder, f"its design must be valid in this version: {error}") from error

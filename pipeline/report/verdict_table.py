@@ -21,7 +21,7 @@ from pipeline.verdicts.in_words import (
 from sensor.verdict import READABLE, Verdict
 from sensor.words import OUTCOMES
 
-WIDTH = 132
+WIDTH = 132  # default width of output that does not go to a terminal [characters]
 _COLOURS = {True: "green", False: "red", None: "yellow"}
 OUTCOME = {passed: f"[{_COLOURS[passed]}]{word}[/]" for passed, word in OUTCOMES.items()}
 
@@ -29,7 +29,8 @@ OUTCOME = {passed: f"[{_COLOURS[passed]}]{word}[/]" for passed, word in OUTCOMES
 def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> None:
     """Print tables and sentences, wrapped to the width of the terminal.
 
-    Output to a file or a pipe is `width` or else `WIDTH` characters wide, unless COLUMNS is set.
+    Output to a file or a pipe is `width` characters wide, or `WIDTH` by default. The environment variable COLUMNS
+    overrides both.
     """
     console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else width or WIDTH)
     for part in parts:
@@ -45,38 +46,42 @@ def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableTyp
 def reason_lines(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = lambda _: True) -> tuple[str, ...]:
     """Return one line for each verdict, with its reason and its hint.
 
-    If `in_table` is false for a verdict, the line also has its value and limit, because no table shows them. A hint
-    that is already in an earlier line is replaced by a reference to the verdict of that line.
+    `in_table` returns whether a table shows the value and the limit of a verdict; if not, the line shows them. A hint
+    that is already in an earlier line is replaced by the name of the earlier verdict.
     """
-    first_verdicts: dict[str, str] = {}  # name of the first verdict with each hint
+    first_verdicts: dict[str, str] = {}  # name of the first verdict with each hint, keyed by hint
     lines = []
     for verdict in verdicts:
         hint = ""
         if verdict.remedy is not None:
             first_verdict = first_verdicts.setdefault(verdict.remedy, verdict.name)
             is_first = first_verdict == verdict.name
-            hint = f"; hint: {verdict.remedy}" if is_first else f"; hint: as for {first_verdict}"
+            hint_text = verdict.remedy if is_first else f"as for {first_verdict}"
+            hint = f"; hint: {hint_text}"
         numbers = "" if in_table(verdict) else value_and_limit(verdict)
         lines.append(f"{OUTCOME[verdict.passed]} {verdict.name}: {escape(numbers + verdict.reference + hint)}")
     return tuple(lines)
 
 
 def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
-    """Return a table of the verdicts with value, limit, tolerance and outcome; `title` is in rich's markup."""
+    """Return a table of the verdicts with value, limit, tolerance and outcome; `title` is in rich's markup.
+
+    Values are in display units, with error bars that hold 95 %.
+    """
     headings = ("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", "")
-    # on a narrow terminal, words are wrapped instead of truncated
+    # On a narrow terminal, "fold" wraps long words instead of truncating them.
     columns = [Column(heading, overflow="fold") for heading in headings]
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]
-        if fails_unread(verdict):  # otherwise the value within its limit would not explain the failure
+        if fails_unread(verdict):  # its value is within the limit, so the value does not explain the failure
             outcome = f"{outcome}: {UNREAD}"
-        in_units = as_read(verdict)
+        displayed = as_read(verdict)  # in display units
         table.add_row(
-            in_units.name,
-            measured(in_units),
-            escape(limit_text(in_units, in_units.unit)),
-            escape(tolerance_text(in_units)),
+            displayed.name,
+            measured(displayed),
+            escape(limit_text(displayed, displayed.unit)),
+            escape(tolerance_text(displayed)),
             outcome,
         )
     return table

@@ -53,27 +53,34 @@ class Entry:
 def entries() -> tuple[Entry, ...]:
     """Return all entries: verdicts from `sensor/verdicts.toml`, then symbols from `symbols.toml`.
 
-    A symbol with a key of report.json has the unit of the key. It also has the meaning of the key, unless the file
+    The result is cached, because every lookup of a name searches all entries.
+    """
+    verdict_entries = [_verdict_entry(row) for row in verdict_rows()]
+    text = (Path(__file__).parent / "symbols.toml").read_text(encoding="utf-8")
+    symbol_entries = [_symbol_entry(name, table) for name, table in tomllib.loads(text).items()]
+    return (*verdict_entries, *symbol_entries)
+
+
+def _symbol_entry(name: str, table: Mapping[str, Any]) -> Entry:
+    """Return the entry of the symbol called `name` from its table in `symbols.toml`.
+
+    A symbol with a key of report.json has the unit of the key. It also has the meaning of the key, unless the table
     gives a different one.
     """
-    loaded = [_verdict_entry(row) for row in verdict_rows()]
-    text = (Path(__file__).parent / "symbols.toml").read_text(encoding="utf-8")
-    for name, table in tomllib.loads(text).items():
-        columns: dict[str, Any] = {**table, "aliases": tuple(table.get("aliases", ()))}
-        key = report_key(table.get("key", ""))
-        if key is not None:
-            columns["unit"] = key.unit
-            columns.setdefault("meaning", _meaning_of(key))
-        for column in ("meaning", "formula"):
-            columns[column] = _fill_in(columns[column], _CONSTANTS)
-        loaded.append(Entry(name=name, is_verdict=False, **columns))
-    return tuple(loaded)
+    values: dict[str, Any] = {**table, "aliases": tuple(table.get("aliases", ()))}
+    key = report_key(table.get("key", ""))
+    if key is not None:
+        values["unit"] = key.unit
+        values.setdefault("meaning", _meaning_of(key))
+    for field_name in ("meaning", "formula"):
+        values[field_name] = _fill_in(values[field_name], _CONSTANTS)
+    return Entry(name=name, is_verdict=False, **values)
 
 
 def _verdict_entry(row: VerdictRow) -> Entry:
     """Return the entry of a verdict from its row in `sensor/verdicts.toml`.
 
-    The limit and the tolerances replace their names in braces in the meaning and the formula.
+    In the meaning and the formula, the limit and the tolerances replace their names in braces.
     """
     numbers = {
         "limit": row.limit,
@@ -82,9 +89,10 @@ def _verdict_entry(row: VerdictRow) -> Entry:
         "tolerance_with_pins_percent": 100.0 * row.tolerance_with_pins,
         **_CONSTANTS,
     }
-    columns = {item.name: getattr(row, item.name) for item in fields(Entry) if hasattr(row, item.name)}
-    columns |= {text: _fill_in(columns[text], numbers) for text in ("meaning", "formula")}
-    return Entry(is_verdict=True, **columns)
+    # A row has some of the fields of an entry, by the same names.
+    values = {item.name: getattr(row, item.name) for item in fields(Entry) if hasattr(row, item.name)}
+    values |= {text: _fill_in(values[text], numbers) for text in ("meaning", "formula")}
+    return Entry(is_verdict=True, **values)
 
 
 def _fill_in(text: str, numbers: Mapping[str, float | str | None]) -> str:
@@ -99,15 +107,15 @@ def _meaning_of(key: ReportKey) -> str:
 
 
 def find_entry(name: str) -> Entry:
-    """Find the entry of a verdict, a symbol, a key of report.json or a fruit.
+    """Find the entry of a verdict, a symbol, a key of report.json or a fruit; they are searched in this order.
 
-    The name is looked up in this order. Raises InputError for an unknown name, with the closest known name as a hint,
-    and for a name that was removed.
+    Raises InputError for an unknown name, with the closest known name as a hint, and for a name that an earlier version
+    had.
     """
-    # these calls only raise InputError for a removed name
+    # These calls raise InputError for a name of an earlier version, and otherwise do nothing.
     refuse_removed(f"verdicts.{name}")
     refuse_removed_key(name)
-    names_by_lower_case = {}
+    names_by_lower_case = {}  # for a hint that ignores the case of letters
     for entry in entries():
         for alias in (entry.name, *entry.each, *entry.aliases):
             if alias == name:
@@ -115,24 +123,28 @@ def find_entry(name: str) -> Entry:
             names_by_lower_case[alias.lower()] = alias
     key = report_key(name)
     if key is not None:
-        source = "docs/report-json.md"
-        return Entry(
-            name=name,
-            meaning=_meaning_of(key),
-            formula="",
-            source=source,
-            is_verdict=False,
-            key=name,
-            unit=key.unit,
-        )
+        return _key_entry(key)
     if name in FRUITS:
         return _fruit_entry(FRUITS[name])
-    names_by_lower_case |= {fruit: fruit for fruit in FRUITS}
+    names_by_lower_case |= {fruit: fruit for fruit in FRUITS}  # the names of fruits have no capital letters
     close_matches = difflib.get_close_matches(name.lower(), names_by_lower_case, n=1)
     hint = f"Did you mean {names_by_lower_case[close_matches[0]]}? " if close_matches else ""
     bound = "a verdict, a symbol, a fruit or a key of report.json"
     msg = f"NAME = {name!r} must be {bound}. {hint}`pipeline explain` lists them all."
     raise InputError(msg, field="NAME", value=name, bound=bound)
+
+
+def _key_entry(key: ReportKey) -> Entry:
+    """Return the entry of a key of report.json, which has no formula."""
+    return Entry(
+        name=key.name,
+        meaning=_meaning_of(key),
+        formula="",
+        source="docs/report-json.md",
+        is_verdict=False,
+        key=key.name,
+        unit=key.unit,
+    )
 
 
 def _fruit_entry(fruit: NamedFruit) -> Entry:

@@ -19,6 +19,7 @@ def explained_value(folder: Path, entry: Entry, name: str) -> str:
     report = read_report(folder)
     if not entry.is_verdict:
         return _symbol_text(report, entry) or "no number in this report"
+    # The name of an entry for several verdicts, such as printable.*, selects all of them.
     names = entry.each if name == entry.name and entry.each else (name,)
     texts = [_verdict_text(verdict) for verdict in report.verdicts if verdict.name in names]
     return "; ".join(texts) or "no verdict in this design"
@@ -26,10 +27,10 @@ def explained_value(folder: Path, entry: Entry, name: str) -> str:
 
 def _verdict_text(verdict: Verdict) -> str:
     """Return the value, the limit, the outcome and the hint of a verdict as text."""
-    in_units = as_read(verdict)
-    limit = "" if in_units.limit is None else f", limit {value_text(in_units.limit, in_units.unit)}"
+    displayed = as_read(verdict)  # in display units
+    limit = "" if displayed.limit is None else f", limit {value_text(displayed.limit, displayed.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
-    return f"{verdict.name} {measured(in_units) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
+    return f"{verdict.name} {measured(displayed) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
 
 
 def _symbol_text(report: object, entry: Entry) -> str | None:

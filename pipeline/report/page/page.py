@@ -25,13 +25,13 @@ TAKEN_FROM = ("base.html.j2", "words.html.j2")  # templates that the template of
 _SPEED = 50.0  # default speed of a filament printer [mm/s]; the reader can enter a different one
 _LIMITING_NOTES = 2  # number of notes beside the answer of a design that passes
 _USUAL_SLIDERS = ("E", "travel")  # the sliders for tilt and noise are hidden at first
-_FIRST_NUMBERS = 3  # number of verdicts whose values are at the top of the page, failed ones first
+_FIRST_NUMBERS = 3  # number of verdicts whose values are at the top of the page; failed verdicts come first
 
 
 def prepare_page(result: SensorResult) -> None:
     """Do the slow work for the page before its files exist: compile the templates, and solve the springs under load.
 
-    The results are cached. Errors are ignored here, because the page reports them when it needs the solution.
+    The results are cached. Errors are ignored here, because `make_page` meets them again and the page then states them.
     """
     load_templates(TEMPLATE, *TAKEN_FROM)
     with suppress(ValueError, SolveError):
@@ -42,11 +42,11 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     """Return the HTML text of report.html: the answer, the verdicts, the notes, plots, 3-D bodies and files of a run.
 
     The bodies come from `result` and from the files of the output `folder`. For a body that cannot be drawn, the page
-    states the reason.
+    states the reason. Raises OSError if a file that the report lists cannot be read.
     """
     file_names = {file.path for file in report.files}
     bodies, missing = _draw_bodies(report, result, folder)
-    # sorted without the endings, so that a name comes before longer names that begin with it and a hyphen
+    # Sorted without the file extension, so that NAME.svg comes before NAME-2.svg; a hyphen sorts before a dot.
     names_by_stem = sorted(file_names, key=lambda name: Path(name).stem)
     drawings = [folder / name for name in names_by_stem if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in file_names else []
@@ -74,15 +74,15 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
 def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object]:
     """Return the variables of the template for the answer, the verdicts and the notes.
 
-    `verdicts` are the verdicts of the report in the units that a reader sees.
+    `verdicts` are the verdicts of the report in display units.
     """
-    problems = not_passed(verdicts)
-    # The script of the page finds a verdict in the data by its index.
+    problems = not_passed(verdicts)  # failed verdicts first, then undecided ones
+    # Each verdict has its index in the report, by which the script of the page finds it.
     on_the_part = [(i, verdict) for i, verdict in enumerate(verdicts) if is_on_the_part(verdict)]
     targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
     passed_targets = [verdict for _, verdict in targets if verdict.passed]
-    paper = () if report.paper is None else report.paper.verdicts
-    # If all verdicts passed, the first notes are shown beside the answer; otherwise the problems are shown there.
+    paper_verdicts = () if report.paper is None else report.paper.verdicts
+    # If all verdicts passed, the first notes are shown beside the answer. Otherwise the problems are shown there.
     limiting_notes = [] if problems else report.notes[:_LIMITING_NOTES]
     return {
         "passed": all_passed(verdicts),
@@ -94,7 +94,7 @@ def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object
         "closest": answer.closest_to_limit(verdict for _, verdict in targets),
         "targets": targets,
         "part": on_the_part,
-        "paper": {verdict.name: as_read(verdict) for verdict in paper},
+        "paper": {verdict.name: as_read(verdict) for verdict in paper_verdicts},
     }
 
 
@@ -103,8 +103,8 @@ def _script_data(
 ) -> Plain:
     """Return the data that the scripts of the page read.
 
-    `verdicts` are the verdicts of the report in the units that a reader sees. `bodies` are the 3-D bodies as page data,
-    and `drawings` are the paths of SVG files.
+    `verdicts` are the verdicts of the report in display units. `bodies` are the 3-D bodies as page data, and `drawings`
+    are the paths of SVG files, whose contents are included in the page.
     """
     return {
         "report": report_data(report),
@@ -118,17 +118,17 @@ def _script_data(
 
 
 def _draw_bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
-    """Return the 3-D bodies as page data, and a dict from the name of each body that cannot be drawn to the reason.
+    """Return the 3-D bodies as page data, and the reason for each body that cannot be drawn, keyed by its name.
 
-    A layout without a housing has no bodies.
+    A missing body is no error, because the page is useful without it. A layout without a housing has no bodies.
     """
-    draws: dict[str, Callable[[], Plain]] = {}
+    draw_functions: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
-        draws["springs under load"] = partial(flexure_body, report, result)
-        draws["assembly"] = partial(assembly_body, folder)
+        draw_functions["springs under load"] = partial(flexure_body, report, result)
+        draw_functions["assembly"] = partial(assembly_body, folder)
     bodies = []
     missing = {}
-    for name, draw in draws.items():
+    for name, draw in draw_functions.items():
         try:
             bodies.append(draw())
         except (ArithmeticError, ValueError, SolveError) as error:

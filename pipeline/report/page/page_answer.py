@@ -1,7 +1,7 @@
 """The answer of a run as text for the page."""
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
@@ -14,8 +14,8 @@ from pipeline.verdicts.in_words import measured
 from sensor.verdict import Verdict
 
 BILL = "bom.csv"  # file name of the bill of materials
-_ERRORS = ("reading.bias", "reading.uncertainty")
-_MAX_DIGITS = 6  # an error of a reading that needs more digits is shown in full
+_READING_ERRORS = ("reading.bias", "reading.uncertainty")
+_MIN_DIGITS, _MAX_DIGITS = 2, 5  # significant digits of an error of a reading; with more, it is shown by `:g`
 _MASS = f" g{EACH}"  # suffix of the entry `size` of a printed part in the bill of materials
 
 
@@ -34,12 +34,15 @@ def short_value(verdict: Verdict) -> str:
     side of the limit. All other values, and the values of undecided verdicts, have an error bar.
     """
     value, limit = verdict.value, verdict.limit
-    is_error = verdict.name in _ERRORS and verdict.passed is not None
-    if value is None or not is_error or not isinstance(limit, int | float):
+    is_decided_error = verdict.name in _READING_ERRORS and verdict.passed is not None
+    if value is None or not is_decided_error or not isinstance(limit, int | float):
         return measured(verdict)
-    rounded_texts = (f"{value:.{digits}g}" for digits in range(2, _MAX_DIGITS))
-    on_the_same_side = (text for text in rounded_texts if (float(text) <= limit) == (value <= limit))
-    return f"{next(on_the_same_side, f'{value:g}')} {verdict.unit}"
+    for digits in range(_MIN_DIGITS, _MAX_DIGITS + 1):
+        text = f"{value:.{digits}g}"
+        is_on_same_side = (float(text) <= limit) == (value <= limit)
+        if is_on_same_side:
+            return f"{text} {verdict.unit}"
+    return f"{value:g} {verdict.unit}"
 
 
 class Closest(NamedTuple):
@@ -50,42 +53,59 @@ class Closest(NamedTuple):
 
 
 def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
-    """Return the passed verdict that uses the largest fraction of a one-sided limit; None without such a limit.
-
-    The fraction is value / limit for an upper limit, and limit / value for a lower limit. Verdicts whose value or limit
-    is not positive are omitted, because this fraction then has no meaning.
-    """
+    """Return the passed verdict that uses the largest fraction of a one-sided limit; None without such a limit."""
     candidates = []
     for verdict in verdicts:
-        value, limit = verdict.value, verdict.limit
-        if not verdict.passed or value is None or not isinstance(limit, int | float) or min(value, limit) <= 0.0:
-            continue
-        if verdict.limit_sense == "at most":
-            candidates.append(Closest(verdict, value / limit))
-        elif verdict.limit_sense == "at least":
-            candidates.append(Closest(verdict, limit / value))
+        fraction = _used_fraction(verdict) if verdict.passed else None
+        if fraction is not None:
+            candidates.append(Closest(verdict, fraction))
     return max(candidates, key=lambda candidate: candidate.fraction, default=None)
+
+
+def _used_fraction(verdict: Verdict) -> float | None:
+    """Return the fraction of its limit that a verdict uses [1]: value / limit at most, or limit / value at least.
+
+    The result is None without a one-sided limit. It is also None if the value or the limit is not positive, because the
+    fraction then has no meaning.
+    """
+    value, limit = verdict.value, verdict.limit
+    if value is None or not isinstance(limit, int | float) or min(value, limit) <= 0.0:
+        return None
+    if verdict.limit_sense == "at most":
+        return value / limit
+    return limit / value if verdict.limit_sense == "at least" else None
 
 
 def dimensions(report: Report) -> list[Dimension]:
     """Return the dimensions of the leaves, and then the dimensions of the housing that are not 0.
 
-    A dimension of 0 belongs to a feature that the housing does not have. The names and meanings come from the fields of
-    the records.
+    The names and meanings come from the fields of the records.
     """
-    rows = []
+    return [*_leaf_dimensions(report), *_housing_dimensions(report)]
+
+
+def _leaf_dimensions(report: Report) -> Iterator[Dimension]:
+    """Yield the dimensions of the leaves of each spring that is made."""
     for name, spring in report.flexures.items():
         leaf = spring.flexure
         if leaf is not None:
             for item in fields(leaf):
                 size = f"{getattr(leaf, item.name):g}"
-                rows.append(Dimension(f"{name} spring, leaf {item.name}", size, item.metadata["meaning"]))
-    if report.housing is not None:
-        for key, (item, _) in fields_by_key(Housing).items():
-            size = value_at_key(report.housing, key)
-            if isinstance(size, float) and size != 0.0:
-                rows.append(Dimension(key.replace("_", " "), f"{size:.5g}", item.metadata["meaning"]))
-    return rows
+                yield Dimension(f"{name} spring, leaf {item.name}", size, item.metadata["meaning"])
+
+
+def _housing_dimensions(report: Report) -> Iterator[Dimension]:
+    """Yield the dimensions of the housing, if there is one.
+
+    A dimension of 0 is omitted, because it belongs to a feature that the housing does not have. Fields that are not
+    lengths are omitted too.
+    """
+    if report.housing is None:
+        return
+    for key, (item, _) in fields_by_key(Housing).items():
+        size = value_at_key(report.housing, key)
+        if isinstance(size, float) and size != 0.0:
+            yield Dimension(key.replace("_", " "), f"{size:.5g}", item.metadata["meaning"])
 
 
 def bill(folder: Path) -> list[list[str]]:

@@ -23,14 +23,12 @@ from solve.housing.clamped_half import ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
 ASSEMBLY = "assembly.glb"
-_SYMMETRY = "symmetry"
+_SYMMETRY = "symmetry"  # name of the mesh boundary on the plane of symmetry
 # Bound of the relative error of the largest stress on the coarse mesh, compared with the mesh on which the springs are
 # solved. For four designs and four processes, the error was -0.02 to 0.19, also on the mesh of a rough answer.
 STRESS_ERROR = 0.2
 _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
-# outward shift of a tip's label, as a fraction of the length of the part; labels are wider than the gap between the
-# tips
-_LABEL_ASIDE = 0.08
+_LABEL_ASIDE = 0.08  # outward shift of a tip's label, as a fraction of the length of the part
 # Colours from the smallest to the largest value. They are viridis, by S. van der Walt and N. Smith (CC0), which readers
 # with colour blindness can distinguish.
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
@@ -47,16 +45,24 @@ class ColourScale:
     palette: tuple[str, ...] = _PALETTE
 
     def colours(self, values: Floats) -> Floats:
-        """Return the colours of `values` (n,) as red, green and blue components from 0 to 1, (n, 3)."""
-        # red, green and blue of "#rrggbb"
-        shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in self.palette])
-        span = self.high - self.low if self.high > self.low else 1.0
-        positions = np.clip((values - self.low) / span, 0.0, 1.0) * (len(shades) - 1)
-        return np.stack([np.interp(positions, np.arange(len(shades)), shade) for shade in shades.T], axis=1)
+        """Return the colours of `values` (n,) as red, green and blue components from 0 to 1, (n, 3).
+
+        Colours are interpolated between the shades of the palette. Values beyond the scale get the colour of its end.
+        """
+        shades = np.array([_rgb(shade) for shade in self.palette])  # (shades, 3)
+        span = self.high - self.low if self.high > self.low else 1.0  # avoids a division by 0 for a constant field
+        positions = np.clip((values - self.low) / span, 0.0, 1.0) * (len(shades) - 1)  # from 0 to the last shade
+        components = [np.interp(positions, np.arange(len(shades)), component) for component in shades.T]
+        return np.stack(components, axis=1)
+
+
+def _rgb(shade: str) -> list[float]:
+    """Return the red, green and blue components of a colour "#rrggbb", each from 0 to 1."""
+    return [int(shade[start : start + 2], 16) / 255.0 for start in (1, 3, 5)]
 
 
 def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labels: Sequence[Plain] = ()) -> Plain:
-    """Return a body coloured by a field as page data. A slider deforms the body, and `labels` name points on it."""
+    """Return a body coloured by a field as page data, with a slider that deforms it; `labels` name points on it."""
     return {
         "name": title,
         "glb": pack_bytes(encode_glb([body])),
@@ -100,9 +106,9 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     # The model is the half with y >= 0. Its plane of symmetry is inside the housing and is not drawn.
     surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
     quads = mesh.facets[:, surface].T
-    nodes = np.unique(quads)  # numbers of the nodes on the surface
+    nodes = np.unique(quads)  # numbers of the nodes on the surface, sorted
     positions = mesh.p.T[nodes]  # without load [mm]
-    length = float(np.ptp(positions[:, 0]))
+    length = float(np.ptp(positions[:, 0]))  # of the part, along x [mm]
     displacement = fields.displacement[nodes]
     stress = fields.von_mises[nodes]
     exaggeration = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
@@ -111,24 +117,33 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         label="von Mises stress [MPa]", low=0.0, high=float(stress.max()), limit=process.E_MPa * process.strain_limit
     )
     caption = _stress_caption(report, result, scale, exaggeration)
-    # The other half is the mirror image. The corners of its quadrilaterals are in reverse order, so that these face
-    # outwards too.
-    half_quads = np.searchsorted(nodes, quads)
-    mirror = np.array([1.0, -1.0, 1.0])
-    body = GlbBody(
+    body = _whole_body(positions, np.searchsorted(nodes, quads), exaggeration * displacement, scale.colours(stress))
+    return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
+
+
+def _whole_body(positions: Floats, quads: NDArray[np.int64], displacement: Floats, colours: Floats) -> GlbBody:
+    """Return the whole housing, which consists of the half with y >= 0 and its mirror image.
+
+    The `positions`, the drawn `displacement` [mm] and the `colours` of the surface nodes of the half have the shape
+    (n, 3). `quads` (m, 4) are the indices of the corners of its quadrilaterals.
+    """
+    mirror = np.array([1.0, -1.0, 1.0])  # changes the sign of y
+    # A mirrored quadrilateral would face inwards. Its corners are in reverse order, so that it faces outwards too.
+    mirrored_quads = len(positions) + quads[:, ::-1]
+    return GlbBody(
         name="housing",
         vertices=np.concatenate([positions, positions * mirror]),
-        triangles=_triangles(np.concatenate([half_quads, len(nodes) + half_quads[:, ::-1]])),
-        colour=scale.colours(np.concatenate([stress, stress])),
-        displacement=exaggeration * np.concatenate([displacement, displacement * mirror]),
+        triangles=_triangles(np.concatenate([quads, mirrored_quads])),
+        colour=np.concatenate([colours, colours]),
+        displacement=np.concatenate([displacement, displacement * mirror]),
     )
-    return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
 
 
 def _stress_caption(report: Report, result: SensorResult, scale: ColourScale, exaggeration: float) -> str:
     """Return the caption of the housing coloured by stress: the largest stress, its limit, and the safety factors.
 
-    `scale` holds the largest stress and its limit [MPa]. `exaggeration` [1] is the factor on the drawn deflection.
+    `scale` holds the largest stress and its limit [MPa]. `exaggeration` [1] is the factor on the drawn deflection. A
+    spring without a known safety factor is omitted.
     """
     process = result.springs.process
     safety_factors = [
@@ -153,9 +168,10 @@ def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
     points = mesh.p.T
     facets = {name: mesh.facets[:, indices] for name, indices in mesh.boundaries.items()}
     tips = {spring: _middle_of(points, facets[tip_face(spring)]) for spring in SPRINGS}
-    middle = np.mean(list(tips.values()), axis=0)
+    middle = np.mean(list(tips.values()), axis=0)  # between the tips
     labels = []
     for spring, tip in tips.items():
+        # The tips are beside each other along x. Each label is shifted away from the middle.
         beside_tip = tip + np.array([math.copysign(aside, tip[0] - middle[0]), 0.0, 0.0])
         leaves = _middle_of(points, facets[leaf_faces(spring)])
         labels.append(_label(f"{spring} tip", beside_tip))
@@ -176,9 +192,10 @@ def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
 def deformation_factor(largest_mm: float, length_mm: float) -> float:
     """Return the factor by which displacements are exaggerated in a picture [1]: 1, 2 or 5 times a power of ten.
 
-    The factor is at least 1. `largest_mm` is the largest displacement, and `length_mm` is the length of the part.
+    The largest displacement `largest_mm` is drawn as at most the fraction `_DRAWN_DEFLECTION` of the part's length
+    `length_mm`. A larger displacement is drawn to scale, because the factor is at least 1.
     """
-    if largest_mm <= 0.0:
+    if largest_mm <= 0.0:  # an undeformed part
         return 1.0
     return max(1.0, round_below(_DRAWN_DEFLECTION * length_mm / largest_mm))
 

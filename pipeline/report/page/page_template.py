@@ -23,9 +23,9 @@ def render_page(
 ) -> str:
     """Render a template in this folder as an HTML page, which is complete in one file.
 
-    `scripts` are files in this folder, in the order in which they run, and `data` is the JSON data that they read.
-    `values` are the variables of the template, whose text is escaped. With `latest`, the page reloads itself when the
-    file `latest.js` in the output folder names a different run.
+    `scripts` are files in this folder, in the order in which they run, and `data` is the JSON data that they read;
+    numbers that are not finite become null. `values` are the variables of the template, whose text is escaped. With
+    `latest`, the page reloads itself when the file `latest.js` in the output folder names a different run.
     """
     if latest:
         scripts = (*scripts, "latest.js")
@@ -39,7 +39,7 @@ def render_page(
 
 
 def load_templates(*names: str) -> None:
-    """Precompile templates in this folder."""
+    """Compile templates in this folder, so that a later `render_page` is faster."""
     for name in names:
         _ENVIRONMENT.get_template(name)
 

@@ -23,12 +23,13 @@ from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
 
+# The label and the unit of each slider, keyed by the axis that it sets
 _LABELS = {
     "E": ("Modulus of the fruit, E", "MPa"),
     "travel": ("Travel, x", "mm"),
     "tilt": ("Tilt along the tips", "degrees"),
 }
-_NOISE_PERCENT = 0.5  # initial noise for a design without `[reading]`
+_NOISE_PERCENT = 0.5  # initial noise for a design without `[reading]` [% of full scale]
 _NOISE_RANGE = 4.0  # end of the slider for the noise, divided by the initial noise
 
 Reader = Callable[[Floats], tuple[float, Floats]]
@@ -60,12 +61,32 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     if tilt_table is not None:
         tables.append(tilt_table)
     # The slider of the modulus covers the range that all tables have in common.
-    moduli = [table["axes"][0]["nodes"] for table in tables]
+    moduli = [table["axes"][0]["nodes"] for table in tables]  # ascending
     softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
     firmest = min(nodes[-1] for nodes in moduli)
     middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
     noise = noise_percent(report)
-    ranges = {"E": (softest, firmest)}
+    start = {
+        "E": min(max(middle_E, softest), firmest),
+        "travel": design.press.travel_mm,
+        "tilt": design.press.tilt_deg,
+        "noise": noise,
+    }
+    return {
+        "tables": tables,
+        "sliders": _sliders(tables, (softest, firmest), noise),
+        "start": start,
+        "bruise": list(design.fruit.bruise_limits_MPa),
+    }
+
+
+def _sliders(tables: list[Plain], moduli: tuple[float, float], noise: float) -> list[Plain]:
+    """Return the sliders of the page as page data: the modulus, the second axis of each table, and the noise.
+
+    `moduli` are the ends of the slider for the modulus [MPa], and `noise` is the initial noise [% of full scale]. If no
+    table has a reading, there is no slider for the noise, because noise affects only readings.
+    """
+    ranges = {"E": moduli}
     for table in tables:
         _, axis = table["axes"]  # the travel or the tilt
         ranges[axis["key"]] = (axis["nodes"][0], axis["nodes"][-1])
@@ -73,24 +94,19 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
         largest_noise = _NOISE_RANGE * (noise or _NOISE_PERCENT)
         sliders.append(_slider("noise", "Noise of each force", "% of full scale", 0.0, largest_noise))
-    start = {
-        "E": min(max(middle_E, softest), firmest),
-        "travel": design.press.travel_mm,
-        "tilt": design.press.tilt_deg,
-        "noise": noise,
-    }
-    return {"tables": tables, "sliders": sliders, "start": start, "bruise": list(design.fruit.bruise_limits_MPa)}
+    return sliders
 
 
 def _slider(key: str, label: str, unit: str, smallest: float, largest: float) -> Plain:
+    """Return a slider as page data, with the ends of its range [unit]."""
     return {"key": key, "label": label, "unit": unit, "min": smallest, "max": largest}
 
 
 def noise_percent(report: Report) -> float:
     """Return the initial value of the slider for the force noise [% of full scale].
 
-    For a design without `[reading]` it is a default. Otherwise it is the largest error of a channel of the read-out, or
-    the noise in `[reading]` if the design has no read-out.
+    For a design without `[reading]`, it is a default. Otherwise it is the largest error of a channel of the read-out,
+    or the noise in `[reading]` if the design describes no read-out.
     """
     reading = report.design.reading
     if reading is None:
@@ -105,17 +121,18 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
     """Return the table of forces, pressures and readings as functions of modulus and travel, as page data.
 
     `read_out` holds the constants from which a modulus is computed. A level pair is read by the force ratio at one
-    moment. Other sensors are read by whole presses, so this table has no readings for them. The first modulus of the
-    curve of `press` is only a limit, and is omitted.
+    moment. Other sensors are read by whole presses, so this table has no readings for them.
     """
     curve = press.curve
-    F = curve.F[1:]
+    # The first modulus represents the softest possible fruit. It is only a limit, and is omitted by all indices [1:].
+    F = curve.F[1:]  # (moduli, travels, tips) [N]
     readings = np.full((*F.shape[:2], 2), np.nan)
     if design.tips.tip_layout.is_pair and press.level:
         readings = read_presses(F, ratio_reader(read_out), read_out)
     # Without a solved contact area, the whole face of a tip is assumed to touch.
     pressure = F / design.tips.face_mm2 if curve.mean_pressure is None else curve.mean_pressure[1:]
-    # Forces on flat faces are nearly linear in the travel, and forces on other tips are nearly a power of the travel.
+    # Forces on flat faces are nearly linear in the travel, so they are interpolated directly. Forces on other tips are
+    # nearly a power of the travel, so their logarithms are interpolated.
     return _grid_table(
         curve.E[1:].tolist(),
         Axis("travel", curve.x.tolist(), log=not design.tips.tip_shape.has_flat_face),
@@ -130,21 +147,21 @@ def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | Non
     """Return the table of forces, pressures and readings as functions of modulus and tilt, at full travel.
 
     `read_out` holds the constants from which a modulus is computed. The result is None if the design has no readings,
-    allows no tilt, has a roll, or has too few moduli for an interpolation.
+    no tilted presses or a roll, or if it has too few moduli for an interpolation.
     """
     design, presses = result.design, result.tilted
     if result.readings is None or presses is None or design.press.roll_deg != 0.0:
         return None
     if len(presses.moduli) < FEWEST_MODULI:
         return None
-    F = presses.F[:, :, -1]
+    F = presses.F[:, :, -1]  # the last sample of each press is at full travel: (moduli, tilts, tips) [N]
     pressure = F / design.tips.face_mm2  # the whole face of a flat tip touches
     if design.tips.dome_radius_mm is not None:
         pressure = presses.mean_pressure[:, :, -1]
     model = RiseModel(law=rise_law(design, read_out.contrast), level=result.readings.level)
     return _grid_table(
         list(presses.moduli),
-        Axis("tilt", [placement.tilt_deg[0] for placement in presses.placements]),
+        Axis("tilt", [placement.tilt_deg[0] for placement in presses.placements]),  # item 0 is the tilt along the tips
         forces=F,
         pressure=pressure,
         held={"travel": design.press.travel_mm},
@@ -165,7 +182,7 @@ def _grid_table(
         "axes": [axis._asdict() for axis in (Axis("E", moduli, log=True), second)],
         "held": held,
         "numbers": {
-            "F": np.moveaxis(forces, 2, 0).tolist(),
+            "F": np.moveaxis(forces, 2, 0).tolist(),  # the tips become the first axis
             "pressure": np.moveaxis(pressure, 2, 0).tolist(),
             "E_read": read[..., 0].tolist(),
             "E_over_noise": read[..., 1].tolist(),
@@ -180,13 +197,15 @@ def read_presses(presses: Floats, reader: Reader, read_out: ReadingConstants) ->
     `read_out` has the full scale of each force. The result has the shape (moduli, nodes, 2), with nan for a press
     without a reading.
     """
-    one_percent = 0.01 * np.array(read_out.full_scale_N)  # [N]
+    one_percent = 0.01 * np.array(read_out.full_scale_N)  # noise of each force [N]
     readings = np.full((*presses.shape[:2], 2), np.nan)
     for index in np.ndindex(presses.shape[:2]):
         if np.isfinite(presses[index]).all():
             with suppress(ReadingError):
                 E, noise_slopes = reader(presses[index])
-                readings[index] = E, 1.0 / np.linalg.norm(noise_slopes * one_percent)
+                # Noise is independent between the forces, so their contributions are added in quadrature.
+                relative_deviation = np.linalg.norm(noise_slopes * one_percent)
+                readings[index] = E, 1.0 / relative_deviation
     return readings
 
 
@@ -205,11 +224,13 @@ def ratio_reader(read_out: ReadingConstants) -> Reader:
 def press_reader(model: RiseModel) -> Reader:
     """Return a function that reads the modulus from the forces (samples, tips) [N] of a whole press.
 
-    A real press has `PRESS_SAMPLES` samples, more than are solved here, so the effect of noise is reduced.
+    A real press has `PRESS_SAMPLES` samples, more than are solved here. The effect of noise is inversely proportional
+    to the square root of this number, so it is reduced accordingly.
     """
 
     def read(press: Floats) -> tuple[float, Floats]:
-        found = model.reading(press, np.zeros(press.shape[1]))
-        return found.E, np.array(found.slopes.noise) * math.sqrt(len(press) / PRESS_SAMPLES)
+        no_noise = np.zeros(press.shape[1])
+        reading = model.reading(press, no_noise)
+        return reading.E, np.array(reading.slopes.noise) * math.sqrt(len(press) / PRESS_SAMPLES)
 
     return read
