@@ -17,7 +17,7 @@ from pipeline.storage.plain import from_plain, to_plain
 from pipeline.storage.versions import code_digest
 
 T = TypeVar("T")
-_MAX_BYTES = 256 * 2**20  # maximum size of an entry; the base64 files of a design are a few MiB
+_MAX_BYTES = 256 * 2**20  # maximum size of an entry [bytes], for comparison: the files of a design take a few MiB
 
 
 def cache_folder() -> Path | None:
@@ -35,8 +35,8 @@ def cache_folder() -> Path | None:
 def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
     """Return the stored result of a stage for these inputs, or call `compute` and store its result.
 
-    `stage` is the name of the stage. The inputs are records or plain data, and the result is of type `kind`. A new
-    result is also converted to JSON and back, so that it equals a stored result to the last bit.
+    `stage` is the name of the stage. The inputs are records or plain data, and the result is of type `kind`. Even a new
+    result is converted to JSON and back, so that it is identical to a result that a later run loads.
     """
     stored_result = load_stored(stage, inputs, kind)
     if stored_result is not None:
@@ -49,7 +49,8 @@ def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: 
 def load_stored(stage: str, inputs: object, kind: type[T]) -> T | None:
     """Return the stored result of a stage for these inputs, or None if there is no valid entry.
 
-    The result is of type `kind`. An entry is invalid if it is too large, incomplete, changed, or of another type.
+    The result is of type `kind`. An entry is invalid if it is too large, incomplete, changed, or of another type. It is
+    then treated as missing, so that the stage is solved again.
     """
     path = _entry_path(stage, inputs)
     if path is None or not is_regular(path):
@@ -68,9 +69,9 @@ def load_stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 def store(stage: str, inputs: object, result: object) -> None:
     """Store the result of a stage for these inputs, so that a later run does not need to solve it again.
 
-    The entry is written to a temporary file that is then renamed, so that no other process reads an incomplete entry.
-    Nothing is stored if the cache cannot be written, or if the path of the entry is taken by anything but a regular
-    file. No error is raised in these cases.
+    The entry is written to a temporary file, which is then renamed, so that no other process reads an incomplete entry.
+    If the cache cannot be written, or if the path of the entry is not a regular file, nothing is stored. No error is
+    raised then, because a run does not depend on the cache.
     """
     path = _entry_path(stage, inputs)
     if path is None or (os.path.lexists(path) and not is_regular(path)):
@@ -90,7 +91,10 @@ def store(stage: str, inputs: object, result: object) -> None:
 
 
 def _entry_path(stage: str, inputs: object) -> Path | None:
-    """Return the path of the file for a result; None if there is no folder for the cache."""
+    """Return the path of the entry for a result; None if there is no folder for the cache.
+
+    The name contains a digest of everything on which the result depends.
+    """
     folder = cache_folder()
     if folder is None:
         return None
@@ -99,6 +103,7 @@ def _entry_path(stage: str, inputs: object) -> Path | None:
 
 
 def _as_json(result: object) -> str:
+    """Return a result as JSON; raises ValueError for a number that is not finite."""
     return json.dumps(to_plain(result), allow_nan=False)
 
 

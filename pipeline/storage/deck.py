@@ -1,7 +1,8 @@
 """Input decks for CalculiX: linear problems with second-order elements, node sets and static steps, in N, mm and MPa.
 
-Node numbers begin at 0 in this module and at 1 in the text of a deck. The nodes of the elements come first. If there
-are springs to the ground, the ground node follows. The last nodes represent the mean displacements.
+Node numbers begin at 0 in this module and at 1 in the text of a deck, so 1 is added to every number that is written.
+The nodes of the elements come first. If there are springs to the ground, the ground node follows. The last nodes
+represent the mean displacements.
 """
 
 import io
@@ -14,21 +15,22 @@ from scipy.sparse import csc_matrix, triu
 from scipy.spatial import cKDTree
 
 from pipeline.storage.vtu import VTK_NODES
-from sensor.arrays import Floats, Ints
+from sensor.arrays import Flags, Floats, Ints
 from solve.linear import SolveError
 
 SAME_POSITION = 1e-7  # maximum distance of two nodes that have the same position [mm]
 GROUND = "ground"
-VERTICAL = 3  # number of the displacement component u_z
+VERTICAL = 3  # number of the displacement component u_z, counted from 1 as in CalculiX
 _TET_CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=np.float64)
 _TET_EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
-# CalculiX numbers the nodes of an element as VTK does.
+# Reference coordinates of the nodes of each element type. CalculiX numbers the nodes of an element as VTK does.
 _NODES = {
     "C3D10": np.vstack([_TET_CORNERS, _TET_CORNERS[_TET_EDGES].mean(axis=1)]),
     "C3D20": VTK_NODES,
     "C3D20R": VTK_NODES,
 }
-# For each number of nodes per cell: one corner, and the opposite ends of the three edges that meet at this corner.
+# Node numbers in a cell of one corner, and of the opposite ends of the three edges that meet at this corner, keyed by
+# the number of nodes per cell.
 _EDGE_ENDS = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}
 _TERMS_PER_LINE = 4  # terms of an equation that are written in one line
 
@@ -81,7 +83,8 @@ def elements_of(basis: Basis, kind: str) -> Elements:
 
     The nodes of inverted cells are reordered, because CalculiX requires elements of positive volume.
     """
-    # Each node has three degrees of freedom; here it is represented by the third one, u_z.
+    # A node has three consecutive degrees of freedom: u_x, u_y and u_z. The slice [2::3] selects u_z, by which the node
+    # is identified here.
     vertical_dofs, node_numbers = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = node_numbers.reshape(len(_NODES[kind]), -1)  # (nodes of a cell, cells)
     nodes = np.asarray(basis.doflocs)[:, vertical_dofs]
@@ -91,10 +94,18 @@ def elements_of(basis: Basis, kind: str) -> Elements:
     _, regular_order = reference_nodes.query(_NODES[kind])
     _, mirrored_order = reference_nodes.query(_NODES[kind][:, [1, 0, 2]])
     regular, mirrored = cells[regular_order], cells[mirrored_order]
+    return Elements(nodes=nodes, cells=np.where(_are_inverted(nodes, regular), mirrored, regular).T, kind=kind)
+
+
+def _are_inverted(nodes: Floats, cells: Ints) -> Flags:
+    """Return for each cell whether its volume is negative in this node order, shape (cells,).
+
+    `nodes` (3, n) are positions [mm], and `cells` (nodes of a cell, cells) are node numbers.
+    """
+    corner, *edge_ends = (nodes[:, cells[node]] for node in _EDGE_ENDS[len(cells)])
     # The triple product of the three edges at one corner has the sign of the volume.
-    corner, *edge_ends = (nodes[:, regular[node]] for node in _EDGE_ENDS[len(cells)])
-    is_inverted = np.linalg.det(np.stack([(end - corner).T for end in edge_ends], axis=1)) < 0.0
-    return Elements(nodes=nodes, cells=np.where(is_inverted, mirrored, regular).T, kind=kind)
+    edges = np.stack([(end - corner).T for end in edge_ends], axis=1)  # (cells, edges, 3)
+    return np.asarray(np.linalg.det(edges) < 0.0)
 
 
 def boundary_sets(elements: Elements, basis: Basis, names: Sequence[str]) -> dict[str, Ints]:
@@ -157,10 +168,10 @@ class Deck:
         return names if self.printed_set is None else (*names, self.printed_set)
 
     def text(self, heading: Sequence[str] = ()) -> str:
-        """Return the text of the deck; the lines of `heading` come first, as comments."""
+        """Return the text of the deck, in which the lines of `heading` come first, as comments."""
         file = io.StringIO()
         file.writelines(f"** {line}\n" for line in heading)
-        # One more node set for each step: its total reaction is the force that the supports carry.
+        # Each step has a further node set, because its total reaction is the force that the supports carry.
         supports = {f"support{number}": support_nodes(step, self.sets) for number, step in enumerate(self.steps)}
         _write_nodes(file, self)
         _write_body(file, self, {**self.sets, **supports})
@@ -174,9 +185,10 @@ class Deck:
 
 
 def _write_nodes(file: TextIO, deck: Deck) -> None:
-    """Write all nodes of a deck. The position of a mean is the weighted mean of the positions of its nodes.
+    """Write all nodes of a deck: the nodes of the elements, the ground node at the origin, and the nodes of the means.
 
-    Numbers have at most 20 characters, because CalculiX does not read more.
+    The position of a mean is the weighted mean of the positions of its nodes. Numbers have at most 20 characters,
+    because CalculiX does not read more.
     """
     positions = deck.elements.nodes.T
     nodes = np.column_stack([np.arange(1, len(positions) + 1), positions])
@@ -196,7 +208,7 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
     """
     elements = deck.elements
     cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
-    # A cell is split into lines of 8 numbers, because CalculiX reads at most 16 numbers per line.
+    # The numbers of a cell are written in lines of 8, because CalculiX reads at most 16 numbers per line.
     line_formats = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
     file.write(f"*ELEMENT, TYPE={elements.kind}, ELSET=SOLID\n")
     np.savetxt(file, cells, ",\n".join(", ".join(line_format) for line_format in line_formats))
@@ -210,33 +222,43 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
 def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None:
     """Write the stiffness matrix of a deck [N/mm] as springs along each axis.
 
-    `elements` are the elements of the deck, after which nodes and springs are numbered. The spring between two nodes
-    has the negative of their matrix entry as its stiffness. The spring from a node to the ground has the sum of the
-    node's row as its stiffness. Springs with stiffnesses that agree to six digits share a card.
+    `elements` are the elements of the deck, after which the springs are numbered. Springs with stiffnesses that agree
+    to six digits share a card, because a card of CalculiX holds only one stiffness.
     """
-    number = len(elements.cells)  # element number of the previous spring; springs are numbered after the cells
+    number = len(elements.cells)  # element number of the previous spring, counted from 1
     for axis in range(3):
-        stiffness_matrix = matrix[axis::3, axis::3]
-        upper = triu(stiffness_matrix, 1).tocoo()
-        node_springs = zip(upper.row.tolist(), upper.col.tolist(), (-upper.data).tolist(), strict=True)
-        ground_stiffness = np.asarray(stiffness_matrix.sum(axis=1)).ravel()
-        nodes = np.unique(stiffness_matrix.tocoo().row).tolist()
-        # The ground node follows the nodes of the elements, so its number is their count.
-        ground_springs = ((node, elements.count, ground_stiffness[node]) for node in nodes)
-        springs = [*node_springs, *ground_springs]
-        cards: dict[str, list[str]] = {}
+        springs = _springs_along(matrix[axis::3, axis::3], elements.count)  # only the displacements along this axis
+        cards: dict[str, list[str]] = {}  # the lines of the springs, keyed by their stiffness as text
         for first, second, stiffness in springs:
             number += 1
             cards.setdefault(f"{stiffness:.5e}", []).append(f"{number}, {first + 1}, {second + 1}\n")
-        for card, (stiffness, lines) in enumerate(cards.items(), start=1):
+        for card, (stiffness_text, lines) in enumerate(cards.items(), start=1):
             name = f"AXIS{axis + 1}_{card}"
             file.write(f"*ELEMENT, TYPE=SPRING2, ELSET={name}\n")
             file.writelines(lines)
-            file.write(f"*SPRING, ELSET={name}\n{axis + 1}, {axis + 1}\n{stiffness}\n")
+            file.write(f"*SPRING, ELSET={name}\n{axis + 1}, {axis + 1}\n{stiffness_text}\n")
+
+
+def _springs_along(matrix: csc_matrix, ground: int) -> list[tuple[int, int, float]]:
+    """Return the springs along one axis, each as the numbers of its two nodes and its stiffness [N/mm].
+
+    `matrix` (nodes, nodes) [N/mm] is the stiffness matrix along this axis, and `ground` is the number of the ground
+    node. The spring between two nodes has the negative of their matrix entry as its stiffness. The spring from a node
+    to the ground has the sum of the node's row as its stiffness.
+    """
+    upper = triu(matrix, 1).tocoo()  # each pair of nodes only once
+    node_springs = zip(upper.row.tolist(), upper.col.tolist(), (-upper.data).tolist(), strict=True)
+    ground_stiffness = np.asarray(matrix.sum(axis=1)).ravel()
+    nodes = np.unique(matrix.tocoo().row).tolist()
+    ground_springs = ((node, ground, ground_stiffness[node]) for node in nodes)
+    return [*node_springs, *ground_springs]
 
 
 def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
-    """Write the equation that makes u_z of `node` the mean of the other nodes' u_z, with `weights` (nodes,) [1]."""
+    """Write the equation that makes u_z of `node` the mean of the other nodes' u_z, with `weights` (nodes,) [1].
+
+    CalculiX sets the sum of all terms to 0, so the term of the mean itself is negative.
+    """
     terms = [(node, -1.0), *((int(body_node), float(weights[body_node])) for body_node in np.flatnonzero(weights))]
     texts = [f"{number + 1}, {VERTICAL}, {weight:.12e}" for number, weight in terms]
     lines = [", ".join(texts[first : first + _TERMS_PER_LINE]) for first in range(0, len(texts), _TERMS_PER_LINE)]
@@ -244,10 +266,10 @@ def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
 
 
 def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[str]) -> None:
-    """Write a step: its supports, its prescribed displacements and loads, and its printed output.
+    """Write a step: its supports, its prescribed displacements and loads, and the output that CalculiX prints.
 
-    The output contains the total reactions of the node set `support`, which holds the nodes with u_z held at zero, and
-    of the sets with a prescribed displacement. It also contains the displacements of the sets in `printed`.
+    `support` is the node set with u_z held at zero. The output contains the total reactions of this set and of the sets
+    with a prescribed displacement. It also contains the displacements of the sets in `printed`.
     """
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():

@@ -13,7 +13,7 @@ REPORT = "report.json"
 KEY = "digest"
 Json = dict[str, Any]
 """A JSON object that was read from a file."""
-_BACKUP = re.compile(r"(\.[0-9]+)?\.bak$")
+_BACKUP = re.compile(r"(\.[0-9]+)?\.bak$")  # the end of a name that `keep_aside` gives, as in NAME.bak and NAME.2.bak
 _KINDS = (
     (stat.S_ISDIR, "folder"),
     (stat.S_ISLNK, "link"),
@@ -72,9 +72,10 @@ def with_digest(data: Mapping[str, Any]) -> dict[str, Any]:
 def keep_aside(path: Path, folder: Path) -> None:
     """Move a file or folder of the user into `folder` as a backup, without replacing anything.
 
-    It gets the first unused name of NAME.bak, NAME.2.bak, NAME.3.bak and so on. A path that already has the name of a
-    backup keeps this name if it is unused.
+    The backup gets the first unused name of NAME.bak, NAME.2.bak, NAME.3.bak and so on. A path that already has the
+    name of a backup keeps this name if it is unused in `folder`.
     """
+    # The name is truncated as bytes, because file systems limit the number of bytes and not of characters.
     stem = os.fsdecode(os.fsencode(_BACKUP.sub("", path.name))[:_MAX_NAME_BYTES])
     name = path.name if _BACKUP.search(path.name) else f"{stem}.bak"
     count = 1

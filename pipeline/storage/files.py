@@ -30,12 +30,7 @@ def check_paths_are_free(paths: Iterable[Path], flag: str, *, force: bool = Fals
     replaced. No file can be added to the output folder of a run, because the next run would reject the folder.
     """
     for path in paths:
-        nearest_folder = next(folder for folder in path.absolute().parents if folder.exists())
-        try:
-            with tempfile.TemporaryFile(dir=nearest_folder):
-                pass  # only tests whether a file can be created in this folder
-        except OSError as error:
-            raise _write_error(path, flag, error) from error
+        _check_creatable(path, flag)
         if is_regular(path.parent / REPORT):
             bound = "a file outside the output folder of a run, because the next run would reject this file"
             raise validation_error(flag, str(path), "", bound, f"choose another path with {flag}")
@@ -48,15 +43,28 @@ def check_paths_are_free(paths: Iterable[Path], flag: str, *, force: bool = Fals
             raise validation_error(flag, str(path), "", bound, hint)
 
 
+def _check_creatable(path: Path, flag: str) -> None:
+    """Raise InputError if no file can be created in the nearest existing folder above a path.
+
+    As a test, a temporary file is created there and removed at once.
+    """
+    nearest_folder = next(folder for folder in path.absolute().parents if folder.exists())
+    try:
+        with tempfile.TemporaryFile(dir=nearest_folder):
+            pass
+    except OSError as error:
+        raise _write_error(path, flag, error) from error
+
+
 def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False) -> list[Path]:
     """Write each file beside its path, move it to this path when it is complete, and return all paths.
 
     `files` holds the content of each file, keyed by path, and `flag` is the command-line flag that messages name. A
     file that already has the given bytes is left unchanged. With `force`, an existing file that is not from this
-    program is kept as NAME.bak.
+    program is kept as NAME.bak. The cache stores the digest of each new file, by which `is_ours` recognises it later.
 
-    Raises InputError if a path is taken, as `check_paths_are_free` checks, or if a file cannot be written. All paths
-    are checked before the first file is written, and each path again just before its file is moved there.
+    Raises InputError if `check_paths_are_free` rejects a path, or if a file cannot be written. All paths are checked
+    before the first file is written, and each path again just before its file is moved there.
     """
     new = {path: content for path, content in files.items() if not _has_content(path, content)}
     check_paths_are_free(new, flag, force=force)
@@ -70,13 +78,13 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                     else:
                         content(part)
                 digest = file_digest(part)
-                check_paths_are_free([path], flag, force=force)  # checked again: writing the content may take long
+                check_paths_are_free([path], flag, force=force)  # again, because writing the content may take long
                 if os.path.lexists(path) and not is_ours(path):
                     keep_aside(path, path.parent)
                 part.replace(path)
         except OSError as error:
             raise _write_error(path, flag, error) from error
-        store(_WRITTEN, digest, result=True)  # `is_ours` recognises the file by this entry
+        store(_WRITTEN, digest, result=True)
     return list(files)
 
 
@@ -86,6 +94,7 @@ def _has_content(path: Path, content: Content) -> bool:
 
 
 def _write_error(path: Path, flag: str, error: OSError) -> InputError:
+    """Return the InputError for a path at which the operating system cannot write a file."""
     bound = f"a file in a folder that can be written ({error.strerror})"
     return validation_error(flag, str(path), "", bound, f"choose another path with {flag}")
 

@@ -22,6 +22,8 @@ from pipeline.storage.interrupts import interruptible, uninterrupted
 from sensor.input_file import read_bytes
 from sensor.quantity import InputError, validation_error
 
+# Names in the hidden folder: the lock file, the folder of the old outputs, and the start of the folder of new outputs,
+# which the number of the process completes
 _LOCK, _OLD, _NEW = "lock", "old", "new-"
 
 
@@ -33,10 +35,11 @@ class OutputError(InputError):
 def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     """Yield an empty folder for the outputs of a run, which replaces `path` if the block succeeds.
 
-    If the block fails, or without a path, the folder is removed. Of the previous folder at `path`, only the files that
-    its report.json lists are deleted. With `force`, other files are kept as NAME.bak. Raises OutputError if `path`
-    cannot be written, is in use by another run, or contains other files. This is checked before the block runs, and
-    again at the end.
+    The folder is removed if the block fails; without a path, it is always removed. Of the previous folder at `path`,
+    only the files that its report.json lists are deleted. With `force`, other files are kept as NAME.bak.
+
+    Raises OutputError if `path` cannot be written, is in use by another run, or contains other files. This is checked
+    before the block runs, and again at the end.
     """
     if path is None:
         with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():
@@ -53,7 +56,9 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
                     _check_listed(new)
                 _publish(new, target, new.with_name(_OLD), force=force)
         finally:
-            with suppress(OSError):  # after a success, the innermost folder contains the outputs and remains
+            # The parents are removed from the inside out. After a success, this ends at the first one, which contains
+            # the outputs and therefore cannot be removed.
+            with suppress(OSError):
                 for folder in missing_parents:
                     folder.rmdir()
 
@@ -67,6 +72,7 @@ def unchanged_report(path: Path) -> bytes | None:
     """Return the content of report.json if no file in the output folder has changed since its last run.
 
     Returns None if a file was changed, removed or added. Raises OutputError if no run can write a folder at this path.
+    Before the check, the working files of a killed run are removed, and the outputs that it was replacing are restored.
     """
     target = _check_usable(path)
     _clear_after_kill(target)
@@ -101,7 +107,8 @@ def managed_files(folder: Path) -> list[str]:
 def unmanaged_files(folder: Path) -> list[str]:
     """Return the sorted names of all entries in a folder except the unchanged files of its last run.
 
-    Links and folders are included. If report.json was changed, it comes first.
+    Links and folders are included. If report.json was changed, it comes first, because its change is the reason why all
+    other files are included too.
     """
     if not folder.exists():
         return []
@@ -114,13 +121,13 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
     """Raise OutputError if a folder contains anything except the unchanged files of its last run.
 
     With `force`, other files are allowed, because the next run keeps them as NAME.bak. Folders, links, pipes and
-    devices are not allowed.
+    devices are never allowed.
     """
     names = unmanaged_files(folder)
     for name in names:
         if not is_regular(folder / name):
             bound = f"a folder that contains only files, but it contains {name!r}, a {kind_of(folder / name)}"
-            raise _output_error(folder, bound, "choose another folder with --out, or move that away")
+            raise _output_error(folder, bound, "choose another folder with --out, or move it away")
     if names and not force:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         bound = f"new, empty, or unchanged since its last run, but it contains {names[0]!r}"
@@ -131,7 +138,8 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
 def _listed_digests(folder: Path) -> dict[str, str] | None:
     """Return the SHA-256 digest of each file that the report.json of a folder lists, keyed by name.
 
-    Returns None if the report is missing, unreadable or changed, or if it lists a file outside its folder.
+    Returns None if the report is missing, unreadable or changed. Returns None too if it lists a file in another folder,
+    because a run deletes the listed files.
     """
     path = folder / REPORT
     try:
@@ -141,8 +149,8 @@ def _listed_digests(folder: Path) -> dict[str, str] | None:
         digests = {str(entry["path"]): entry["sha256"] for entry in report["files"]}
     except (OSError, ValueError, RecursionError, KeyError, TypeError):
         return None
-    is_outside = any(Path(name).name != name for name in digests)
-    return None if is_outside else digests
+    lists_other_folder = any(Path(name).name != name for name in digests)
+    return None if lists_other_folder else digests
 
 
 def _check_listed(new: Path) -> None:
@@ -164,13 +172,13 @@ def _output_error(path: Path, bound: str, hint: str, flag: str = "--out") -> Out
 def _check_usable(path: Path) -> Path:
     """Return the resolved path of an output folder; raises OutputError if no run can write a folder at this path.
 
-    The path must be resolvable, must not be a file, and must be in a folder that can be written. A folder that cannot
-    be replaced is rejected too: the current folder, a folder above it, or a mount point.
+    The path need not exist. It must be resolvable, must not be a file, and must be in a folder that can be written. A
+    folder that cannot be replaced is rejected too: the current folder, a folder above it, or a mount point.
     """
     try:
         target = path.resolve()
         current_folder = Path.cwd()
-        existing = next(folder for folder in (target, *target.parents) if folder.exists())
+        existing = next(folder for folder in (target, *target.parents) if folder.exists())  # the nearest one
     except (OSError, RuntimeError) as error:
         raise _output_error(
             path, f"a path that can be resolved ({error})", "choose another folder with --out"
@@ -191,9 +199,10 @@ def _check_usable(path: Path) -> Path:
 def write_beside(target: Path, flag: str) -> Iterator[Path]:
     """Lock a file or folder `target`, and yield an empty folder beside it; lock and folder are removed at the end.
 
-    If a process is killed, its lock is released. Signals are delayed until the end of the block; use `interruptible`
-    around work that may be interrupted. Raises OutputError if another process holds the lock, or if the working folder
-    beside `target` contains other files. The message names `flag`, the command-line flag of the target.
+    If the process is killed, the operating system releases the lock. Signals are delayed until the end of the block;
+    use `interruptible` around work that may be interrupted. Raises OutputError if another process holds the lock, or if
+    the working folder beside `target` contains other files. The message names `flag`, the command-line flag of the
+    target.
     """
     with uninterrupted():
         working_folder = _folder_beside(target)
@@ -216,16 +225,17 @@ def _acquire_lock(working_folder: Path, target: Path, flag: str) -> BaseFileLock
     """Create the working folder of a target, acquire its lock, and return the lock.
 
     `flag` is the command-line flag of the target, which messages name. Raises OutputError if another process holds the
-    lock, if the folder contains other files, or if it cannot be created.
+    lock, if the folder cannot be created, or if it contains files that no run has written there.
     """
     hint = f"choose another path with {flag}"
     try:
         working_folder.mkdir(parents=True, exist_ok=True)
         contents = list(working_folder.iterdir())
-        if contents and not (is_regular(working_folder / _LOCK) and all(_is_working_file(path) for path in contents)):
+        is_from_a_run = is_regular(working_folder / _LOCK) and all(_is_working_file(path) for path in contents)
+        if contents and not is_from_a_run:
             bound = f"beside no other folder called {working_folder.name!r}"
             raise _output_error(target, bound, "move that folder away", flag)
-        lock = FileLock(working_folder / _LOCK, blocking=False)
+        lock = FileLock(working_folder / _LOCK, blocking=False)  # `acquire` raises Timeout instead of waiting
         lock.acquire()
     except Timeout as error:
         bound = "a folder that no other run is writing"
@@ -272,8 +282,8 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
     """Move the existing folder `target` to `old`, and rename the folder `new` to `target`.
 
     The existing folder is checked again after it was moved, because a file may have been added during the run. If this
-    check fails, the folder is moved back, and OutputError is raised. With `force`, files that no run has written do not
-    fail the check.
+    check fails, the folder is moved back, and OutputError is raised. With `force`, the check accepts files that no run
+    has written.
     """
     if target.exists():
         new.chmod(stat.S_IMODE(target.stat().st_mode))  # the outputs keep the permissions of their folder

@@ -17,8 +17,8 @@ _REPEAT_S = 1.0  # period after which the exception is raised again, because som
 class InterruptedCommand(KeyboardInterrupt):
     """The exception that ends this process after a signal.
 
-    It is a subclass because Python treats a plain KeyboardInterrupt that leaves `exec` in a special way: it later ends
-    as if by Ctrl-C, without the exit code of this program.
+    A plain KeyboardInterrupt is not enough. If one leaves `exec`, Python later ends the process as if by Ctrl-C,
+    without the exit code of this program. Python does not do so for a subclass.
     """
 
 
@@ -31,7 +31,10 @@ class _SignalState:
 
 
 def end_by_signals() -> None:
-    """Let Ctrl-C and SIGTERM end this process by KeyboardInterrupt, without a traceback from Python."""
+    """Let Ctrl-C and SIGTERM end this process by InterruptedCommand, without a traceback from Python.
+
+    This replaces the handlers of both signals and of SIGALRM, and two hooks of `sys` that print exceptions.
+    """
     for number in SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:  # background jobs of a shell ignore Ctrl-C
             signal.signal(number, _handle_signal)
@@ -68,7 +71,7 @@ def uninterrupted() -> Iterator[None]:
 def interruptible() -> Iterator[None]:
     """Let signals end this block immediately, although it is inside a block of `uninterrupted`.
 
-    The enclosing blocks can then clean up without interruption.
+    Long work belongs in such a block. The enclosing blocks of `uninterrupted` then clean up without interruption.
     """
     outer_depth = _SignalState.depth
     try:
@@ -81,11 +84,11 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def signals_for_this_thread() -> Iterator[None]:
-    """Block signals while the block starts threads or processes, so that only this thread receives signals.
+    """Mask signals while threads or processes are started, so that only this thread receives signals.
 
-    Threads and processes inherit the blocked state. A terminal also sends Ctrl-C to worker processes, which would print
-    tracebacks. A thread would receive signals for which gmsh has its own handler, because `mesh.session` only blocks
-    signals in the main thread.
+    The new threads and processes inherit the mask. Without it, worker processes would print tracebacks, because a
+    terminal sends Ctrl-C to them too. A new thread would also receive signals while gmsh has its own handler for them,
+    because `mesh.session` masks them only in the main thread.
     """
     with uninterrupted():
         try:
@@ -103,6 +106,7 @@ def _raise_if_pending() -> None:
 
 
 def _handle_signal(number: int, _: FrameType | None) -> None:
+    """Record the first signal, start the timer that repeats its exception, and raise the exception."""
     _SignalState.signal_number = _SignalState.signal_number or number
     signal.setitimer(signal.ITIMER_REAL, _REPEAT_S, _REPEAT_S)
     _SignalState.is_pending = True

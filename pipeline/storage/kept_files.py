@@ -43,11 +43,11 @@ class KeptFiles:
 def begin_files(
     stage: str, inputs: Inputs, write: Callable[[Path], Written], executor: Executor | None
 ) -> Future[KeptFiles]:
-    """Start making the files of a stage in a worker process, and return their future.
+    """Start making the files of a stage in a worker process of `executor`, and return their future.
 
     `write` writes the files into a folder, and returns their paths and the verdicts on them. The key in the cache
     consists of `stage`, `inputs` and the file date. If the files are cached, the future is already finished and no
-    worker is used. If `executor` is None, the files are made at once in this process.
+    worker is used. If `executor` is None, the files are made in this process before the function returns.
     """
     cached_files = load_stored(stage, _with_date(inputs), KeptFiles)
     if cached_files is not None:
@@ -68,4 +68,5 @@ def _make_or_load(stage: str, inputs: Inputs, write: Callable[[Path], Written]) 
 
 
 def _with_date(inputs: Inputs) -> dict[str, object]:
+    """Return the inputs together with the date that the files contain, which the environment may set."""
     return {**inputs, "date": os.environ.get(DATE_VARIABLE)}

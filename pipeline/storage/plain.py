@@ -14,6 +14,7 @@ from sensor.quantity import InputError
 T = TypeVar("T")
 ROUND_OFF = 1e-6  # relative difference up to which two numbers are treated as equal
 Plain = dict[str, Any]
+"""A JSON object."""
 
 
 def to_plain(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
@@ -33,8 +34,8 @@ def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Co
         return (converter or _CONVERTER).structure(data, kind)
     except (cattrs.BaseValidationError, ValueError, TypeError) as error:
         reasons = cattrs.transform_error(error, path=name or kind.__name__, format_exception=_reason)
-        reason = reasons[0]  # one error is enough to correct the data
-        msg = f"{reason}; it must be as it was written"
+        first_reason = reasons[0]  # a message is one line, and the user corrects one error at a time
+        msg = f"{first_reason}; it must be as it was written"
         raise ValueError(msg) from error
 
 
@@ -50,13 +51,14 @@ def _check_container(kind: type, data: object) -> None:
 
 
 def _reason(error: BaseException, kind: type | None) -> str:
+    """Return the reason for a message of `from_plain`; `kind` is the type that the value should have."""
     if isinstance(error, InputError):
         return str(error)
     return "expected a JSON object" if isinstance(error, AttributeError) else cattrs.v.format_exception(error, kind)
 
 
 def _is_array(kind: object) -> bool:
-    """Return whether a type is that of a NumPy array, with or without parameters."""
+    """Return whether a type is the NumPy array type, with or without parameters such as the type of its elements."""
     return getattr(kind, "__origin__", kind) is np.ndarray
 
 
@@ -82,7 +84,8 @@ def _check_type(value: object, kind: type) -> object:
 def strict_converter() -> cattrs.Converter:
     """Return a cattrs converter between records and JSON data that rejects values of the wrong type.
 
-    However, an integer is accepted for a float.
+    By default, cattrs would convert such values, for example the string "1" to the integer 1. Only an integer is
+    accepted for a float. Tuples become lists, and arrays become nested lists.
     """
     converter = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
     configure_union_passthrough(float | int | str | bool | None, converter)

@@ -36,7 +36,10 @@ def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
 
 
 def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any record
-    """Return one line of text for a record: the texts of the fields in `names`, in this order."""
+    """Return one line of text for a record: the texts of the fields in `names`, in this order.
+
+    The metadata `line` and `absent` of the fields define these texts. Empty texts are left out.
+    """
     texts = []
     for name in names:
         item = record.__dataclass_fields__[name]
@@ -59,24 +62,29 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
     if not any(item.metadata.keys() & {"left_out", "inline", "flat"} for item in items):
         return unstructure  # the overrides handle all other metadata
 
-    def data_of(record: Any) -> Plain:  # noqa: ANN401 - the record
+    def unstructure_selected(record: Any) -> Plain:  # noqa: ANN401 - the record
+        """Convert a record, omit the keys that are left out, and insert the keys of inline and flat fields."""
         data: Plain = {}
         for key, value in unstructure(record).items():
             item = by_key[key]
             if "flat" in item.metadata:
                 data |= _flat_data(item, value)
+            elif _is_left_out(record, item):
                 continue
-            left_out = item.metadata.get("left_out")  # True, the name of another field, or None
-            deciding_field = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
-            if left_out and _is_default(record, deciding_field):
-                continue
-            if "inline" in item.metadata:
+            elif "inline" in item.metadata:
                 data |= item.metadata["inline"](record)
             else:
                 data[key] = value
         return data
 
-    return data_of
+    return unstructure_selected
+
+
+def _is_left_out(record: Any, item: Field[Any]) -> bool:  # noqa: ANN401 - any record
+    """Return whether the key of a field is left out of the data of a record, according to the metadata `left_out`."""
+    left_out = item.metadata.get("left_out")  # True, the name of another field, or None
+    deciding_field = record.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
+    return bool(left_out) and _is_default(record, deciding_field)
 
 
 def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
@@ -94,17 +102,14 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
 
     def structure_complete(data: Any, record_type: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
         """Check that all required keys are present, nest the keys of flat records, and make the record."""
-        if isinstance(data, Mapping):
-            for name in required_keys:
-                if name not in data:
-                    msg = f"{name} is missing"
-                    raise InputError(msg, field=name)
+        if isinstance(data, Mapping):  # `structure` rejects data of any other type
+            _require_keys(data, required_keys)
             for item in flat_fields:
                 data = _nest_record(data, item, converter)
         try:
             return structure(data, record_type)
         except cattrs.ClassValidationError as error:
-            # Each error has a note with the name of its field. The message shall name the key in the data instead.
+            # Each error has a note with the name of its field. The message must name the key in the data instead.
             for _, note in error.group_exceptions()[0]:
                 note.name = keys[note.name]
             raise
@@ -112,11 +117,19 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
     return structure_complete
 
 
+def _require_keys(data: Mapping[str, Any], required_keys: Sequence[str]) -> None:
+    """Raise InputError for the first required key that the data of a record lack."""
+    for name in required_keys:
+        if name not in data:
+            msg = f"{name} is missing"
+            raise InputError(msg, field=name)
+
+
 @cache
 def fields_by_key(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401 - any record
     """Return the field and the type of the value for each key that a record type has in JSON data.
 
-    Fields without a key are left out. The keys of flat nested records are included.
+    Fields without a key are left out. The keys of flat nested records are included, with the fields of these records.
     """
     by_key: dict[str, tuple[Field[Any], Any]] = {}
     hints = get_type_hints(kind)
@@ -147,20 +160,22 @@ def value_at_key(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, an
 def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
     """Return the keys and values that a flat field contributes to the data of the outer record.
 
-    `part` is the data of the nested record, or None. For None, each key has the zero value of its type.
+    `part` is the data of the nested record, or None if there is no nested record. For None, each key has the zero value
+    of its type, so that the data always have the same keys.
     """
     own_key = {item.name: part is not None} if item.metadata.get("told", True) else {}
     if part is not None:
         return own_key | part
-    zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}
+    zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}  # float() is 0.0
     return own_key | zeros
 
 
 def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
-    """Return the data of a record in which the keys of a flat nested record are replaced by a single key.
+    """Return the data of an outer record in which a single key replaces the keys of its flat nested record.
 
-    `item` is the field of the nested record, and the value of its key is this record. The nested record is None if the
-    key of its field is false. If the field has no key, the record is None if all its values are 0 or false.
+    `item` is the field of the nested record, and the value of its key is this record. This is the inverse of
+    `_flat_data`: the nested record is None if the key of its field is false. If the field has no key, the nested record
+    is None if all its values are 0 or false.
     """
     kind = item.metadata["flat"]
     keys = fields_by_key(kind)
@@ -186,7 +201,8 @@ def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or reco
 def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
     """Return the cattrs override for a field, which defines its name in the data and the conversion of its unit.
 
-    If the metadata contain `times`, the value is converted by `converter` and multiplied by this factor.
+    If the metadata contain `times`, the override multiplies the data by this factor, and divides by it in the other
+    direction. `converter` converts the value of the field.
     """
     if "flat" in item.metadata:
         return override(struct_hook=lambda record, _: record)  # `_nest_record` has already structured the record

@@ -36,7 +36,7 @@ class Seconds:
 
 
 def ignore_progress(*_: object) -> None:
-    """Ignore progress."""
+    """Do nothing; this is the default for callers that do not show progress."""
 
 
 class Stopwatch:
@@ -62,7 +62,8 @@ class Stopwatch:
     def stage(self, stage: str) -> Iterator[None]:
         """Add the time spent in the block to a stage, and report the description of the stage as progress.
 
-        A stage that is entered twice in a row is reported only once.
+        A stage that is entered twice in a row is reported only once. If the block contains another stage, the time of
+        the inner stage is not added.
         """
         description = f"{stage}: {WORK[stage]}" if stage in WORK else stage
         if description != self._description:

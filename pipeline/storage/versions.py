@@ -10,9 +10,9 @@ from pathlib import Path
 _SOURCES = ("sensor", "cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
 _PAGE_SUFFIXES = (".js", ".css", ".html.j2", ".LICENSE")
-"""Endings of the names of files that only display numbers. If such a file changes, nothing needs to be solved again."""
+"""Suffixes of files that only display numbers. If such a file changes, nothing needs to be solved again."""
 _ROOT = Path(__file__).parents[2]
-_NAME = re.compile(r"[A-Za-z0-9._-]+")
+_NAME = re.compile(r"[A-Za-z0-9._-]+")  # the name at the start of a requirement such as numpy>=2,<3
 
 
 @functools.cache
@@ -37,16 +37,18 @@ def computing_versions() -> dict[str, str]:
 
 
 def sources_digest(root: Path, *, of_pages: bool = False) -> str:
-    """Return a digest of those source files in the project folder `root` that may affect numbers.
+    """Return a digest of the source files in the project folder `root` that may affect numbers.
 
-    With `of_pages`, the digest covers instead the files that only display numbers.
+    With `of_pages`, the digest covers only the files that display numbers instead. The files are sorted, because the
+    digest depends on their order.
     """
     digest = hashlib.sha256()
     for package in _SOURCES:
         for path in sorted((root / package).rglob("*")):
             is_of_pages = path.name.endswith(_PAGE_SUFFIXES)
             if path.is_file() and "__pycache__" not in path.parts and is_of_pages == of_pages:
-                # The size shows where the content of a file ends and the name of the next one begins.
+                # The size separates the content of a file from the name of the next one. Without it, bytes could move
+                # from one to the other without a change in the digest.
                 digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -56,14 +56,14 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
     An array has the shape (points,), (points, 3) or (points, 6), in the order of `mesh.doflocs`. With six components,
     it holds xx, yy, zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the
     largest value in their array. Each named boundary is written as an array with its name, which is 1 at the nodes of
-    the boundary. `half_at_y` [mm] is given for a mesh that is one half of a body; it is the y coordinate of the
-    symmetry plane.
+    the boundary and 0 elsewhere. `half_at_y` [mm] is the y coordinate of the symmetry plane of a mesh that is one half
+    of a body, and None for a whole body.
 
     Raises ValueError for an array with another shape, with a value that is not finite, or with the name of a boundary.
     It is also raised for cells of a type that `_CELLS` does not contain.
     """
     kind, cells = _vtk_cells(mesh)
-    # In `doflocs`, the nodes that are written come first, followed by the centres of facets and cells.
+    # In `doflocs` (3, points), the nodes that are written come first, followed by the centres of facets and cells.
     node_count = 1 + int(cells.max())
     points = np.ascontiguousarray(mesh.doflocs.T[:node_count])
     arrays = {name: _checked_array(path, name, values, len(points)) for name, values in point_data.items()}
@@ -88,15 +88,17 @@ def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
         msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELLS))}; write its linear mesh"
         raise ValueError(msg)
     kind, count = _CELLS[len(nodes)]
-    # scikit-fem's hexahedron is mirrored relative to VTK's. Swapping two axes of the reference cell corrects this.
+    # scikit-fem's hexahedron is mirrored relative to VTK's. Swapping two axes of the reference cell corrects this. The
+    # distances (VTK nodes, scikit-fem nodes) then show which node of scikit-fem is at the position of each node of VTK.
     distances = np.linalg.norm(VTK_NODES[:count, None, [1, 0, 2]] - mesh.elem().doflocs, axis=2)
     return kind, np.ascontiguousarray(nodes[distances.argmin(axis=1)].T)
 
 
 def _checked_array(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
-    """Return the array called `name` for `count` points as it is written to the file at `path`, with rounded values.
+    """Check an array for `count` points, and return it with the rounded values that are written to the file.
 
-    Raises ValueError for a wrong shape, and for values that are not finite.
+    Raises ValueError for a wrong shape, and for values that are not finite. The message names the file at `path` and
+    the array.
     """
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape not in ((count,), (count, 3), (count, 6)):

@@ -60,7 +60,8 @@ class _Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
 def open_workers(count: int) -> Executor:
     """Return an executor with `count` processes of one thread each; `close_workers` ends it.
 
-    Raises InputError if there is no /proc, which loky's workers read to check their memory.
+    A process is started when it is first needed. Raises InputError if there is no /proc, which loky's workers read to
+    check their memory.
     """
     if not _PROC.is_dir():
         raise validation_error(
@@ -83,15 +84,16 @@ def close_workers(executor: Executor) -> None:
 def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
     """Yield an executor with one worker process, which imports the CAD kernel while this process solves.
 
-    Yields None if no worker is `wanted`, or if only one core is available. The process ends with the block.
+    The process ends with the block. Yields None if no worker is `wanted`, or if only one core is available, because the
+    work then takes no less time in another process.
     """
     if not wanted or available_cores() == 1:
         yield None
         return
-    with uninterrupted():
+    with uninterrupted():  # a signal must not arrive between opening and closing the executor
         executor = open_workers(1)
         try:
-            executor.submit(load_kernel)
+            executor.submit(load_kernel)  # its result is not needed
             with interruptible():
                 yield executor
         finally:
@@ -116,7 +118,7 @@ def finished_future(value: T) -> Future[T]:
 
 
 def _prepare_worker() -> None:
-    """Prepare a worker process: ignore Ctrl-C, unblock SIGTERM, which it inherits blocked, and suppress warnings."""
+    """Prepare a worker process: ignore Ctrl-C, unmask SIGTERM, which it inherits masked, and suppress warnings."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     warnings.simplefilter("ignore")

@@ -22,7 +22,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 MAX_PROCESSES = 1024
-_RETRIES = 2  # number of retries of an item whose worker was lost
+_RETRIES = 2  # maximum number of retries of an item whose worker was lost
 _IN_FLIGHT = 4  # submitted items per worker: enough to keep all workers busy, few enough to limit memory
 _CHECK_SECONDS = 5.0  # time without a result after which the engine is checked
 _CONNECT_SECONDS = 4  # timeout for a scheduler to accept a connection
@@ -56,6 +56,7 @@ class Engine:
             return self._current_executor().submit(work, item)
 
     def _current_executor(self) -> Executor:
+        """Return the executor of the workers, which is opened on first use."""
         if self._executor is None:
             self._executor = self.open()
         return self._executor
@@ -76,13 +77,13 @@ def completed_items(
     solved in parallel, because the item itself may be the cause of the loss. If the worker is lost in every attempt,
     the result is `if_lost(item)`. Raises InputError if the engine has no workers left.
     """
-    lost_items: list[Item] = []
+    lost_items: list[Item] = []  # `_run_items` appends to it
     yield from _run_items(engine, work, items, engine.workers * _IN_FLIGHT, lost_items)
     for _ in range(_RETRIES):
         if lost_items:
             engine.check()
             retried_items = lost_items
-            lost_items = []  # the items that are lost again
+            lost_items = []  # receives the items that are lost again
             yield from _run_items(engine, work, retried_items, 1, lost_items)
     for item in lost_items:
         yield item, if_lost(item)
@@ -94,15 +95,16 @@ def _run_items(
     """Yield each item and the result of `work(item)`, in the order of completion.
 
     At most `max_in_flight` items are submitted at a time. An item whose worker was lost is appended to `lost_items`
-    instead. Raises InputError if the engine has no workers left.
+    instead. If the caller stops early or an error occurs, the engine is ended. Raises InputError if the engine has no
+    workers left.
     """
-    waiting = iter(items)
+    waiting_items = iter(items)
     running: dict[Future[Result], Item] = {}
     # Each future puts itself into this queue when it is finished. Polling all futures would take longer than a task.
     finished: SimpleQueue[Future[Result]] = SimpleQueue()
     try:
         while True:
-            for item in islice(waiting, max_in_flight - len(running)):
+            for item in islice(waiting_items, max_in_flight - len(running)):
                 future = engine.submit(work, item)
                 running[future] = item
                 future.add_done_callback(finished.put)
@@ -110,7 +112,7 @@ def _run_items(
                 return
             try:
                 future = finished.get(timeout=_CHECK_SECONDS)
-            except Empty:  # a long solve, or lost workers
+            except Empty:  # either the items take long, or all workers are lost, for which `check` raises an error
                 engine.check()
                 continue
             item = running.pop(future)
@@ -121,7 +123,7 @@ def _run_items(
             else:
                 yield item, result
     finally:
-        if running:  # the caller stopped early or an error occurred, so these results are not needed
+        if running:  # the loop ended early, so these results are not needed
             engine.end()
 
 
@@ -180,10 +182,10 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
 def cluster_engine(address: str) -> Iterator[Engine]:
     """Provide an engine with the workers of the Dask scheduler at `address`, for instance tcp://127.0.0.1:8786.
 
-    Raises InputError if the package `distributed` is missing, if the scheduler does not answer or has no workers, or if
-    a worker runs different code.
+    The connection is closed when the `with` statement ends, but the cluster continues. Raises InputError if the package
+    `distributed` is missing, if the scheduler does not answer or has no workers, or if a worker runs different code.
     """
-    try:
+    try:  # `distributed` is an optional dependency
         from distributed.client import ClosedClientError
         from distributed.scheduler import KilledWorker
     except ImportError as error:
@@ -201,7 +203,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     try:
         _check_worker_code(client, address)
         yield Engine(
-            open=lambda: client.get_executor(pure=False),  # so that an item that is submitted again becomes a new task
+            open=lambda: client.get_executor(pure=False),  # with pure=True, a retried item would not be a new task
             close=close,
             workers=sum(client.nthreads().values()),
             lost=(KilledWorker, CancelledError, ClosedClientError),
@@ -237,24 +239,28 @@ def _connect(address: str) -> "Client":
     from distributed import Client
     from distributed.comm import connect
 
-    async def greet() -> None:
+    async def connect_once() -> None:
         connection = await connect(address, timeout=_CONNECT_SECONDS)
         await connection.close()
 
     try:
-        asyncio.run(greet())  # checked first, because closing a client without a scheduler blocks for half a minute
+        # A bare connection is tested first, because closing a client without a scheduler blocks for half a minute.
+        asyncio.run(connect_once())
         return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
-    except (OSError, ValueError, RuntimeError, MemoryError) as error:  # MemoryError: another program answered
+    except (OSError, ValueError, RuntimeError, MemoryError) as error:  # MemoryError if another program answers
         hint = "start a scheduler with dask scheduler, and check the address"
         raise validation_error("--scheduler", address, "", "the address of a scheduler that answers", hint) from error
 
 
 def _check_worker_code(client: "Client", address: str) -> None:
-    """Raise InputError if the cluster has no workers, or if a worker runs different code from this machine."""
+    """Raise InputError if the cluster has no workers, or if a worker runs different code from this machine.
+
+    Different code could give different numbers, which must not be mixed in one study.
+    """
     try:
-        digests: dict[str, str] = client.run(code_digest)
+        digests: dict[str, str] = client.run(code_digest)  # keyed by the address of the worker
     except ImportError as error:
-        msg = "--scheduler: twintip is missing on a worker; install the version of this machine there"
+        msg = "--scheduler: twintip is not installed on a worker; install the version of this machine there"
         raise InputError(msg) from error
     if not digests:
         raise validation_error(

@@ -130,7 +130,7 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None
         missing = (point for point in points_of(study) if point.number not in stored_numbers)
         solve_missing(study, store, missing, points - len(stored_numbers), engine, progress)
         counts = store.counts()
-    solved = counts["done"] - counts_before["done"]  # by this run
+    solved = counts["done"] - counts_before["done"]  # only by this run
     seconds = time.perf_counter() - start
     return StudySummary(folder=folder, points=points, solved=solved, seconds=seconds, **counts)
 
@@ -152,19 +152,27 @@ def solve_missing(
     total = stored + count
     if progress is not None and count:
         progress(stored, total)
-    # Solving a point at the level `contact` may take less time than the overhead of a task. So a task has several.
-    points_per_task = 1
-    if study.level == "contact":
-        points_per_task = max(1, min(_MAX_POINTS_PER_TASK, count // (_MIN_TASKS_PER_WORKER * engine.workers)))
     # Each point contains its settings, so the rows of the study are removed from the data sent with each task.
     solve = partial(solve_points, replace(study, rows=()), store.path.parent)
-    tasks = completed_items(engine, solve, _batches(missing, points_per_task), partial(lost_points, study))
+    batches = _batches(missing, _points_per_task(study, count, engine.workers))
+    tasks = completed_items(engine, solve, batches, partial(lost_points, study))
     with closing(tasks) as completed_tasks:  # closing also ends the workers after an error
         for _, results in completed_tasks:
             store.put(results)
             stored += len(results)
             if progress is not None:
                 progress(stored, total)
+
+
+def _points_per_task(study: Study, count: int, workers: int) -> int:
+    """Return the number of points that a task solves, if `count` points are distributed among the workers.
+
+    At the level `contact`, solving a point may take less time than the overhead of a task, so a task has several
+    points. Higher levels take much longer, so a task has only one.
+    """
+    if study.level != "contact":
+        return 1
+    return max(1, min(_MAX_POINTS_PER_TASK, count // (_MIN_TASKS_PER_WORKER * workers)))
 
 
 def _batches(points: Iterable[Point], size: int) -> Iterator[Sequence[Point]]:

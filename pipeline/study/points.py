@@ -35,12 +35,14 @@ def point_count(study: Study) -> int:
             return len(study.rows)
         case "sobol":
             return study.samples
-        case "sensitivity":  # Saltelli's scheme
+        case "sensitivity":
+            # Saltelli's scheme has two sample matrices, and for each key a matrix that mixes both.
             return study.samples * (len(study.vary) + 2)
         case "search":
             bound = "sobol, grid, points or sensitivity for a study"
             raise validation_error("how", study.how, "", bound, "run a search with: pipeline optimise")
-    count = math.prod(len(varied.grid()) for varied in study.vary.values())  # the only other method is a grid
+    # The only other method is a grid, which has a point for each combination of values.
+    count = math.prod(len(varied.grid()) for varied in study.vary.values())
     if count > MAX_POINTS:
         raise validation_error("vary", count, "points", f"at most {MAX_POINTS}", "choose fewer steps")
     return count
@@ -81,14 +83,14 @@ def _sobol_fractions(study: Study) -> Iterator[list[float]]:
 def _saltelli_fractions(study: Study) -> Iterator[list[float]]:
     """Yield the points at which SciPy's sensitivity analysis evaluates its function, in the same order.
 
-    A point is a list of fractions [1] of the ranges of the keys. SciPy does not return its points. So a trial analysis
-    is run with a function that records them.
+    A point is a list of fractions [1] of the ranges of the keys. SciPy does not return its points, so they are recorded
+    in a trial analysis, whose indices are not used.
     """
-    recorded: list[Floats] = []
+    recorded: list[Floats] = []  # an array (keys, points) for each call of the function
 
     def record_fractions(fractions: Floats) -> Floats:
         recorded.append(fractions)
-        return fractions.copy()  # arbitrary values that vary, because the indices of the trial are not used
+        return fractions.copy()  # arbitrary values, but not constant, so that the variance is not 0
 
     saltelli_indices(study, record_fractions)
     for fractions in recorded:

@@ -15,7 +15,7 @@ from pipeline.study.study_file import Study
 from sensor.arrays import Floats
 from sensor.quantity import InputError
 
-RESAMPLES = 200  # number of bootstrap samples
+RESAMPLES = 200  # number of bootstrap samples for the confidence intervals
 CONFIDENCE = 0.95  # coverage of the confidence intervals
 
 
@@ -39,8 +39,8 @@ def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
     """Return the Sobol indices of each output of a study with respect to each varied key.
 
     `store` holds the results of the points. Outputs that are constant, or that have no number at some point, are left
-    out. Raises InputError if any point is missing, refused or failed, because the indices need the values at all
-    points.
+    out, because they have no indices. Raises InputError if any point is missing, refused or failed, because the indices
+    need the values at all points.
     """
     missing = point_count(study) - store.counts()["done"]
     if missing:
@@ -60,10 +60,10 @@ def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivit
     `values` (points,) holds the output at all points of the study, in the order of the points.
     """
     key_count = len(study.vary)
-    # SciPy calls its function three times: for the sample matrices A and B, and for the matrices AB that mix both. The
-    # lambda returns the stored values for each call instead of computing them.
-    parts = iter(np.split(values, [study.samples, 2 * study.samples]))
-    result = saltelli_indices(study, lambda _: next(parts))
+    # SciPy calls its function three times: for the sample matrices A and B, with `samples` points each, and for the
+    # matrices AB that mix both. The lambda returns the stored values for each call instead of computing them.
+    stored_values = iter(np.split(values, [study.samples, 2 * study.samples]))
+    result = saltelli_indices(study, lambda _: next(stored_values))
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # SciPy warns about a key without influence, which has no variance to resample
         bootstrap = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
@@ -87,8 +87,8 @@ def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivit
 def _interval_ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record
     """Return the two ends [1] of each key's confidence interval.
 
-    For a key without influence the bootstrap yields NaN. Both ends are then set to the index of the key, from `indices`
-    (keys,).
+    For a key without influence, the bootstrap yields NaN. Both ends are then set to the index of the key, which is an
+    element of `indices` (keys,).
     """
     ends = np.column_stack([np.ravel(interval.low), np.ravel(interval.high)])
     is_undefined = ~np.isfinite(ends).all(axis=1)

@@ -51,7 +51,7 @@ tables with a row for each point that is done: `of_key` with any value, and `num
 number is NULL.
 """
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
-_MAX_MESSAGES = 5
+_MAX_MESSAGES = 5  # maximum number of messages that the page of a study lists
 _NUMBER = re.compile(r"\d[\d.]*(e[+-]?\d+)?")
 _MAX_VALUE_LENGTH = 60  # maximum length of a value in a one-line error message [characters]
 _ROUND_OFF = 1e-12  # largest relative difference of two numbers that is attributed to round-off
@@ -89,12 +89,13 @@ class StudyStore:
 
         Each design is given by its settings. The new points get the lowest unused numbers.
         """
-        by_text = {settings_text(settings): settings for settings in designs}
-        known = {text for (text,) in self._connection.execute("SELECT settings FROM points")}
+        settings_by_text = {settings_text(settings): settings for settings in designs}
+        stored_texts = {text for (text,) in self._connection.execute("SELECT settings FROM points")}
+        new_settings = [settings for text, settings in settings_by_text.items() if text not in stored_texts]
         used_numbers = self.numbers()
-        unused_numbers = (number for number in count() if number not in used_numbers)
-        new = [settings for text, settings in by_text.items() if text not in known]
-        return [Point(number=number, settings=settings) for settings, number in zip(new, unused_numbers, strict=False)]
+        unused_numbers = (number for number in count() if number not in used_numbers)  # unlimited
+        pairs = zip(new_settings, unused_numbers, strict=False)
+        return [Point(number=number, settings=settings) for settings, number in pairs]
 
     def results(self, designs: Iterable[Mapping[str, Setting]]) -> list[PointResult]:
         """Return the stored point of each design, given by its settings; raises KeyError if a design is not stored."""
@@ -123,6 +124,7 @@ class StudyStore:
         return tuple(dict.fromkeys((*self._names("order"), *self.wanted)))
 
     def _names(self, fact: str) -> tuple[str, ...]:
+        """Return the list of keys that is stored as a fact of the study."""
         ((names,),) = self._connection.execute("SELECT value FROM study WHERE key = ?", (fact,))
         return tuple(json.loads(names))
 
@@ -187,8 +189,9 @@ class StudyStore:
     def prepare(self, study: Study) -> None:
         """Create the tables of a study in an empty file, or check that an existing file belongs to this study.
 
-        Points that failed because of a machine fault are deleted, so that they are solved again. Raises InputError if
-        the file belongs to another study; the message names the first difference.
+        The facts of the study are stored, because a longer study may have more points than before. Points that failed
+        because of a machine fault are deleted, so that they are solved again. Raises InputError if the file belongs to
+        another study; the message names the first difference.
         """
         self._connection.execute("PRAGMA journal_mode = WAL")  # other programs can read the file while a run writes
         facts = {key: _json(value) for key, value in study_facts(study).items()}
@@ -201,7 +204,6 @@ class StudyStore:
             else:
                 stored_facts = dict(transaction.execute("SELECT key, value FROM study").fetchall())
                 _check_same_study(self.path, stored_facts, facts)
-            # The facts may only differ in numbers of points, which a longer study increases.
             transaction.executemany("INSERT OR REPLACE INTO study VALUES (?, ?)", facts.items())
             transaction.execute(f"DELETE {_FROM_MACHINE_FAULTS}", (f"{MACHINE}%",))
 
@@ -213,6 +215,22 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     Raises InputError if another run is using the folder, or if the folder contains a different study; the message names
     the first difference. It is also raised if the folder cannot be created, or if it contains other files.
     """
+    _make_folder(folder)
+    try:
+        lock = FileLock(folder / _LOCK, timeout=0).acquire()
+    except Timeout as error:
+        bound = "a study that no other run is writing"
+        raise validation_error("--out", str(folder), "", bound, "wait until the other run has finished") from error
+    with lock, _open_store(folder / STORE) as store:
+        store.prepare(study)
+        yield store
+
+
+def _make_folder(folder: Path) -> None:
+    """Create the folder of a study if it does not exist.
+
+    Raises InputError if this is not possible, or if the folder contains files but no study.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         names = {path.name for path in folder.iterdir()}
@@ -222,14 +240,6 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     if names - {_LOCK} and STORE not in names:  # a run that was killed early leaves only the lock
         bound = "new, empty or the folder of this study"
         raise validation_error("--out", str(folder), "", bound, "choose another folder")
-    try:
-        lock = FileLock(folder / _LOCK, timeout=0).acquire()
-    except Timeout as error:
-        bound = "a study that no other run is writing"
-        raise validation_error("--out", str(folder), "", bound, "wait until the other run has finished") from error
-    with lock, _open_store(folder / STORE) as store:
-        store.prepare(study)
-        yield store
 
 
 @contextmanager
@@ -246,8 +256,8 @@ def stored_study(folder: Path) -> Iterator[StudyStore]:
 def _open_store(path: Path) -> Iterator[StudyStore]:
     """Open the store in a file; any SQLite error is raised as a one-line InputError.
 
-    A database is rejected unless it is empty or a store with exactly the tables of this version. Nothing is written to
-    a database that is rejected.
+    A database is rejected with InputError unless it is empty or a store with exactly the tables of this version. The
+    check comes before the first write, so a database of another program is never changed.
     """
     try:
         with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
@@ -300,7 +310,7 @@ def _check_same_study(path: Path, stored_facts: Mapping[str, str], new_facts: Ma
     """
     may_increase = ("goal.evaluations",) if new_facts["how"] == '"sensitivity"' else ("goal.evaluations", "samples")
     for key in {**stored_facts, **new_facts}:
-        before = json.loads(stored_facts.get(key, "null"))
+        before = json.loads(stored_facts.get(key, "null"))  # None if only the new study has this fact
         now = json.loads(new_facts.get(key, "null"))
         is_longer_study = key in may_increase and before is not None and now > before
         if before == now or is_longer_study:

@@ -38,7 +38,7 @@ Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
-MAX_POINTS = 10_000_000
+MAX_POINTS = 10_000_000  # maximum number of points of a study
 REFUSED = "reading.refused"
 UNCERTAINTY_KEYS = ("verdicts.reading.uncertainty.value", "reading.uncertainty_percent")
 """Keys of the uncertainty of a reading, at the modulus with the largest ratio of uncertainty to limit."""
@@ -92,15 +92,15 @@ class Goal:
 
 
 def _check_front(front: Mapping[str, Variation]) -> None:
-    """Raise InputError unless `front` consists of exactly one key with a list of at least two different numbers.
+    """Raise InputError unless `front` has exactly one key, with a list of at least two different numbers.
 
-    If the values are themselves lists, their first numbers must differ.
+    If the values are themselves lists, their first numbers must differ. A range or a distribution is rejected, because
+    a search is run for each listed value.
     """
     if len(front) != 1:
         bound = "one key of the design file with a list of values"
         raise validation_error("front", ", ".join(front), "", bound, "make a study file for each front")
     for key, varied in front.items():
-        # A front needs listed values, so a range or a distribution is rejected.
         numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
         all_differ = len(numbers) > 1 and len(numbers) == len(set(numbers))
         if not all(map(is_number, numbers)) or not all_differ:
@@ -208,14 +208,17 @@ class Study(StudyKeys):
             raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)
 
     def _check_varied_keys(self) -> None:
-        """Raise InputError for too few varied keys, and for a key that is unknown or cannot be varied."""
+        """Raise InputError for too few varied keys, and for a key that is unknown or cannot be varied.
+
+        The key of a Pareto front is not counted, because it does not vary within a search.
+        """
         if not self.vary.keys() - {self.goal.front_key}:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
         if self.how == "sensitivity" and len(self.vary) == 1:
             hint = "name another key under [vary], because a single key causes all of the variance"
             raise validation_error("vary", next(iter(self.vary)), "", "a table of at least two keys", hint)
-        refuse_removed(*self.vary)  # a key that an earlier version had gets its own message
+        refuse_removed(*self.vary)  # a key of an earlier version gets its own message
         for key in self.vary:
             if key not in every_key():
                 raise unknown_name("key", f"vary.{key}", every_key(), key)
@@ -265,7 +268,10 @@ def verdict_keys(goal: Goal) -> tuple[str, ...]:
 
 
 def front_number(value: object) -> object:
-    """Return the number that represents a value of a front: the value itself, or the first number if it is a list."""
+    """Return the number by which a value of a front is compared: the value itself, or its first number if it is a list.
+
+    A value that is not a number is returned too; `_check_front` rejects it.
+    """
     return value[0] if isinstance(value, list | tuple) else value
 
 
@@ -298,30 +304,37 @@ def read_study(path: Path) -> Study:
     how = study_file.how or _default_sampling(data)
     study_keys = {item.name: getattr(study_file, item.name) for item in fields(StudyKeys)}
     rows: tuple[Row, ...] = ()
-    # The level states what is solved, from the contact only to a whole run. These keys determine the lowest level.
-    level_keys = study_file.wanted
+    level_keys = study_file.wanted  # the keys that determine the lowest level, from the contact only to a whole run
     if how == "points":
         study_keys["vary"], rows = _read_points(folder / (study_file.points or ""))
     if how == "search":
         goal = study_file.goal
-        front = goal.front or {}
-        for key in front.keys() & study_file.vary.keys():
-            hint = "remove the key from [vary], or choose another key for the front"
-            raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
-        study_keys["vary"] = {**study_file.vary, **front}
+        study_keys["vary"] = _vary_with_front(study_file)
         study_keys["wanted"] = _extend_wanted(study_file.wanted, goal)
         # A search only needs to know whether a verdict passes. Computing the value of a verdict may need a higher
-        # level.
+        # level, so the keys that `_extend_wanted` adds do not determine the level.
         level_keys = (*level_keys, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
     study_keys["level"] = max(study_file.level, level_of("wanted", level_keys), key=LEVELS.index)
     return Study(name=path.stem, base=_base_tables(study_file, folder), how=how, rows=rows, **study_keys)
 
 
-def _extend_wanted(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
-    """Return the requested outputs together with the outputs that a search needs.
+def _vary_with_front(study_file: StudyFile) -> dict[str, Variation]:
+    """Return the varied keys of a search, followed by the key of its Pareto front, if it has one.
 
-    A search needs its objective and its verdicts. It also needs the reason why the forces cannot be read, and the limit
-    of an uncertainty that it minimises.
+    Raises InputError if the key of the front varies too.
+    """
+    front = study_file.goal.front or {}
+    for key in front.keys() & study_file.vary.keys():
+        hint = "remove the key from [vary], or choose another key for the front"
+        raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
+    return {**study_file.vary, **front}
+
+
+def _extend_wanted(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
+    """Return the requested outputs together with the outputs that a search needs, without duplicates.
+
+    A search needs its objective and its verdicts. If a verdict judges readings, it also needs the reason why forces
+    cannot be read. If the search minimises an uncertainty, it also needs the limit of this uncertainty.
     """
     further_keys = []
     if any(row_of(name).needs == "reading" for name in goal.under):
@@ -332,7 +345,10 @@ def _extend_wanted(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
 
 
 def _default_sampling(data: Mapping[str, Any]) -> How:
-    """Return the method by which points are drawn if the study file has no key `how`."""
+    """Return the method by which points are drawn if the study file, with the content `data`, has no key `how`.
+
+    A file of points is used if one is given. A table `[optimise]` without `samples` means a search.
+    """
     if "points" in data:
         return "points"
     return "search" if "optimise" in data and "samples" not in data else "sobol"
@@ -341,7 +357,7 @@ def _default_sampling(data: Mapping[str, Any]) -> How:
 def _base_tables(study_file: StudyFile, folder: Path) -> DesignTables:
     """Return the tables of the base design, after applying the settings under `[set]`.
 
-    Paths in the study file are relative to `folder`.
+    Paths in the study file are relative to `folder`. A base whose name does not end in .toml is a preset.
     """
     base = study_file.base
     settings = study_file.set
@@ -353,8 +369,8 @@ def _base_tables(study_file: StudyFile, folder: Path) -> DesignTables:
 def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     """Read a CSV file of points, which has a header of keys and one row of values for each point.
 
-    Returns the varied keys, and the values of each point in their order. Raises InputError if there is no row, if a key
-    occurs twice, if a row is not as long as the header, and for an invalid value.
+    Returns the varied keys, and the values of each point in the order of the keys. Raises InputError if there is no
+    row, if a key occurs twice, if a row is not as long as the header, and for an invalid value.
     """
     sheet = single_sheet(path)
     header, *points = [row for row in sheet.rows if not row.empty]
@@ -368,28 +384,30 @@ def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     for row in points:
         check_row_length(sheet.source, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
-    # The values are in `rows`. Only the names of the varied keys are used, so each key gets an arbitrary single choice.
-    return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)
+    # The points come from `rows`, so a study uses only the names of the varied keys. A key must have a variation, which
+    # is here the value of the first point.
+    vary: dict[str, Variation] = {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}
+    return vary, tuple(rows)
 
 
 def _design_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # noqa: ANN401 - a type of dict
     """Return the cattrs structure hook for a table of design keys, as under `[vary]` and `[set]`.
 
     TOML reads the unquoted key `table.key` as a nested table, and the quoted key as a single key. The hook accepts both
-    and returns single keys.
+    and returns dotted keys. It raises MisfitError for a value that is not a table.
     """
     structure = mapping_structure_factory(kind, _CONVERTER)
 
-    def structure_flat(data: object, _: Any) -> dict[str, Any]:  # noqa: ANN401 - the type of dict
-        flat: dict[str, object] = {}
+    def structure_dotted(data: object, _: Any) -> dict[str, Any]:  # noqa: ANN401 - the type of dict
+        by_dotted_key: dict[str, object] = {}
         for key, value in check_table(data).items():
-            if key in TABLES and isinstance(value, Mapping):
-                flat |= {f"{key}.{inner}": setting for inner, setting in value.items()}
+            if key in TABLES and isinstance(value, Mapping):  # an unquoted key
+                by_dotted_key |= {f"{key}.{inner_key}": setting for inner_key, setting in value.items()}
             else:
-                flat[key] = value
-        return dict(structure(flat, kind))
+                by_dotted_key[key] = value
+        return dict(structure(by_dotted_key, kind))
 
-    return structure_flat
+    return structure_dotted
 
 
 _CONVERTER = file_converter()

@@ -21,9 +21,9 @@ from sensor.verdict import row_of
 from sensor.words import value_text
 
 PAGE = "study.html"
-BEST = 10
+BEST = 10  # number of best points by default
 MAX_DOTS = 1_000  # maximum number of points in a plot; more would overlap
-_DESIGNS = "best-designs"
+_DESIGNS = "best-designs"  # folder of the design files, inside the folder of the study
 _BASE = "base.toml"
 _SEED = 1  # a fixed seed, so that a study always has the same page
 _VALUE_SENTENCE = re.compile(r"The value is [^.]*\.")
@@ -64,9 +64,9 @@ def write_page(
     """Write the page of a study, its base design, and the designs of its best points; return the path of the page.
 
     The files are written into the folder of the store. `best` holds the numbers of the best points, the best one first.
-    By default these are the ten points with the smallest values of the first key in `wanted`. `proved` maps each point
-    whose whole run passed to its design file. The page shows all of these points, and at most `MAX_DOTS` others, which
-    are drawn at random.
+    By default, these are the `BEST` points with the smallest values of the first key in `wanted`. `proved` holds the
+    design file of each point whose whole run passed, keyed by the number of the point. The page shows all of these
+    points, and at most `MAX_DOTS` others, which are drawn at random.
 
     Raises InputError if a file cannot be written, or if it would replace a file of the user; with `force`, such a file
     is kept as NAME.bak.
@@ -97,8 +97,8 @@ def _plot_data(
     """Return the data for the plots of the page: the keys that can be shown, and the points.
 
     `keys` are the keys with their own row on the page. `best` holds the numbers of the best points, and `proved` the
-    design file of each point whose whole run passed. All of these points are in the data, and a random sample of the
-    others.
+    design file of each point whose whole run passed, keyed by its number. All of these points are in the data, and a
+    random sample of the others.
     """
     sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
     points = []
@@ -113,7 +113,7 @@ def _plot_data(
         "wanted": list(study.wanted),
         "shown": [shown_key.key for shown_key in keys],
         "labels": {shown_key.key: shown_key.label for shown_key in keys},
-        "axes": [shown_key.key for shown_key in keys if store.differs(shown_key.key)],
+        "axes": [shown_key.key for shown_key in keys if store.differs(shown_key.key)],  # a constant makes no axis
         "parts": [key for key in study.wanted if is_part_of_limit(key)],
         "minimise": minimised_key,
         "points": points,
@@ -123,31 +123,37 @@ def _plot_data(
 
 
 def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
-    """Return the varied keys and requested outputs that have their own row on the page.
+    """Return the varied keys and requested outputs that have their own row on the page."""
+    without_row = _keys_without_row(study)
+    return tuple(_shown_key(key, study, store) for key in study.keys if key not in without_row)
 
-    If the value of a verdict is requested, its error, limit, tolerance and outcome appear in the row of the value. So
-    they have no row of their own.
+
+def _keys_without_row(study: Study) -> set[str]:
+    """Return the keys that have no row of their own on the page.
+
+    If the value of a verdict is requested, its error, limit, tolerance and outcome appear in the row of the value.
     """
     # A search adds the key REFUSED for its own use, so the page does not show it.
-    keys_without_row = {REFUSED} if study.how == "search" else set()
+    keys = {REFUSED} if study.how == "search" else set()
     for key in study.wanted:
         verdict, _, last_part = key.rpartition(".")
         if verdict.startswith("verdicts.") and last_part == "value":
-            keys_without_row |= {f"{verdict}.{field}" for field in VERDICT_FIELDS if field != "value"}
-    keys = []
-    for key in study.keys:
-        if key not in keys_without_row:
-            low, high = store.span(key) or (None, None)
-            varies = key in study.vary
-            label, markdown = _label_and_meaning(key, varies=varies)
-            meaning = _LINK.sub(r"\1", markdown).replace("`", "")  # the page shows plain text, not Markdown
-            counts = {value_text(value): count for value, count in store.text_counts(key).items()}
-            keys.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
-    return tuple(keys)
+            keys |= {f"{verdict}.{field}" for field in VERDICT_FIELDS if field != "value"}
+    return keys
+
+
+def _shown_key(key: str, study: Study, store: StudyStore) -> ShownKey:
+    """Return a key of a study with its label, its meaning, and its range over the stored points."""
+    low, high = store.span(key) or (None, None)
+    varies = key in study.vary
+    label, markdown = _label_and_meaning(key, varies=varies)
+    meaning = _LINK.sub(r"\1", markdown).replace("`", "")  # the page shows plain text, not Markdown
+    counts = {value_text(value): count for value, count in store.text_counts(key).items()}
+    return ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items())))
 
 
 def is_part_of_limit(key: str) -> bool:
-    """Return whether a key is the limit of a verdict whose value is only bounded on one side."""
+    """Return whether a key is the limit of a verdict that bounds its value on one side, from above or from below."""
     name, field = verdict_field(key)
     return field == "limit" and row_of(name).sense is not None
 
@@ -156,7 +162,7 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
     """Return the label of a key on the page, and its meaning as Markdown.
 
     The label includes the unit if the key itself does not. If the key `varies`, it is looked up among the keys of a
-    design, otherwise among the keys of the report. The meaning is empty if it is not known.
+    design first, otherwise only among the keys of the report. The meaning is empty if it is not known.
     """
     verdict, verdict_part = verdict_field(key)
     if verdict:
@@ -174,8 +180,8 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
 def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
     """Return the label and the meaning of a field of the verdict called `name`, such as its value or its limit.
 
-    The meaning consists of the question of the verdict and, for the field `value`, the sentence that describes it. It
-    is empty for an unknown verdict.
+    The text of a verdict begins with its question and has a sentence on its value. The meaning consists of the question
+    and, for the field `value`, of this sentence. It is empty for an unknown verdict.
     """
     label = name if field == "value" else f"{name}, {field}"
     # An entry explains one verdict, or several verdicts whose names are in `each`.
@@ -183,7 +189,7 @@ def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
     if entry is None:
         return label, ""
     if row_of(name).standard and field != "passed":
-        # A study shows the values in report.json, which are standard deviations and not half widths at 95 %.
+        # A study shows the values in report.json, which are standard deviations. Other pages show half widths at 95 %.
         label = f"{label}, one standard deviation"
     has_unit = entry.unit != "1" and field != "passed"
     if has_unit:
@@ -199,9 +205,11 @@ def _design_files(
     """Return the design files of the base and of the best points, keyed by path, and a link to the file of each point.
 
     `best` holds the numbers of the best points, and `proved` the design file of each point whose whole run passed. A
-    proved point is linked to this file, so no other file is written for it. An incomplete base design has no file. A
-    base that defines several processes, between which the study varies, is not linked: its file contains only one of
-    them.
+    proved point is linked to this file, so no other file is written for it. The links are relative to the folder of the
+    study, and keyed by "base" or by the number of the point.
+
+    An incomplete base design has no file. A base that defines several processes, between which the study varies, is not
+    linked, because its file contains only one of them.
     """
     folder = store.path.parent
     files = {}

@@ -67,8 +67,10 @@ def _write_csv(store: StudyStore, path: Path) -> None:
 
 
 def _column_names(store: StudyStore) -> tuple[str, ...]:
+    """Return the names of the columns of the table, in their order."""
     return ("number", "status", *store.keys, "error")
 
 
 def _cell_text(value: object) -> object:
+    """Return a value as it is written to CSV: strings and None unchanged, any other value in JSON notation."""
     return value if value is None or isinstance(value, str) else json.dumps(value)

@@ -14,6 +14,7 @@ from pipeline.sensor import Sensor, SpringsAs
 from pipeline.study.points import Point
 from pipeline.study.study_file import Study
 from pipeline.study.wanted import PASSED, wanted_value
+from sensor.design.parameters import Design
 from sensor.quantity import InputError
 
 Status = Literal["done", "refused", "failed"]
@@ -60,8 +61,9 @@ def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...
 def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
     """Solve a point of a study and return its values, or the reason why it was refused or failed.
 
-    The files of a whole run are written into `folder`. An exception caused by a machine fault is raised if the disk is
-    full. In a search it is always raised, because the next points depend on the result of this one.
+    The files of a whole run are written into `folder`. An exception due to a machine fault is raised again if the disk
+    is full, because no further point can then be stored. In a search it is always raised again, because the next points
+    depend on the result of this one.
     """
     start = time.process_time()
     values: Mapping[str, object] = {}
@@ -74,12 +76,25 @@ def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
         is_disk_full = getattr(fault, "errno", None) in _DISK_FULL
         if fault is not None and (study.how == "search" or is_disk_full):
             raise
-        is_refused = isinstance(failure, InputError) and fault is None
-        status = "refused" if is_refused else "failed"
-        message = str(failure) if is_refused else f"{type(failure).__name__}: {failure}"
-        prefix = "" if fault is None else MACHINE
-        error = prefix + " ".join(message.split())  # on one line
+        status, error = _status_and_message(failure, fault)
     return PointResult(**vars(point), status=status, values=values, error=error, seconds=time.process_time() - start)
+
+
+def _status_and_message(failure: Exception, fault: BaseException | None) -> tuple[Status, str]:
+    """Return the status of a point and its one-line message after the exception `failure`.
+
+    A point is refused if its design is invalid. In any other case it failed, and the message names the type of the
+    exception. If a machine `fault` is the cause, the message begins with `MACHINE`, so that the point is solved again.
+    """
+    if isinstance(failure, InputError) and fault is None:
+        return "refused", _on_one_line(str(failure))
+    prefix = "" if fault is None else MACHINE
+    return "failed", prefix + _on_one_line(f"{type(failure).__name__}: {failure}")
+
+
+def _on_one_line(message: str) -> str:
+    """Return a message without line breaks and repeated spaces."""
+    return " ".join(message.split())
 
 
 def _fault_of_machine(failure: Exception) -> BaseException | None:
@@ -101,16 +116,22 @@ def _wanted_values(study: Study, folder: Path, point: Point) -> dict[str, object
     level `flexures`, and sized by closed-form expressions at the level `contact`.
     """
     design = study.base.design(point.settings)
+    report: Mapping[str, object]
     if study.level == "files":
-        from pipeline import run  # imported here because the import takes seconds and only this level needs it
-
+        # A search keeps no files. Seven digits are enough for the number of any point below `MAX_POINTS`.
         out = None if study.how == "search" else folder / "designs" / f"{point.number:07d}"
-        options = RunOptions(tolerance=study.tol, out=out)
-        # A parallel CAD process would not help, because the engine already has one process per core.
-        result = run(design, options, beside=False)
-        report: Mapping[str, object] = {**vars(report_of_result(result)), PASSED: result.passed}
+        report = _report_of_run(design, RunOptions(tolerance=study.tol, out=out))
     else:
         options = RunOptions(tolerance=study.tol)
         springs_as: SpringsAs = "sized" if study.level == "contact" else "fitted"
         report = SensorParts(Sensor(design=design, options=options, springs_as=springs_as))
     return {key: wanted_value(report, key) for key in study.wanted}
+
+
+def _report_of_run(design: Design, options: RunOptions) -> dict[str, object]:
+    """Run a design, and return the parts of its report by name, together with the overall outcome `PASSED`."""
+    from pipeline import run  # imported here, because the import takes seconds and only whole runs need it
+
+    # A parallel CAD process would not help, because the engine already has one process per core.
+    result = run(design, options, beside=False)
+    return {**vars(report_of_result(result)), PASSED: result.passed}

@@ -40,15 +40,15 @@ def record_of(kind: type[T], table: Mapping[str, Any], converter: cattrs.Convert
 
 
 def file_converter() -> cattrs.Converter:
-    """Return a cattrs converter from TOML tables to records.
+    """Return a cattrs converter from TOML tables to records, which rejects unknown keys.
 
-    Numbers and strings are not converted, because the records check them. Two exceptions are an integer in a float
-    field, which becomes a float, and a list in a field for strings, which becomes a tuple. The metadata `key` of a
-    field is its name in the file, if this differs from the name of the field.
+    Numbers and strings are not converted, because the records check them. There are two exceptions. An integer in a
+    float field becomes a float, and a list in a field for strings becomes a tuple. The metadata `key` of a field is its
+    name in the file, if this differs from the name of the field.
     """
     converter = cattrs.Converter(forbid_extra_keys=True)
-    for text_or_whole in (int, str):
-        converter.register_structure_hook(text_or_whole, _unchanged)
+    for kind in (int, str):
+        converter.register_structure_hook(kind, _unchanged)
     converter.register_structure_hook_func(lambda kind: is_instance_of(kind, Literal), _unchanged)
     converter.register_structure_hook(float, lambda value, _: as_float(value) if type(value) is int else value)
     converter.register_structure_hook(bool, _check_bool)
@@ -73,10 +73,12 @@ def check_table(value: object) -> Mapping[str, Any]:
 
 
 def _unchanged(value: Any, _: object) -> Any:  # noqa: ANN401 - any value
+    """Return a value unchanged, as a structure hook of cattrs, whose second argument is the type of the field."""
     return value
 
 
 def _check_bool(value: object, _: object) -> bool:
+    """Return a Boolean unchanged; raises MisfitError for any other value, which cattrs would convert."""
     if not isinstance(value, bool):
         bound = "true or false"
         raise MisfitError(value, bound, "write true or false without quotes")
@@ -98,19 +100,10 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
     kind: Any = errors.cl  # the type of the record
     error = min(errors.exceptions, key=lambda exception: not isinstance(exception, cattrs.ForbiddenExtraKeysError))
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
-        unknown = min(error.extra_fields)
+        unknown = min(error.extra_fields)  # the first one in alphabetical order
         keys = list(map(key_of, fields(kind)))
         return unknown_name("key", _join_path(path, unknown), keys, unknown)
-    # The notes of cattrs contain the field and the list index at which the error occurred.
-    location = path
-    hint = ""
-    for note in getattr(error, "__notes__", ()):
-        if isinstance(note, cattrs.AttributeValidationNote):
-            item = kind.__dataclass_fields__[note.name]
-            location = _join_path(location, key_of(item))
-            hint = item.metadata.get("hint", "")
-        elif isinstance(note, cattrs.IterableValidationNote):
-            location = _join_path(location, str(note.index))
+    location, hint = _location_and_hint(error, kind, path)
     match error:
         case cattrs.BaseValidationError():  # an error in a nested table
             return _first_error(error, location)
@@ -122,5 +115,24 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
     return validation_error(location, None, "", "given", hint)  # KeyError: the key is missing from the table
 
 
+def _location_and_hint(error: Exception, kind: Any, path: str) -> tuple[str, str]:  # noqa: ANN401 - any record
+    """Return the dotted name of the value that caused an error in a record of type `kind`, and the hint of its field.
+
+    The notes that cattrs adds to the error contain the field and the list index of this value. `path` is the dotted
+    name of the table. The hint is empty if the field has none.
+    """
+    location = path
+    hint = ""
+    for note in getattr(error, "__notes__", ()):
+        if isinstance(note, cattrs.AttributeValidationNote):
+            item = kind.__dataclass_fields__[note.name]
+            location = _join_path(location, key_of(item))
+            hint = item.metadata.get("hint", "")
+        elif isinstance(note, cattrs.IterableValidationNote):
+            location = _join_path(location, str(note.index))
+    return location, hint
+
+
 def _join_path(path: str, key: str) -> str:
+    """Return the dotted name of a key in a table; the `path` of the outermost table is empty."""
     return f"{path}.{key}" if path else key

@@ -15,6 +15,7 @@ from sensor.quantity import Bounds, as_float, check_fields, choice, quantity, te
 Setting = float | int | str | bool | tuple[float, ...]
 
 _TAIL = 1e-9  # probability of each tail that is cut off, at 6 standard deviations of a normal distribution
+# Hints for the user
 _BOTH = "give from and to, or mean and sd"
 _SOURCE = "state the source of the numbers"
 
@@ -85,6 +86,7 @@ class Choices:
 
     def at(self, fraction: float) -> Setting:
         """Return the value [unit of the key] at a fraction [1] of the list, from 0 at its start to 1 at its end."""
+        # The fraction 1 would give an index beyond the end, so the index is limited.
         return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
 
     def fraction_of(self, value: object) -> float | None:
@@ -126,12 +128,12 @@ Variation = Range | Choices | Normal
 def setting_of(value: object) -> Setting:
     """Convert a TOML value to a value of a design key; a list becomes a tuple.
 
-    Raises MisfitError for a date, a table, an empty list, a list that contains anything but numbers, and NaN.
+    Raises MisfitError for a date, a table, an empty list, a list that contains anything but numbers, infinity and NaN.
     """
-    # An empty list is kept as one item, which is not a number, so that it is rejected.
-    numbers = value if isinstance(value, list) and value else [value]
-    are_finite = all(is_number(number) and math.isfinite(as_float(number)) for number in numbers)
-    if isinstance(value, bool | str) or are_finite:
+    # An empty list becomes the only item of `items`. It is not a number, so it is rejected.
+    items = value if isinstance(value, list) and value else [value]
+    are_finite_numbers = all(is_number(item) and math.isfinite(as_float(item)) for item in items)
+    if isinstance(value, bool | str) or are_finite_numbers:
         return tuple(value) if isinstance(value, list) else value  # type: ignore[return-value]
     bound = "a finite number, a list of finite numbers, true or false, or a string"
     raise MisfitError(value, bound, "correct that value")
@@ -159,7 +161,8 @@ def variation_of(data: object, converter: cattrs.Converter) -> Variation:
     """Return the variation of a key; `data` is its value under `[vary]` in a study file.
 
     A list becomes Choices, a table with `mean` or `sd` becomes a Normal distribution, and any other table becomes a
-    Range. Tables are converted by `converter` from `file_converter`. Raises MisfitError for any other value.
+    Range. `converter`, which comes from `file_converter`, converts the tables and rejects unknown keys. Raises
+    MisfitError for a value that is neither a list nor a table.
     """
     if isinstance(data, list):
         return Choices(values=tuple(map(setting_of, data)))

@@ -37,18 +37,26 @@ def _level_of(name: str, key: str) -> Level:
     """
     refuse_removed_key(key)
     level = _verdict_level(key) if key.startswith("verdicts.") else _plain_level(key)
-    for known_level in LEVELS:
+    for known_level in LEVELS:  # returns a value of the type Level
         if known_level == level:
             return known_level
-    # The key is unknown, so suggest the most similar key that can be requested. Placeholders in keys are filled in.
+    bound = "a key of report.json that docs/studies.md lists and that holds a single number or string"
+    suggestion = nearest(key, _requestable_keys())
+    raise validation_error(name, key, "", bound, f"did you mean {suggestion}?")
+
+
+def _requestable_keys() -> list[str]:
+    """Return keys that a study can request, from which a message suggests one in place of an unknown key.
+
+    Placeholders in keys are filled in, so that a suggestion can be copied. Of a verdict, only the key of its value is
+    included.
+    """
     plain_keys = []
     for known_key in report_keys():
         if known_key.is_value and known_key.level:
             plain_keys.append(known_key.name.replace("[]", ".0").replace("SPRING", "low"))
     verdict_keys = [f"verdicts.{verdict}.value" for row in verdict_rows() if row.level for verdict in row.names]
-    bound = "a key of report.json that docs/studies.md lists and that holds a single number or string"
-    suggestion = nearest(key, [*plain_keys, *verdict_keys, PASSED])
-    raise validation_error(name, key, "", bound, f"did you mean {suggestion}?")
+    return [*plain_keys, *verdict_keys, PASSED]
 
 
 def _plain_level(key: str) -> str:
@@ -60,12 +68,15 @@ def _plain_level(key: str) -> str:
 
 
 def _verdict_level(key: str) -> str:
-    """Return the level of a key verdicts.NAME.FIELD; an empty string if it cannot be requested."""
+    """Return the level of a key verdicts.NAME.FIELD; an empty string if it cannot be requested.
+
+    It is the lowest level that decides the verdict. Its value may need a higher level than its outcome.
+    """
     verdict, field = verdict_field(key)
     if field not in VERDICT_FIELDS:
         return ""
     row = row_of(verdict)
-    if field == "value" and row.value_level:  # the value may be known at a lower level than the verdict
+    if field == "value" and row.value_level:
         return row.value_level
     if row.level:
         return row.level

@@ -12,6 +12,7 @@ from sensor.quantity import validation_error
 
 MAX_LINES = 1_000_000
 LONGEST_LINE = 65536  # maximum length of a line [bytes]; a longer line is not a row of a table
+# Byte order marks and the encodings that they announce; the mark of UTF-32 begins like a mark of UTF-16, so it is first
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _LEGACY = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # legacy encodings of exported tables
 # Legacy encodings in which every byte is valid. They are accepted only if a known word is found in the text.
@@ -32,11 +33,13 @@ def lines_of_text(source: str, content: bytes) -> list[str]:
     `source` is the name of the file in error messages. Raises InputError if the bytes are not text, if there are too
     many lines, and if a line is too long.
     """
-    # Remove terminal colours, the end-of-file character of DOS, doubled carriage returns, and byte order marks.
-    text = _ANSI.sub("", _decode_text(content).rstrip("\x1a")).replace("\r\r\n", "\n").replace("\ufeff", "")
+    text = _decode_text(content).rstrip("\x1a")  # the end-of-file character of DOS
+    # Remove terminal colours, doubled carriage returns, and byte order marks.
+    text = _ANSI.sub("", text).replace("\r\r\n", "\n").replace("\ufeff", "")
     if _NO_TEXT.search(text):
         hint = "export the table as CSV in UTF-8, or as XLSX"
         raise validation_error(source, "bytes", "", "a text file, CSV, or a workbook, XLSX", hint)
+    # One line more than allowed is read, which is enough to notice that there are too many.
     lines = list(itertools.islice(io.StringIO(text, newline=None), MAX_LINES + 1))
     if len(lines) > MAX_LINES:
         raise validation_error(source, "its lines", "", f"at most {MAX_LINES}", "export fewer samples per second")
@@ -52,13 +55,13 @@ def lines_of_stream() -> Iterator[str]:
 
     Raises InputError for a line that is not UTF-8 text or is too long.
     """
-    encoding = "utf-8-sig"  # only the first line may begin with a byte order mark
     number = 0
     while raw := sys.stdin.buffer.readline(LONGEST_LINE):
         number += 1
+        encoding = "utf-8-sig" if number == 1 else "utf-8"  # only the first line may begin with a byte order mark
         text = _ANSI.sub("", raw.decode(encoding, "replace"))
-        encoding = "utf-8"
-        if _NO_TEXT.search(text) or len(raw) == LONGEST_LINE:
+        is_cut_off = len(raw) == LONGEST_LINE
+        if _NO_TEXT.search(text) or is_cut_off:
             raise validation_error(place_of("-", number), "bytes", "", "a line of text in UTF-8", "send CSV")
         yield text
 
@@ -66,31 +69,40 @@ def lines_of_stream() -> Iterator[str]:
 def _decode_text(content: bytes) -> str:
     """Return the text of a file whose encoding is unknown.
 
-    Byte order marks, escape sequences and null bytes are checked first. Then UTF-8 is tried. If the bytes are not valid
-    UTF-8, each legacy encoding is tried, and known header words are searched in the decoded text. The encoding with the
-    largest total length of the words found is chosen. If no word is found, the first encoding that decodes without an
-    error is chosen. Bytes that are not text become characters of `_NO_TEXT`.
+    Byte order marks, escape sequences and null bytes show some encodings. For other files, UTF-8 is tried first and
+    then the legacy encodings, because text in a legacy encoding is rarely valid UTF-8. Bytes that are not text become
+    characters of `_NO_TEXT`.
     """
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             return content.decode(encoding, "replace")
     if b"\x1b$" in content:  # the escape sequence that begins Japanese characters
         return content.decode("iso2022_jp", "replace")
-    # In UTF-16, every second byte of a Latin character is null.
+    # In UTF-16, every second byte of a Latin character is null: the odd ones (from 0) if the low byte comes first.
     half = len(content) // 2
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if content[start::2].count(0) > _NULL_FRACTION * half:
             return content[: 2 * half].decode(encoding, "replace")
-    best, most_letters = content.decode("cp1252", "replace"), -1
-    for encoding in ("utf-8", *_LEGACY, *_ALWAYS_VALID):
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        return _decode_legacy_text(content)
+
+
+def _decode_legacy_text(content: bytes) -> str:
+    """Return the text of a file in the legacy encoding in which it contains the most known header words.
+
+    The words are compared by their total length, because a short word may occur by chance. If no word is found, the
+    text is in the first legacy encoding that decodes the bytes without an error.
+    """
+    best_text, most_letters = content.decode("cp1252", "replace"), -1  # -1, so that a text without words replaces it
+    for encoding in (*_LEGACY, *_ALWAYS_VALID):
         try:
             text = content.decode(encoding)
         except UnicodeDecodeError:
             continue
-        if encoding == "utf-8":
-            return text
         head = unicodedata.normalize("NFKC", text[:LONGEST_LINE]).casefold()
         letters = sum(len(word) for word in FOREIGN_WORDS if word in head)
         if letters > most_letters and (letters or encoding in _LEGACY):
-            best, most_letters = text, letters
-    return best
+            best_text, most_letters = text, letters
+    return best_text

@@ -12,3 +12,4 @@ FOREIGN_WORDS = {
     for word in words
     if not word.isascii()
 }
+"""The words that contain other letters than ASCII, in lower case; they show in which encoding a text is written."""

@@ -31,9 +31,10 @@ class ColumnFlags(NamedTuple):
     others: tuple[str, ...] = ()
 
     def applied(self, quantities: Mapping[str, Quantity]) -> dict[str, Quantity]:
-        """Return the quantities with the headers and units that the flags state.
+        """Return the quantities, keyed by name, with the headers and units that the flags state.
 
-        Raises InputError for an unknown name, and for a text that is not a unit of the quantity.
+        A flag may also name one of the `others`, which is ignored here. Raises InputError for any other unknown name,
+        and for a text that is not a unit of the quantity.
         """
         with_flags = dict(quantities)
         names = (*quantities, *self.others)
@@ -54,14 +55,14 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
 
     Raises InputError if the text does not have this form, or if a name is unknown or occurs twice.
     """
-    if text is None:
+    if text is None:  # the flag is not given
         return
     # A value ends before the next known name. Longer names are tried first, because a name may begin with another one.
-    known = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
-    # `start` is the text before the first name, which must be empty.
-    start, *parts = re.split(rf"(?:^|,)\s*({known})\s*=", text)
-    values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))  # `parts` are a name, its value, ...
-    is_each_name_once = 0 < 2 * len(values) == len(parts)
+    name_pattern = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
+    # The split yields the text before the first name, which must be empty, and then a name, its value, a name, ...
+    start, *parts = re.split(rf"(?:^|,)\s*({name_pattern})\s*=", text)
+    values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))
+    is_each_name_once = 0 < 2 * len(values) == len(parts)  # a dict drops repeated names
     is_complete = not start and is_each_name_once and all(values.values())
     # Another `, WORD =` in a value is an unknown name.
     has_unknown_name = any(re.search(r",\s*\w+\s*=", value) for value in values.values())
@@ -77,6 +78,17 @@ class NamedColumn(NamedTuple):
     position: int
     name: str
     units: tuple[str, ...]
+
+
+class LabelMeaning(NamedTuple):
+    """The quantity that a label names and its unit; "" if there is none.
+
+    With `needs_unit`, the label names the quantity only because it contains this unit.
+    """
+
+    name: str
+    unit: str
+    needs_unit: bool
 
 
 class HeaderWords:
@@ -103,7 +115,7 @@ class HeaderWords:
             quantity_by_words |= {
                 words.replace(" ", ""): name for words, name in quantity_by_words.items() if " " in words
             }
-            quantity_by_words.pop("", None)  # the key of quantities that no flag selects
+            quantity_by_words.pop("", None)  # the empty `selected_column` of a quantity that no flag selects
         self._checks_left = _MAX_HEADER_CHECKS
         self.interpret_label = functools.lru_cache(maxsize=4096)(self._interpret_label)  # labels recur in many rows
 
@@ -122,24 +134,19 @@ class HeaderWords:
             for name, quantity in self.quantities.items()
             for index in _selected_columns(row.cells, quantity.selected_column)
         ]
-        # For each label: its index, the quantity that it names, its unit, and whether it names it only with this unit.
-        labels = [
-            (index, *self.interpret_label(label))
-            for index, label in enumerate(row.cells)
-            if len(label) <= LONGEST_LABEL
-        ]
-        columns_by_word = [
-            NamedColumn(index, name, (unit,) if unit else ())
-            for index, name, unit, needs_unit in labels
-            if name and not needs_unit
-        ]
+        columns_by_word = []
+        columns_by_word_with_unit = []
+        for index, label in enumerate(row.cells):
+            if len(label) > LONGEST_LABEL:
+                continue
+            meaning = self.interpret_label(label)
+            if meaning.needs_unit:
+                columns_by_word_with_unit.append(NamedColumn(index, meaning.name, (meaning.unit,)))
+            elif meaning.name:
+                columns_by_word.append(NamedColumn(index, meaning.name, (meaning.unit,) if meaning.unit else ()))
         columns = columns_by_flag + columns_by_word
         names = {column.name for column in columns}
-        columns += [
-            NamedColumn(index, name, (unit,))
-            for index, name, unit, needs_unit in labels
-            if needs_unit and name not in names
-        ]
+        columns += [column for column in columns_by_word_with_unit if column.name not in names]
         return sorted(columns)
 
     def names(self, row: Row) -> set[str]:
@@ -149,10 +156,11 @@ class HeaderWords:
     def is_header(self, row: Row, needed: Sequence[Collection[str]]) -> bool:
         """Return whether a row is a header, which means that it names all quantities of at least one set in `needed`.
 
-        None of the cells that name these quantities may be a number.
+        None of the cells that name these quantities may be a number. The number of checks is limited: after
+        `_MAX_HEADER_CHECKS` rows, the result is always False.
         """
-        # Shortcut for speed: a row of numbers and empty cells is not a header. An empty cell passes, because "" is
-        # contained in every string.
+        # Shortcut for speed: a row of numbers and empty cells is not a header. An empty cell passes the test, because
+        # "" is contained in every string.
         if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._checks_left == 0:
             return False
         self._checks_left -= 1
@@ -171,7 +179,7 @@ class HeaderWords:
         The result is empty unless the flags select all quantities of at least one set in `needed`. Columns of text are
         left out.
         """
-        # The number of the column of each quantity, counted from 1.
+        # the number of the column of each quantity, counted from 1
         column_numbers = {
             name: int(quantity.selected_column)
             for name, quantity in self.quantities.items()
@@ -182,7 +190,7 @@ class HeaderWords:
         return {
             number - 1: self.quantities[name]
             for name, number in column_numbers.items()
-            if number and self.quantities[name].units
+            if number and self.quantities[name].units  # the number 0 selects no column
         }
 
     def find_near_miss(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
@@ -192,32 +200,31 @@ class HeaderWords:
         """
         for label in row.cells:
             parts = list(label_parts(label)) if len(label) <= LONGEST_LABEL else []
-            for words, tail in reversed(parts):
+            for words, tail in reversed(parts):  # the fewest words first, so that the longest tail is reported
                 name = self._quantity_by_label.get(fold_words(words), "")
                 if name in names and self.quantities[name].units:
                     return label, name, tail
         return None
 
-    def _interpret_label(self, label: str) -> tuple[str, str, bool]:
-        """Return the quantity that a label names, its unit, and whether the label names it only because of the unit.
+    def _interpret_label(self, label: str) -> LabelMeaning:
+        """Return the quantity that a label names, and the unit in the label.
 
-        The label must consist of known words, which may be followed by a unit of their quantity. The quantity and the
-        unit are "" if the label names none.
+        The label must consist of known words, which a unit of their quantity may follow.
         """
         if name := self._quantity_by_label.get(fold_words(label), ""):
-            return name, "", False
+            return LabelMeaning(name, "", needs_unit=False)
         for words, tail in label_parts(label):
             name = self._quantity_by_label.get(fold_words(words), "")
             if name and self.quantities[name].units and (not tail or unit_of(self.quantities[name], tail)):
-                return name, tail, False
+                return LabelMeaning(name, tail, needs_unit=False)
             name = self._quantity_by_label_with_unit.get(fold_words(words), "")
             if name and unit_of(self.quantities[name], tail):
-                return name, tail, True
-        return "", "", False
+                return LabelMeaning(name, tail, needs_unit=True)
+        return LabelMeaning("", "", needs_unit=False)
 
 
 def _selected_columns(labels: Sequence[str], selected_column: str) -> list[int]:
-    """Return the indices of the columns that the value `selected_column` of a flag selects.
+    """Return the indices of the columns that the value `selected_column` of a flag selects; none if it is empty.
 
     The value is a label, the number of a column counted from 1, or a label without its unit, in this order of
     preference.
@@ -230,22 +237,23 @@ def _selected_columns(labels: Sequence[str], selected_column: str) -> list[int]:
         return by_label
     if selected_column.isdecimal() and 0 < int(selected_column) <= len(labels):
         return [int(selected_column) - 1]
-    return [
-        index
-        for index, label in enumerate(labels)
-        if any(
-            fold_words(words) == chosen_words and (is_unit(tail) or is_other_unit(tail))
-            for words, tail in label_parts(label)
-        )
-    ]
+    return [index for index, label in enumerate(labels) if _is_label_with_unit(label, chosen_words)]
+
+
+def _is_label_with_unit(label: str, chosen_words: str) -> bool:
+    """Return whether a label consists of the words `chosen_words`, in the form of `fold_words`, and any unit."""
+    return any(
+        fold_words(words) == chosen_words and (is_unit(tail) or is_other_unit(tail))
+        for words, tail in label_parts(label)
+    )
 
 
 def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     """Yield all units in the label of a column that a flag selects for the `quantity` of this `name`.
 
     Units of other quantities are yielded too, so that they can be refused. If the label has no unit and no flag states
-    one, a text in brackets or after a known word is yielded as an unknown unit. So are the dots that R writes instead
-    of (%).
+    one, a text in brackets or after a known word is yielded as an unknown unit, which is refused too. So are the dots
+    that R writes instead of (%).
     """
     units = list(_trailing_units(label, name, quantity)) if quantity.units else []
     known_words = set(map(fold_words, (*quantity.words, *quantity.words_with_unit)))
@@ -257,6 +265,7 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     elif dots := _R_DOTS.search(label):
         yield dots[0]
     else:
+        # A number after a known word counts the columns of a quantity, as in `force 2`, so it is not a unit.
         tails = (
             tail for words, tail in label_parts(label) if fold_words(words) in known_words and not tail.isdecimal()
         )
@@ -266,12 +275,13 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     """Yield the units at the end of a label, from right to left; a unit of another quantity is the last one.
 
-    `name` is the quantity that is looked for, such as "force". The end of a name such as F_l is its channel, not a
-    unit.
+    `name` is the name of the `quantity`, such as "force". The end of a name such as F_l is its channel, not a unit.
     """
     channel = name.rpartition("_")[2] if "_" in name else ""
     parts = [(words, tail) for words, tail in label_parts(label) if fold_words(tail).split(" ")[0] != channel]
     own_units = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
+    # Units of quantities that are not measured, such as V, come before units of other measured quantities, such as mm
+    # for a force.
     other_units = [tail for _, tail in parts if is_other_unit(tail) and not unit_of(quantity, tail)]
     other_units += [tail for _, tail in parts if is_unit(tail) and not own_units]
     if other_units:
@@ -279,13 +289,15 @@ def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     elif own_units:
         words, tail = own_units[0]
         yield tail
+        # The words before the unit may end in a further unit, after the preposition in several languages.
         yield from _trailing_units(re.sub(r"\s(in|en|em)$", "", words), name, quantity)
 
 
 def label_parts(label: str) -> Iterator[tuple[str, str]]:
     """Yield each way to split a label into words and a tail, which may be a unit.
 
-    Text in brackets is the first tail. The splits at spaces and punctuation follow, from right to left.
+    Text in brackets is the first tail. The splits at spaces and punctuation follow, from right to left, and then a
+    split at the last of several pairs of brackets.
     """
     label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
     if ".." in label or _WRITTEN_BY_R.fullmatch(label):
@@ -298,7 +310,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
         words, tail = label[: separator.start()], label[separator.end() :]
         if words and tail:
             yield words, re.sub(r"^(in|en|em) ", "", tail)  # "in", as in `Force in N`, in several languages
-    # The last pair of brackets, if the label has more than one.
+    # With more than one pair of brackets, the pattern above does not match. The tail is then in the last pair.
     without_closing = label.rstrip(")]}>")
     opening = max(map(without_closing.rfind, "([{<"))
     if without_closing != label and opening > 0:

@@ -294,7 +294,7 @@ class TableReader:
     def _labels(self, row: Row) -> set[str]:
         """Return the quantities that label a number in a row, as in `Force: 1.5 N`."""
         labels = _LABELLED.findall(" ".join(row.cells)[: 4 * LONGEST_LABEL])
-        return {name for label in labels if (name := self.words.interpret_label(label[:LONGEST_LABEL])[0])}
+        return {name for label in labels if (name := self.words.interpret_label(label[:LONGEST_LABEL]).name)}
 
     def _has_labels(self, row: Row) -> bool:
         return any(self._labels(row) >= set(names) for names in self.needed)

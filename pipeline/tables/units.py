@@ -69,28 +69,32 @@ _SPELLINGS = {
     **{_strip_signs(name).casefold(): name for units in _MEASURED for name in units},
     **{_strip_signs(word).casefold(): name for name, words in WORDS["units"].items() for word in words},
 }
+"""The unit of each symbol and of each word in words.toml, keyed in lower case and without signs."""
 
 
 def unit_of(quantity: Quantity, text: str) -> str:
     """Return the unit of a quantity that a text spells, or "" if it does not spell one.
 
-    The case of letters is ignored, except in `m`, `ms`, `mN` and `MPa`.
+    The case of letters is ignored, except in the symbols `m`, `ms`, `mN` and `MPa`.
     """
-    short = _strip_signs(text[:LONGEST_LABEL])
-    if short in quantity.units:
-        return short
+    spelling = _strip_signs(text[:LONGEST_LABEL])
+    if spelling in quantity.units:
+        return spelling
+    unit = _SPELLINGS.get(spelling.casefold(), "")
     # The first letter of these symbols must have the right case: Ms is not ms, and mPa is not MPa. A word
     # such as Millimetres is the same unit in any case.
-    unit = _SPELLINGS.get(short.casefold(), "")
-    is_symbol = unit.casefold() == short.casefold()
-    is_capital_for_small = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
-    is_small_for_capital = is_symbol and unit == "MPa" and short.startswith("mP")
+    is_symbol = unit.casefold() == spelling.casefold()
+    is_capital_for_small = is_symbol and unit in ("m", "ms", "mN") and spelling[0] == "M"
+    is_small_for_capital = is_symbol and unit == "MPa" and spelling.startswith("mP")
     return unit if unit in quantity.units and not is_capital_for_small and not is_small_for_capital else ""
 
 
-_NAMES = {_strip_signs(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words}
-_POWER = re.compile(r"(?<=[^\W\d_])\^?[23]")
-_PARTS = re.compile(r"[/*\u00b7.\s-]+")
+_OTHER_UNITS = {
+    _strip_signs(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words
+}
+"""Units of quantities that are not measured here, in lower case and without signs."""
+_POWER = re.compile(r"(?<=[^\W\d_])\^?[23]")  # as in mm2 and mm^2
+_PARTS = re.compile(r"[/*\u00b7.\s-]+")  # signs between the units of a compound unit
 
 
 def is_unit(text: str) -> bool:
@@ -100,11 +104,11 @@ def is_unit(text: str) -> bool:
 
 def is_other_unit(text: str) -> bool:
     """Return whether a text spells a unit of another quantity, such as V, %, counts, or the compound N/mm."""
-    if _strip_signs(text).casefold() in _NAMES:
+    if _strip_signs(text).casefold() in _OTHER_UNITS:
         return True
-    plain, powers = _POWER.subn("", unicodedata.normalize("NFKC", text).strip("()[]{}<> "))
+    plain, power_count = _POWER.subn("", unicodedata.normalize("NFKC", text).strip("()[]{}<> "))
     parts = _PARTS.split(plain)
-    return len(parts) + powers > 1 and all(map(is_unit, parts))
+    return len(parts) + power_count > 1 and all(map(is_unit, parts))  # a single unit without a power is no compound
 
 
 def needed_unit(place: str, quantity: Quantity, text: str) -> str:

@@ -6,6 +6,7 @@ import io
 import re
 import zipfile
 import zlib
+from collections.abc import Sequence
 
 import python_calamine
 
@@ -17,40 +18,50 @@ _MAX_CELLS = 2_000_000  # maximum number of cells in the rectangle that encloses
 _MAX_TEXT = 2**26  # maximum number of text cells times the length of the longest text [characters]
 
 
+# A damaged workbook may raise any of these exceptions.
+_READING_ERRORS = (
+    python_calamine.CalamineError,
+    zipfile.BadZipFile,
+    zlib.error,
+    OSError,
+    ValueError,
+    RuntimeError,
+    EOFError,
+)
+
+
 def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[str]]]]:
     """Return the visible sheets of a workbook that are not empty, each with its name and its rows of cells as text.
 
-    Raises InputError if the bytes are not a workbook, or if the workbook is too large.
+    The name is `source`, the name of the file; if there are several sheets, the name of the sheet follows. Raises
+    InputError if the bytes are not a workbook, or if the workbook is too large.
     """
-    sheets = []
     try:
-        book = python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(_unpack(source, content)))
-        for sheet in book.sheets_metadata:
-            if (
-                sheet.visible == python_calamine.SheetVisibleEnum.Visible
-                and sheet.typ == python_calamine.SheetTypeEnum.WorkSheet
-            ):
-                # Empty rows are kept, because messages state the number of a row.
-                rows = book.get_sheet_by_name(sheet.name).to_python(skip_empty_area=False)
-                sheets.append((sheet.name, [list(map(_cell_text, row)) for row in rows]))
-    # A damaged workbook may raise any of these exceptions.
-    except (
-        python_calamine.CalamineError,
-        zipfile.BadZipFile,
-        zlib.error,
-        OSError,
-        ValueError,
-        RuntimeError,
-        EOFError,
-    ) as error:
-        if isinstance(error, InputError):
-            raise
+        sheets = _visible_sheets(_unpack(source, content))
+    except InputError:  # it is a ValueError, but it has its own message
+        raise
+    except _READING_ERRORS as error:
         bound = f"a workbook, XLSX, that can be read ({error!r:.100})"
         raise validation_error(source, "bytes", "", bound, "save it as CSV in UTF-8") from error
     filled_sheets = [(name, rows) for name, rows in sheets if any(map(any, rows))]
     if len(filled_sheets) == 1:
         return [(source, filled_sheets[0][1])]
     return [(f"{source}, sheet {name!r}", rows) for name, rows in filled_sheets]
+
+
+def _visible_sheets(content: bytes) -> list[tuple[str, list[list[str]]]]:
+    """Return the name and the rows of cells of each visible worksheet in the bytes of a workbook.
+
+    Empty rows are kept, because messages state the number of a row.
+    """
+    sheets = []
+    book = python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(content))
+    for sheet in book.sheets_metadata:
+        is_visible = sheet.visible == python_calamine.SheetVisibleEnum.Visible
+        if is_visible and sheet.typ == python_calamine.SheetTypeEnum.WorkSheet:  # other types are, for example, charts
+            rows = book.get_sheet_by_name(sheet.name).to_python(skip_empty_area=False)
+            sheets.append((sheet.name, [list(map(_cell_text, row)) for row in rows]))
+    return sheets
 
 
 def _unpack(source: str, content: bytes) -> bytes:
@@ -65,22 +76,34 @@ def _unpack(source: str, content: bytes) -> bytes:
         if "xl/workbook.xml" not in packed.namelist() or size > _MAX_UNPACKED:
             bound = f"a workbook, XLSX, of at most {_MAX_UNPACKED // 2**20} MiB unpacked"
             raise validation_error(source, size, "bytes", bound, "save the table as CSV in UTF-8")
-        # The library allocates the whole rectangle that encloses the cells of a sheet, and copies a shared text into
-        # each cell that uses it. Both sizes are estimated here from the XML text, without parsing the workbook.
-        max_cells = 0  # number of cells of the largest sheet
-        shared_texts = longest_text = 0  # number of cells with a shared text, and the length of the longest one
+        parts = []
         for member in members:
             part = packed.read(member)
-            if part.count(b"row") > 2 * MAX_LINES:
-                raise validation_error(source, part.count(b"row"), "rows", f"at most {MAX_LINES}", "export fewer")
-            max_cells = max(max_cells, _enclosing_cells(part))
-            shared_texts += len(re.findall(rb"\bt=[\"']s[\"']", part))
-            longest_text = max([longest_text, *(len(text) for text in re.split(rb"<(?:\w+:)?si\b", part)[1:])])
+            parts.append(part)
             stored.writestr(member.filename, part)
-        if max_cells > _MAX_CELLS or shared_texts * longest_text > _MAX_TEXT:
-            bound = f"a workbook whose sheets have at most {_MAX_CELLS} cells, and no huge texts"
-            raise validation_error(source, max_cells, "cells", bound, "save the table as CSV in UTF-8")
+        _check_memory(source, parts)
     return unpacked.getvalue()
+
+
+def _check_memory(source: str, parts: Sequence[bytes]) -> None:
+    """Raise InputError if the library that reads a workbook would need too much memory.
+
+    `parts` are the XML texts of the workbook. The library allocates the whole rectangle that encloses the cells of a
+    sheet, and copies a shared text into each cell that uses it. Both sizes are estimated from the XML texts, without
+    parsing them.
+    """
+    max_cells = 0  # number of cells of the largest sheet
+    shared_texts = longest_text = 0  # number of cells with a shared text, and the length of the longest one
+    for part in parts:
+        if part.count(b"row") > 2 * MAX_LINES:  # a row has an opening and a closing tag
+            raise validation_error(source, part.count(b"row"), "rows", f"at most {MAX_LINES}", "export fewer")
+        max_cells = max(max_cells, _enclosing_cells(part))
+        shared_texts += len(re.findall(rb"\bt=[\"']s[\"']", part))
+        texts = re.split(rb"<(?:\w+:)?si\b", part)[1:]  # the first item is the XML before the first shared text
+        longest_text = max([longest_text, *map(len, texts)])
+    if max_cells > _MAX_CELLS or shared_texts * longest_text > _MAX_TEXT:
+        bound = f"a workbook whose sheets have at most {_MAX_CELLS} cells, and no huge texts"
+        raise validation_error(source, max_cells, "cells", bound, "save the table as CSV in UTF-8")
 
 
 def _enclosing_cells(part: bytes) -> int:
@@ -98,7 +121,7 @@ def _enclosing_cells(part: bytes) -> int:
 
 def _column_number(letters: bytes) -> int:
     """Return the number of a column from its letters, counted from 1: A is 1, and AA is 27."""
-    return functools.reduce(lambda number, letter: 26 * number + letter - 64, letters, 0)
+    return functools.reduce(lambda number, letter: 26 * number + letter - 64, letters, 0)  # the code of A is 65
 
 
 def _cell_text(cell: object) -> str:
