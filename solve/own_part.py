@@ -79,7 +79,7 @@ def swept_compliance(
     half = clamped_half(part.mesh, *material, layers)
     # A column of `means` (dofs, loads) is a load of 1 N; its product with displacements is the mean over the face.
     means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
-    # `part.meshed_fraction` is the meshed fraction of the part: if it is half of the part, half of each load acts on it.
+    # If only half of the part is meshed, only half of each load acts on the mesh.
     u = half.factor.solve(part.meshed_fraction * means)
     C = means.T @ u
     _check_reciprocal(C)

@@ -518,7 +518,8 @@ def _volume_left_out(mesh: SweptPart, extrusion: Extrusion) -> tuple[float, tupl
 
     The position is in the coordinates of the part. It is None if the volume is only round-off.
     """
-    volumes = mesh.length_error * mesh.area  # volume that the sweep adds or leaves out over each quadrilateral of the section
+    # the volume that the sweep adds or leaves out over each quadrilateral of the section
+    volumes = mesh.length_error * mesh.area
     largest_place = None
     if volumes.sum() > _ROUND_OFF_MM * mesh.area.sum():
         # the transpose rotates from the coordinates of the extrusion back to the coordinates of the part
