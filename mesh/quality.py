@@ -11,8 +11,9 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     """Return the scaled Jacobian [1] of each tetrahedron, shape (m,): 1 if regular, 0 if flat, negative if inverted.
 
     It is sqrt(2) det J / lambda. Here lambda is the largest product of the three edge lengths at a corner, or |det J|
-    if that is larger. `points` (3, n) [mm] are the nodes, and `tets` (4, m) the indices of the corners. See P. Stimpson
-    et al., The Verdict Library Reference Manual, 2007, section 6.14.
+    if that is larger. The factor sqrt(2) makes it 1 for a regular tetrahedron. `points` (3, n) [mm] are the nodes, and
+    `tets` (4, m) the indices of the corners. See P. Stimpson et al., The Verdict Library Reference Manual, 2007,
+    section 6.14.
     """
     corners = points[:, tets]  # (3, 4, m)
     edges = corners[:, 1:] - corners[:, :1]  # the three edges at the first corner
@@ -26,19 +27,19 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     return np.asarray(np.sqrt(2.0) * determinants / np.where(largest_product > 0.0, largest_product, 1.0))
 
 
-def check_quality(points: Floats, tets: Ints, least: float) -> float:
-    """Return the smallest scaled Jacobian [1] of tetrahedra, and check that it is at least `least` [1].
+def check_quality(points: Floats, tets: Ints, least_quality: float) -> float:
+    """Return the smallest scaled Jacobian [1] of tetrahedra, and check that it is at least `least_quality` [1].
 
     `points` (3, n) [mm] are the nodes, and `tets` (4, m) the indices of the corners. Raises MeshError if the smallest
-    value is below `least` or not a number.
+    value is below `least_quality` or not a number.
     """
     quality = scaled_jacobian(points, tets)
     worst_tet = int(np.argmin(quality))
-    if not quality[worst_tet] >= least:
+    if not quality[worst_tet] >= least_quality:
         x, y, z = points[:, tets[:, worst_tet]].mean(axis=1)
         reason = (
             f"smallest scaled Jacobian = {quality[worst_tet]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm: "
-            f"must be at least {least:g}"
+            f"must be at least {least_quality:g}"
         )
         raise MeshError("quality", reason, "use smaller elements there, or remove a sliver from the solid")
     return float(quality[worst_tet])

@@ -12,10 +12,10 @@ from sensor.quantity import key_of
 RecordClass = TypeVar("RecordClass", bound=type[Any])
 
 _EXAMPLES = "\n\nExamples\n--------\n"
-_WIDTH = 100
-_LINK = re.compile(r"\[([^]]+)\]\([^)]+\)")
+_WIDTH = 100  # maximum number of characters in a line
+_LINK = re.compile(r"\[([^]]+)\]\([^)]+\)")  # a Markdown link [text](address)
 _FIRST_CLAUSE = re.compile(r"(?=; |\. )|$")  # matches the end of the first clause
-_MODULE = re.compile(r"\b(?:\w+\.)+(?=\w)")
+_MODULE = re.compile(r"\b(?:\w+\.)+(?=\w)")  # matches the module before the name of a class
 
 
 def with_attributes(record_class: RecordClass) -> RecordClass:
@@ -34,19 +34,21 @@ def with_attributes(record_class: RecordClass) -> RecordClass:
 def _attribute_lines(item: dataclasses.Field[Any]) -> Iterator[str]:
     """Yield the lines that describe one attribute: its name and type, followed by its meaning and unit.
 
-    `item` is the field that declares the attribute, by `report_field` for example.
+    `item` is the field that declares the attribute, by `report_field` for example. The unit follows the first clause of
+    the meaning in brackets.
     """
     metadata = item.metadata
     type_name = _type_name(item.type)
-    # The meaning is written for Markdown pages about JSON; a docstring has no links, and JSON's null is None.
-    meaning = re.sub(r"\bnull\b", "None", _LINK.sub(r"\1", metadata["meaning"]))
+    # The meaning is written for Markdown pages about JSON. A docstring has no links, and JSON's null is None in Python.
+    without_links = _LINK.sub(r"\1", metadata["meaning"])
+    meaning = re.sub(r"\bnull\b", "None", without_links)
     unit = metadata.get("attribute_unit", metadata["unit"])
     if unit and not type_name.startswith("int"):  # a count needs no unit
         meaning = _FIRST_CLAUSE.sub(f" [{unit}]", meaning, count=1)
     text = f"{meaning[0].upper()}{meaning[1:]}."
     key = key_of(item)
     if key != item.name:
-        marked_key = key if "`" in key else f"`{key}`"
+        marked_key = key if "`" in key else f"`{key}`"  # a key may already be marked as code
         text += f" In JSON: {marked_key}."
     yield f"{item.name} : {type_name}"
     yield from textwrap.wrap(text, _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)

@@ -55,7 +55,7 @@ REPORT_KEYS = (
 
 
 def refuse_removed(*names: str) -> None:
-    """Raise InputError if one of these names was removed; the message says what to use instead."""
+    """Raise InputError if one of these names was removed. The message says what to use instead."""
     for name in names:
         if name in REMOVED:
             msg = f"{name} was removed in 0.3. {REMOVED[name]}"
@@ -63,15 +63,16 @@ def refuse_removed(*names: str) -> None:
 
 
 def refuse_removed_key(key: str) -> None:
-    """Raise InputError if a key of report.json, or a table that contains it, was removed.
+    """Raise InputError if a key of report.json, or a table that contains it, was removed and has a replacement.
 
-    The message says what to use instead.
+    The message says what to use instead. Nothing is raised for a removed key without a replacement.
     """
-    for gone in REPORT_KEYS:
-        if f"{key}.".startswith(f"{gone}."):
-            refuse_removed(gone)
+    for removed_key in REPORT_KEYS:
+        if f"{key}.".startswith(f"{removed_key}."):  # the key itself, or a key in a removed table
+            refuse_removed(removed_key)
 
 
 def drop_ineffective_keys(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
-    """Return the keys of a table of a design, without removed keys whose value had no effect in 0.2."""
+    """Return the keys of a table of a design with their values, without removed keys that had no effect in 0.2."""
+    # The Ellipsis is not equal to any value in a file, so a key that was not removed is returned.
     return {key: value for key, value in values.items() if value != INEFFECTIVE_VALUES.get(f"{table}.{key}", ...)}

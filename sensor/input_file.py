@@ -24,14 +24,14 @@ def read_bytes(path: Path | str, name: str) -> bytes:
     """
     content = b""
     try:
-        # Only a regular file is opened: reading a pipe would block, and a device may be endless.
+        # Only a regular file is opened, because reading a pipe would block, and a device may be endless.
         is_regular = stat.S_ISREG(Path(path).stat().st_mode)
         if is_regular:
             with Path(path).open("rb") as file:
                 content = file.read(MOST_BYTES + 1)  # the additional byte shows that a file is too large
     except FileNotFoundError as error:
         raise validation_error(name, str(path), "", "a file that exists", "check the path") from error
-    except (OSError, ValueError) as error:  # ValueError: the name is invalid, for instance because it has a null byte
+    except (OSError, ValueError) as error:  # a ValueError means an invalid name, for example one with a null byte
         reason = getattr(error, "strerror", None) or str(error)
         bound = f"a file that can be read ({reason})"
         raise validation_error(name, str(path), "", bound, "check its name and permissions") from error
@@ -55,11 +55,11 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
     try:
         return parse_toml(content.decode(encoding))
     except UnicodeDecodeError as error:
-        line = 1 + error.object.count(b"\n", 0, error.start)
+        line = 1 + error.object.count(b"\n", 0, error.start)  # lines are numbered from 1
         reason = f"line {line} is not UTF-8 text"
         hint = "save the file in UTF-8"
     except ValueError as error:
-        reason = str(error).splitlines()[0]
+        reason = str(error).splitlines()[0]  # the message of an error must be one line
         hint = "correct the file at that position"
     raise validation_error(name, str(path), "", f"valid TOML ({reason})", hint)
 
@@ -83,11 +83,11 @@ def _is_deeper(tables: dict[str, Any], levels: int) -> bool:
 
     The search proceeds level by level without recursion, because a malicious file could exhaust the stack.
     """
-    containers: list[dict[str, Any] | list[Any]] = [tables]
+    containers: list[dict[str, Any] | list[Any]] = [tables]  # all tables and lists at one level
     for _ in range(levels):
         next_level = []
         for container in containers:
             values = container.values() if isinstance(container, dict) else container
             next_level += [value for value in values if isinstance(value, dict | list)]
         containers = next_level
-    return len(containers) > 0
+    return len(containers) > 0  # whether there is a level below the last allowed one

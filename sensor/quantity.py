@@ -122,7 +122,7 @@ def quantity(
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
     **notes: object,
-) -> Any:  # noqa: ANN401 - stands for the value of the field
+) -> Any:  # noqa: ANN401 - represents the value of the field
     """Declare a field of a record that holds one number or several, with its unit, bounds, hint and meaning.
 
     `hint` says what to do if a number is outside the bounds. If it is empty, the class attribute `HINT` of the record
@@ -141,10 +141,10 @@ def choice(
     hint: str = "choose one of these",
     meaning: str = "",
     flag: str = "",
-) -> Any:  # noqa: ANN401 - stands for the value of the field
+) -> Any:  # noqa: ANN401 - represents the value of the field
     """Declare a field of a record that holds one of the strings in `options`.
 
-    `hint` says what to do if the value is none of them. `meaning` is the text of the field in the documentation. `flag`
+    `hint` says what to do about another value. `meaning` is the text of the field in the documentation. `flag`
     is the command-line flag by which error messages name the field, if it has one.
     """
     return field(default=default, metadata={"options": tuple(options), "hint": hint, "meaning": meaning, "flag": flag})
@@ -155,7 +155,7 @@ def text_field(
     hint: str = "",
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
-) -> Any:  # noqa: ANN401 - stands for the value of the field
+) -> Any:  # noqa: ANN401 - represents the value of the field
     """Declare a field of a record that holds one line of text, or a tuple of such lines."""
     return field(default=default, metadata={"text": "a line of text", "hint": hint, "meaning": meaning})
 
@@ -167,7 +167,7 @@ def report_field(
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
     default_factory: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any factory
     **notes: object,
-) -> Any:  # noqa: ANN401 - stands for the value of the field
+) -> Any:  # noqa: ANN401 - represents the value of the field
     """Declare a field of a record that is a key of report.json, with its unit and meaning.
 
     The value of the field is not checked. The unit is "1" for a dimensionless number, and empty for a string, a Boolean
@@ -186,7 +186,7 @@ def key_of(item: Field[Any]) -> str:
 
 
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
-    """Return an InputError whose message states in one sentence what is wrong, and in another what to do.
+    """Return an InputError whose message states in one sentence what is wrong, and in a second one what to do.
 
     `bound` completes the sentence "NAME = VALUE UNIT must be ...". `hint` is a clause that begins with a verb or states
     a typical value. A value of None means that the input is missing. The sentence is then "NAME is not set; it must be
@@ -231,7 +231,7 @@ def nearest(word: str, names: Sequence[str]) -> str:
 
 
 def unknown_name(kind: str, name: str, names: Sequence[str], word: str | None = None) -> InputError:
-    """Return an InputError for an unknown name, which lists the known `names` and suggests the most similar one.
+    """Return an InputError for an unknown name. Its message lists the known `names` and suggests the most similar one.
 
     `kind` is the noun for such a name, for example "key". `word` is the unknown part of the name, by default all of it.
     """
@@ -296,6 +296,7 @@ def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
 
     `name` is the name of the field in the error message, and `hint` says there what to do.
     """
+    # `text_field` declares a text, `choice` declares options, and `quantity` declares neither of them.
     if "text" in item.metadata:
         _check_texts(name, value, item, hint)
     elif "options" in item.metadata:
@@ -329,11 +330,13 @@ def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> Non
     unit = item.metadata["unit"]
     bounds = item.metadata["bounds"]
     annotation = str(item.type)
-    entries = value if isinstance(value, tuple) and value else None
-    if annotation.startswith("tuple") and entries is None:
+    requires_list = annotation.startswith("tuple")
+    allows_list = "tuple" in annotation
+    entries = value if isinstance(value, tuple) and value else None  # an empty list has no entries
+    if requires_list and entries is None:
         raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", hint)
-    # A list in a field that allows none is checked as one value, so it is refused because it is not a number.
-    numbers = (value,) if entries is None or "tuple" not in annotation else entries
+    # A list in a field that does not allow one is checked as one value, and refused because it is not a number.
+    numbers = (value,) if entries is None or not allows_list else entries
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
             # A number without an upper and a lower bound must only be finite.
@@ -373,7 +376,7 @@ class Sourced:
         `sources` maps the key of each number to its source. Raises InputError for an unknown key, an invalid value or a
         number without a source.
         """
-        record = f"{cls.LABEL} {name}"  # the name of the record in messages
+        record = f"{cls.LABEL} {name}"  # the name of the record in messages, for example "fruit mango"
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
             bound = "a table of numbers that contains a table of their sources"
             raise validation_error(record, str(table), "", bound, cls.HINT)

@@ -47,7 +47,7 @@ def short_text(value: object) -> str:
     if isinstance(value, tuple | list):
         entries = ", ".join(map(short_text, value[:_MAX_ENTRIES]))
         is_short = len(value) <= _MAX_ENTRIES and len(entries) <= _MAX_LENGTH
-        return f"({entries})" if is_short else f"{len(value)} x {type(value[0]).__name__}"
+        return f"({entries})" if is_short else f"{len(value)} x {type(value[0]).__name__}"  # for example "60 x float"
     if isinstance(value, Mapping):
         return f"{len(value)} keys"
     text = repr(value)
@@ -55,6 +55,7 @@ def short_text(value: object) -> str:
 
 
 def _array_text(array: Floats) -> str:
+    """Return the entries of a short vector, or the shape and the range of any other array."""
     if array.ndim == 1 and array.size <= _MAX_ENTRIES:
         return f"[{', '.join(f'{number:.6g}' for number in array.tolist())}]"
     shape = " x ".join(map(str, array.shape))

@@ -77,6 +77,7 @@ def verdict_rows() -> tuple[VerdictRow, ...]:
 
 @cache
 def _rows_by_name() -> dict[str, VerdictRow]:
+    """Return the row of each verdict, with the name of the verdict as key."""
     return {name: row for row in verdict_rows() for name in row.names}
 
 
@@ -160,9 +161,8 @@ def judge(
 
     By default, `limit` and `tolerance` come from the table of verdicts, in the unit of the verdict. A value must agree
     with a target within the tolerance, or stay on one side of a limit. If the error bar of the value crosses the limit,
-    the verdict is undecided. With a target, the verdict is undecided if the error bar is wider than the tolerance,
-    unless the whole error bar lies outside the tolerance. A value without an error bar is always decided, and nan
-    fails.
+    the verdict is undecided. A verdict with a target is undecided if the error bar is wider than the tolerance, unless
+    the whole error bar lies outside the tolerance. A value without an error bar is always decided; nan then fails.
 
     `reference` says what the value was compared with. `passed` is the outcome if the value or the limit is not a
     number. Raises ValueError if the name is not in the table, if there is no limit, or if an estimate has another unit.
@@ -188,8 +188,8 @@ def judge(
         relative=row.relative,
     )
     if verdict.value is None or isinstance(limit, str):
-        return verdict
-    return replace(verdict, passed=_outcome(verdict, verdict.value, limit))
+        return verdict  # with the outcome `passed`
+    return replace(verdict, passed=_decide(verdict, verdict.value, limit))
 
 
 def _number_and_error(value: Estimate | float | None, unit: str, name: str) -> tuple[float | None, float | None]:
@@ -205,7 +205,7 @@ def _number_and_error(value: Estimate | float | None, unit: str, name: str) -> t
     return float(value.value), value.error
 
 
-def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
+def _decide(verdict: Verdict, value: float, limit: float) -> bool | None:
     """Return whether a value satisfies the limit of its verdict, or None if the error bar prevents a decision.
 
     For a target, an error bar that is at most as wide as the tolerance is ignored.
@@ -215,10 +215,11 @@ def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
     if verdict.sense is None:  # the limit is a target
         distance = abs(value - limit)
         if error is not None and error > allowed:
-            # Such an error bar always reaches beyond the tolerance, so the value cannot pass.
+            # Such an error bar always reaches beyond the tolerance, so the value cannot pass. It fails if the whole
+            # error bar lies beyond the tolerance.
             return False if distance > allowed + error else None
         return distance <= allowed
-    # The margin is the distance of the value from the limit, positive on the allowed side.
+    # The margin is the distance of the value from the limit with its tolerance, positive on the allowed side.
     margin = limit + allowed - value if verdict.sense == "at most" else value - (limit - allowed)
     if error is not None and not abs(margin) >= error:  # also if the margin is nan
         return None

@@ -10,10 +10,10 @@ _MAX_DECIMALS = 9  # maximum number of decimal places; beyond it, a number may b
 
 
 def value_text(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -> str:
-    """Return a value as text: a number with `digits` significant digits and its unit, or a Boolean as an outcome.
+    """Return a value as text: a number with its unit, or a Boolean as the outcome of a verdict.
 
-    A float smaller than the round-off is shown as 0. None, nan and infinity are shown as `absent`. Any other value is
-    converted to a string.
+    A float has `digits` significant digits, and is shown as 0 if it is smaller than the round-off. An integer has all
+    its digits. None, nan and infinity are shown as `absent`. Any other value is converted to a string.
     """
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return absent
@@ -22,7 +22,7 @@ def value_text(value: object, unit: str = "", digits: int = 5, *, absent: str = 
     if isinstance(value, float):
         number = 0.0 if abs(value) < ROUND_OFF else value
         return f"{number:.{digits}g}{_unit_suffix(unit)}"
-    return f"{value}{_unit_suffix(unit)}" if isinstance(value, int) else f"{value}"
+    return f"{value}{_unit_suffix(unit)}" if isinstance(value, int) else f"{value}"  # text has no unit
 
 
 def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
@@ -35,24 +35,30 @@ def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percen
     unit_suffix = _unit_suffix(unit)
     if not bar or not math.isfinite(bar):
         return f"{value:.5g}{unit_suffix}"
+    number, half_width = _to_digits_of_bar(value, bar)
+    if not in_percent:
+        return f"{number} ± {half_width}{unit_suffix}"
+    if not value:  # a percentage of 0 is not defined
+        return f"{number}{unit_suffix}"
+    percent = float(f"{100.0 * bar / abs(value):.2g}")
+    return f"{number}{unit_suffix} ± {percent:g} %"  # 140, not 1.4e+02
+
+
+def _to_digits_of_bar(value: float, bar: float) -> tuple[str, str]:
+    """Return a number and the half width of its error bar as text, both up to the second digit of the half width."""
     rounded_bar = float(f"{bar:.1e}")  # two significant digits
-    decimals = 1 - math.floor(math.log10(rounded_bar))  # place of the last digit of the error bar
+    decimals = 1 - math.floor(math.log10(rounded_bar))  # number of decimal places of the second digit
     if decimals > _MAX_DECIMALS:  # small numbers are written in scientific notation
-        number = f"{value:.5g}"
-        half_width = f"{rounded_bar:.2g}"
-    else:  # `decimals` is negative if the error bar is 100 or more; the numbers are then rounded to tens, hundreds, ...
-        shown_decimals = max(decimals, 0)
-        number = f"{round(value, decimals):.{shown_decimals}f}"
-        half_width = f"{round(rounded_bar, decimals):.{shown_decimals}f}"
-    if in_percent:
-        if not value:  # a percentage of 0 is not defined
-            return f"{number}{unit_suffix}"
-        percent = float(f"{100.0 * bar / abs(value):.2g}")
-        return f"{number}{unit_suffix} ± {percent:g} %"  # 140, not 1.4e+02
-    return f"{number} ± {half_width}{unit_suffix}"
+        return f"{value:.5g}", f"{rounded_bar:.2g}"
+    # `decimals` is negative if the error bar is 100 or more. The numbers are then rounded to tens, hundreds, ...
+    shown_decimals = max(decimals, 0)
+    number = f"{round(value, decimals):.{shown_decimals}f}"
+    half_width = f"{round(rounded_bar, decimals):.{shown_decimals}f}"
+    return number, half_width
 
 
 def _unit_suffix(unit: str) -> str:
+    """Return the unit after a space, or nothing for a dimensionless number."""
     return "" if unit in ("", "1") else f" {unit}"
 
 

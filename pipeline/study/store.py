@@ -296,7 +296,7 @@ def study_facts(study: Study) -> Plain:
     """
     facts: Plain = to_plain(study)
     del facts["name"]  # the name does not affect the results
-    facts["base"] = {**study.base.tables, "own processes": study.base.own}
+    facts["base"] = {**study.base.tables, "own processes": study.base.custom_processes}
     packages = {name: version(name) for name in _PACKAGES}
     return _flatten("", {**facts, "order": list(study.vary), "versions": packages, "code": code_digest()[:16]})
 

@@ -216,7 +216,7 @@ def _design_files(
     links = {}
     if study.design is not None:
         files[folder / _DESIGNS / _BASE] = design_as_toml(study.design).encode()
-        if not study.base.own or "print.process" not in study.vary:
+        if not study.base.custom_processes or "print.process" not in study.vary:
             links["base"] = f"{_DESIGNS}/{_BASE}"
     for number, path in proved.items():
         links[str(number)] = path.relative_to(folder).as_posix()

@@ -52,13 +52,13 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     if "readout" in data:
         refuse_given_noise(data.get("reading"))
     if "printer" in data:
-        tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
+        tables["printer"] = _custom_process(tables.get("print", Print()), data["printer"])
     if "springs" in tables and tables["springs"].given:
         tables.setdefault("targets", None)  # given springs need no targets to size them
     return Design(name=name, **tables)
 
 
-_NOISE_KEYS = ("noise_percent", "noise_N")
+_NOISE_KEYS = ("noise_percent", "noise_N")  # keys of [reading] whose values are computed if a design has [readout]
 
 
 def refuse_given_noise(reading: object) -> None:
@@ -73,8 +73,11 @@ def refuse_given_noise(reading: object) -> None:
             raise validation_error(name, reading[key], "", bound, "drop one of the two")
 
 
-def _printer(print_table: Print, table: object) -> Process:
-    """Return the custom process that the table [printer] defines. Its name is `print.process`."""
+def _custom_process(print_table: Print, table: object) -> Process:
+    """Return the custom process that the table [printer] defines. Its name is `print.process`.
+
+    Raises InputError for an invalid name, an unknown key or an invalid number.
+    """
     frozen = {key: _freeze(value) for key, value in table.items()} if isinstance(table, Mapping) else table
     return parse_process(print_table.process, frozen)
 
@@ -134,7 +137,8 @@ _TIPS_FIRST = (
 def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any]:
     """Return the design as nested tables of plain values, without the keys that are not set.
 
-    The length and width of a whole fruit follow from other keys, so they are included only if `derived` is true.
+    `design_from_mapping` builds the same design from them. The length and width of a whole fruit follow from other
+    keys, so they are included only if `derived` is true.
     """
     derived_keys = [] if derived else [f"fruit.{key}" for key in design.fruit.derived_keys]
     tables: dict[str, Any] = {"name": design.name}
@@ -144,16 +148,16 @@ def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any
             tables[table] = process_as_table(record)
         elif record is not None:
             tables[table] = _record_as_table(table, record, derived_keys)
-    # If there is a read-out, the noise is computed. A file with both, even with the default noise, would be rejected.
+    # If there is a read-out, the noise is computed. A file with both is rejected, even if it has the default noise.
     if design.readout is not None and "reading" in tables:
         tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _NOISE_KEYS}
     return tables
 
 
-def _record_as_table(table: str, record: Any, left_out: Sequence[str]) -> dict[str, Any]:  # noqa: ANN401 - any record
-    """Return the keys of a record with their plain values, except keys that are not set.
+def _record_as_table(table: str, record: Any, omitted: Sequence[str]) -> dict[str, Any]:  # noqa: ANN401 - any record
+    """Return the keys of a record with their plain values: lists for tuples, and no key that is not set.
 
-    The names TABLE.KEY in `left_out` are omitted too.
+    `table` is the name of the record's table. The names TABLE.KEY in `omitted` are left out too.
     """
     keys = [item.name for item in dataclasses.fields(record)]
     if table == "tips":
@@ -161,7 +165,7 @@ def _record_as_table(table: str, record: Any, left_out: Sequence[str]) -> dict[s
     values = {}
     for key in keys:
         value = getattr(record, key)
-        if value is not None and f"{table}.{key}" not in left_out:
+        if value is not None and f"{table}.{key}" not in omitted:
             values[key] = list(value) if isinstance(value, tuple) else value
     return values
 
@@ -185,15 +189,20 @@ def tables_as_toml(data: Mapping[str, Any]) -> str:
     The keys outside tables come first, because TOML requires this. A table may contain tables, but these may contain
     only values.
     """
-    lines = [f"{key} = {value_as_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
+    lines = _lines_of_keys({key: value for key, value in data.items() if not isinstance(value, Mapping)})
     tables = {name: keys for name, keys in data.items() if isinstance(keys, Mapping)}
     for table, keys in tables.items():
+        plain_keys = {key: value for key, value in keys.items() if not isinstance(value, Mapping)}
         subtables = {f"{table}.{key}": value for key, value in keys.items() if isinstance(value, Mapping)}
-        own_keys = {key: value for key, value in keys.items() if not isinstance(value, Mapping)}
-        for name, values in {table: own_keys, **subtables}.items():
+        for name, values in {table: plain_keys, **subtables}.items():
             if values:
-                lines += ["", f"[{name}]", *(f"{key} = {value_as_toml(value)}" for key, value in values.items())]
+                lines += ["", f"[{name}]", *_lines_of_keys(values)]
     return "\n".join(lines) + "\n"
+
+
+def _lines_of_keys(values: Mapping[str, Any]) -> list[str]:
+    """Return the line KEY = VALUE of each key."""
+    return [f"{key} = {value_as_toml(value)}" for key, value in values.items()]
 
 
 def value_as_toml(value: object) -> str:

@@ -33,13 +33,14 @@ _PROCESS_SETTINGS = (_PROCESS_FILE, "print", "printer")
 
 @dataclass(frozen=True, kw_only=True)
 class DesignTables:
-    """The tables of a design. `own` are its custom print processes by name, of which `print.process` selects one.
+    """The tables of a design by name, as in its file, and its custom print processes.
 
-    The table `printer` holds settings that change numbers of the selected process.
+    `custom_processes` maps the name of each custom process to its numbers; `print.process` selects one of them. The
+    table `printer` in `tables` holds only settings that change numbers of the selected process.
     """
 
     tables: Mapping[str, Any]
-    own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    custom_processes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @classmethod
     def from_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
@@ -62,13 +63,13 @@ class DesignTables:
                     _PROCESS_FILE, file_name, "", "left out if [printer] is given", "keep one of the two"
                 )
             check_process_name(process)
-            return cls(tables=tables, own={str(process): data["printer"]})
+            return cls(tables=tables, custom_processes={str(process): data["printer"]})
         if file_name is None:
             return cls(tables=tables)
-        own = _read_processes(file_name, folder)
+        processes = _read_processes(file_name, folder)
         if process is not None:
-            _refuse_unlisted(process, own, file_name)
-        return cls(tables={**tables, "print": print_table}, own=own)
+            _refuse_unlisted(process, processes, file_name)
+        return cls(tables={**tables, "print": print_table}, custom_processes=processes)
 
     @classmethod
     def from_design(cls, design: Design) -> "DesignTables":
@@ -85,7 +86,7 @@ class DesignTables:
         refuse_removed(*settings)
         for name, value in settings.items():
             _refuse_unknown(name, value)
-        # A setting that is named like a table can only remove it.
+        # A setting with the name of a table can only remove it. `name`, the name of the design, is not a table.
         tables = {table: values for table, values in self.tables.items() if table not in settings or table == "name"}
         for name, value in settings.items():
             table, _, key = name.partition(".")
@@ -100,29 +101,30 @@ class DesignTables:
                 elif key in old_table:
                     tables[table] = {old_key: old for old_key, old in old_table.items() if old_key != key}
         if settings.keys().isdisjoint(_PROCESS_SETTINGS):
-            return DesignTables(tables=tables, own=self.own)
+            return DesignTables(tables=tables, custom_processes=self.custom_processes)
         return self._with_other_processes(tables, settings)
 
     def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
-        """Return `tables`, to which `settings` have been applied, with the custom processes that `settings` select.
+        """Return `tables`, to which `settings` have been applied, with the custom processes that these define.
 
-        These are the processes of the process file, or none without a process file. The selection of a process is
-        dropped if the process belongs to a process file that is no longer used.
+        They are the processes of the process file, or none without a process file. The key `print.process` is dropped
+        if it selects a process of a process file that is no longer used. Raises InputError if the process file cannot
+        be used, or if the settings select a process that is not in it.
         """
         print_value = tables.get("print", {})
         print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
         file_name = print_table.pop("process_file", None)
         process = print_table.get("process")
-        own: Mapping[str, Mapping[str, Any]] = {}
+        processes: Mapping[str, Mapping[str, Any]] = {}
         if file_name is not None:
-            own = _read_processes(file_name, Path())
+            processes = _read_processes(file_name, Path())
             if settings.get(_PROCESS) is not None:
-                _refuse_unlisted(process, own, file_name)
-            elif process not in [*own]:  # a list, because an invalid name may not be hashable
+                _refuse_unlisted(process, processes, file_name)
+            elif process not in [*processes]:  # a list, because an invalid name may not be hashable
                 print_table.pop("process", None)  # it belongs to the previous process file
-        elif process in [*self.own] and _PROCESS not in settings:  # the settings remove its process file
+        elif process in [*self.custom_processes] and _PROCESS not in settings:  # the settings remove its process file
             del print_table["process"]
-        return DesignTables(tables={**tables, "print": print_table}, own=own)
+        return DesignTables(tables={**tables, "print": print_table}, custom_processes=processes)
 
     def design(self, settings: Mapping[str, object] | None = None) -> Design:
         """Build the design from the tables, after changing `settings`, whose names are TABLE.KEY.
@@ -131,6 +133,7 @@ class DesignTables:
         """
         changed = self.with_settings(settings) if settings else self
         if "readout" in changed.tables:
+            # A record below always has a noise, so only the table shows whether the noise was given.
             refuse_given_noise(changed.tables.get("reading"))
         data = {**changed.tables}
         # Unchanged tables have been checked already, so their records are used again.
@@ -159,14 +162,14 @@ class DesignTables:
         """
         print_table = self.tables.get("print", {})
         process = print_table.get("process") if isinstance(print_table, Mapping) else None
-        if process is None and len(self.own) == 1:
-            (process,) = self.own
-        settings = data.get("printer", {})
-        if isinstance(process, str) and process in self.own:
-            printer = {**self.own[process], **settings}
+        if process is None and len(self.custom_processes) == 1:
+            (process,) = self.custom_processes
+        settings = data.get("printer", {})  # numbers that replace those of the selected process
+        if isinstance(process, str) and process in self.custom_processes:
+            printer = {**self.custom_processes[process], **settings}
             return {**data, "print": {**print_table, "process": process}, "printer": printer}
-        if self.own and process not in [*PROCESSES]:  # a list, because an invalid name may not be hashable
-            bound = f"one of {', '.join([*self.own, *PROCESSES])}"
+        if self.custom_processes and process not in [*PROCESSES]:  # a list, because an invalid name may not be hashable
+            bound = f"one of {', '.join([*self.custom_processes, *PROCESSES])}"
             raise validation_error(_PROCESS, process, "", bound, "choose one of these names")
         for key, value in settings.items():  # only the first setting is reported
             name = f"printer.{key}"
@@ -206,14 +209,14 @@ def _read_processes(file_name: object, folder: Path) -> Mapping[str, Mapping[str
     """
     if not isinstance(file_name, str) or not file_name or not file_name.isprintable():
         raise validation_error(_PROCESS_FILE, file_name, "", "the path of a TOML file", "write it in quotes")
-    own = read_process_file(folder / file_name)
-    if not own:
-        _refuse_unlisted(None, own, file_name)
-    return own
+    processes = read_process_file(folder / file_name)
+    if not processes:
+        _refuse_unlisted(None, processes, file_name)
+    return processes
 
 
-def _refuse_unlisted(process: object, own: Mapping[str, Any], file_name: str) -> None:
-    """Raise InputError unless the process is in the process file."""
-    if process not in [*own]:
-        bound = f"one of the processes in {Path(file_name).name!r}: {', '.join(own) or 'none'}"
+def _refuse_unlisted(process: object, processes: Mapping[str, Any], file_name: str) -> None:
+    """Raise InputError unless the process is one of the `processes` in the process file."""
+    if process not in [*processes]:
+        bound = f"one of the processes in {Path(file_name).name!r}: {', '.join(processes) or 'none'}"
         raise validation_error(_PROCESS, process, "", bound, "choose one with print.process")

@@ -213,8 +213,8 @@ class Fruit:
         check_fields(self, "fruit")
         self._check_skin()
         self._check_keys_of_shape()
-        # By default, length and width are those of the whole fruit. The record is frozen, so `object.__setattr__` is
-        # needed.
+        # By default, the length and the width are the size of the whole fruit. The record is frozen, so
+        # `object.__setattr__` is needed.
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
@@ -319,12 +319,12 @@ class Fruit:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
         # With R = radius_mm, the half axes of the ellipsoid are R along the tips and upwards, and sqrt(R R_across)
         # across. Its centre is R below the apex. Its widest section is the base if the base is above the centre, and
-        # otherwise the equator. `base_height` is the height of the base above the centre, divided by R.
+        # otherwise the equator. `base_height` is the height of the widest section above the centre, divided by R.
         base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
-        # For a depth far below R, base_height is rounded to 1; the size must not become 0.
+        # A size must not be 0. If base_height rounds to 1, because the depth is far below R, the equator is used.
         width_over_R = 2.0 * math.sqrt(1.0 - base_height**2) if base_height < 1.0 else 2.0
         axis_along = self.radius_mm * width_over_R
-        axis_across = math.sqrt(self.radius_mm * self._across) * width_over_R
+        axis_across = math.sqrt(self.radius_mm * self._effective_radius_across_mm) * width_over_R
         if not self.azimuth_deg:
             return axis_along, axis_across
         cosine, sine = self._azimuth_components
@@ -336,7 +336,10 @@ class Fruit:
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
-        """Return which of `length_mm` and `width_mm` are those of the whole fruit, so that a file may omit them."""
+        """Return the keys `length_mm` and `width_mm`, if their values are the size of the whole fruit.
+
+        A design file may omit them. A block has no such keys.
+        """
         if self.radius_mm is None:
             return ()
         sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)
@@ -375,11 +378,11 @@ class Fruit:
     @property
     def radii_mm(self) -> tuple[float, float]:
         """Return the principal radii of curvature [mm] along and across the tips at azimuth 0; infinite for a block."""
-        return self.radius_mm or math.inf, self._across
+        return self.radius_mm or math.inf, self._effective_radius_across_mm
 
     @property
-    def _across(self) -> float:
-        """Return the radius of curvature of a curved fruit across the tips [mm]."""
+    def _effective_radius_across_mm(self) -> float:
+        """Return the radius of curvature across the tips [mm], which a sphere has too; infinite for a block."""
         return self.radius_across_mm or self.radius_mm or math.inf
 
     @property
@@ -435,5 +438,5 @@ class Fruit:
         if self.radius_mm is None:
             return 0.0
         x, y = self.to_principal(x, y)
-        level = 1.0 - (x / self.radius_mm) ** 2 - y * y / (self.radius_mm * self._across)
+        level = 1.0 - (x / self.radius_mm) ** 2 - y * y / (self.radius_mm * self._effective_radius_across_mm)
         return self.radius_mm * (1.0 - math.sqrt(level)) if level >= 0.0 else math.inf

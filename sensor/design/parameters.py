@@ -260,9 +260,9 @@ class Design:
         depth = self.fruit.depth_mm
         if self.press.travel_mm >= depth:
             bound = f"less than {self.fruit.depth_key} = {depth:g} mm"
-            raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
+            raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deeply")
         self._check_springs_are_known()
-        self._check_keys_beside_reading()
+        self._check_keys_replaced_by_reading()
         self._check_keys_without_effect()
         self._check_ranges_of_reading()
         self._check_time()
@@ -273,11 +273,13 @@ class Design:
     def _check_process(self) -> None:
         """Raise InputError unless the process is a known process or the custom process of the design."""
         name = self.print.process
-        own = self.printer
-        if own is None:
+        printer = self.printer
+        if printer is None:
             check_choice("print.process", name, Print)
-        elif own.name != name or name in PROCESSES:
-            bound = f"the name of the design's own process, {own.name!r}, which must not be the name of a known process"
+        elif printer.name != name or name in PROCESSES:
+            bound = (
+                f"the name of the design's own process, {printer.name!r}, which must not be the name of a known process"
+            )
             raise validation_error(
                 "print.process", name, "", bound, "give both the same new name, or drop the own process"
             )
@@ -288,8 +290,8 @@ class Design:
         A thickness must be a whole number of printed lines, if the process prints lines. It must be large enough to be
         printed accurately, and small enough to leave a gap between the two leaves.
         """
-        process = self._process_as_listed
-        line_width = process.line_width_mm
+        process = self._process_as_listed  # without the leaf thicknesses that are checked here
+        line_width = process.line_width_mm  # None if the process prints no lines
         max_thickness = self.tips.tip_layout.leaf_separation_mm - 2.0 * process.fillet_mm
         for key in ("leaf_thickness_low_mm", "leaf_thickness_high_mm"):
             thickness = getattr(self.print, key)
@@ -335,7 +337,7 @@ class Design:
         bound = f"'cube' or 'dome' if {self.process.name} prints the tips"
         raise validation_error("tips.shape", tips.shape, "", bound, hint)
 
-    def _check_keys_beside_reading(self) -> None:
+    def _check_keys_replaced_by_reading(self) -> None:
         """Raise InputError for keys that have no effect in a design with [reading].
 
         These keys are the tilt and the roll of the press, and the targets if the springs are given.
@@ -354,7 +356,8 @@ class Design:
     def _check_keys_without_effect(self) -> None:
         """Raise InputError for a key that is set but has no effect in this design.
 
-        The default value is allowed, because every design file that is written contains it. The value 0 is allowed too.
+        The default value is allowed, because a design file that the program writes contains it. The value 0 is allowed
+        too.
         """
         for name, (reason, hint) in self._keys_without_effect.items():
             table, _, key = name.partition(".")
@@ -478,10 +481,10 @@ class Design:
 
         The time of the reading must be during the hold.
         """
-        at = None if self.reading is None else self.reading.at_s
+        reading_s = None if self.reading is None else self.reading.at_s
         press_times = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
         if self.fruit.relaxation is None:
-            for name, value in {**press_times, "reading.at_s": at}.items():
+            for name, value in {**press_times, "reading.at_s": reading_s}.items():
                 if value is not None:
                     hint = "drop it, or give the relaxation of the flesh"
                     raise validation_error(name, value, "", "left out without fruit.relaxation", hint)
@@ -490,9 +493,10 @@ class Design:
             if value is None:
                 hint = "give the speed and the hold of the press"
                 raise validation_error(name, None, "", "given together with fruit.relaxation", hint)
-        if at is not None and not (1.0 - _ROUND_OFF) * self.stop_s <= at <= (1.0 + _ROUND_OFF) * self.release_s:
+        earliest, latest = (1.0 - _ROUND_OFF) * self.stop_s, (1.0 + _ROUND_OFF) * self.release_s
+        if reading_s is not None and not earliest <= reading_s <= latest:
             bound = f"from {self.stop_s:g} s, when the press stops, to {self.release_s:g} s, when it is released"
-            raise validation_error("reading.at_s", at, "s", bound, "hold for longer, or press faster")
+            raise validation_error("reading.at_s", reading_s, "s", bound, "hold for longer, or press faster")
 
     @property
     def stop_s(self) -> float:
@@ -568,11 +572,13 @@ class Design:
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))
         middle = sum(centres) / len(centres)
-        max_distance = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
-        change = 0.0 if self.reading is None else max_distance * math.tan(math.radians(self.reading.tilt_change_deg))
-        travels = [self.press.travel_mm + change + (x - middle) * slope for x in centres]
-        low, high = (max(travels[tip] for tip in group) for group in self.tips.spring_groups)
-        return low, high
+        travel_of_tilt_change = 0.0
+        if self.reading is not None:
+            max_distance = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
+            travel_of_tilt_change = max_distance * math.tan(math.radians(self.reading.tilt_change_deg))
+        travels = [self.press.travel_mm + travel_of_tilt_change + (x - middle) * slope for x in centres]
+        groups = self.tips.spring_groups
+        return max(travels[tip] for tip in groups.low), max(travels[tip] for tip in groups.high)
 
 
 TABLES = tuple(item.name for item in dataclasses.fields(Design) if item.name != "name")

@@ -58,9 +58,9 @@ class _Leaf:
     def violations(self, length: float, margin: float) -> list[str]:
         """Return a text for each limit that leaves of this `length` [mm] violate.
 
-        The limits that depend on the length are tightened by the relative `margin` [1], or relaxed if it is negative.
-        If a leaf violates even the relaxed limits, the violation is certain although the true length may differ by this
-        margin.
+        The limits that depend on the length are tightened by the factor 1 + `margin` [1], or relaxed if the margin is
+        negative. If a leaf violates even the relaxed limits, the violation is certain, although the true length may
+        differ by this factor.
         """
         process = self.process
         thickness = self.profile.thickness
@@ -102,7 +102,7 @@ def check_printable(
     determining_keys = _determining_keys(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
-        # A tip that does not reach the fruit has a negative travel, and no deflection.
+        # A tip that does not reach the fruit has a negative travel. Its spring is not deflected.
         travel = max(0.0, design.full_travels_mm[i])
         leaf = _leaf_of(design, i, spring_deflection(K, K_m[i], travel))
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
@@ -147,11 +147,11 @@ def _determining_keys(design: Design, springs: Springs) -> tuple[str, str]:
 def _judge_leaf(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
     """Return whether leaves of this `length` [mm] can be made, and the limits that they violate as text.
 
-    The relative error of the length is at most `margin` [1]. If it could change the answer, the answer is None. The
-    text is empty if no limit is violated.
+    The true length differs from `length` by at most the factor 1 + `margin` [1]. If this difference could change the
+    answer, the answer is None. The text is empty if no limit is violated.
     """
-    # In the most favourable case, the true length differs by the factor 1 + margin. The violations that remain then are
-    # certain. The negative margin makes the factor of the limits 1 / (1 + margin).
+    # A violation is certain if it remains after the limits are relaxed by the factor 1 / (1 + margin). `violations`
+    # multiplies limits by 1 plus its argument, which is therefore 1 / (1 + margin) - 1 here.
     certain_violations = leaf.violations(length, -margin / (1.0 + margin))
     possible_violations = leaf.violations(length, margin)
     if not possible_violations:

@@ -189,7 +189,7 @@ class ReadingRequirements:
             raise validation_error(missing, None, "mm", bound, "give the smallest and the largest value of both radii")
         for key in RANGES:
             ends = getattr(self, key)
-            if ends is not None and not (len(ends) == _ENDS and ends[0] <= ends[1]):  # equal ends are allowed
+            if ends is not None and not (len(ends) == _ENDS and ends[0] <= ends[1]):
                 name = f"reading.{key}"
                 raise validation_error(
                     name, list(ends), "mm", "two numbers, the smaller first", "list the smaller number first"
@@ -223,11 +223,12 @@ class ReadingRequirements:
         limits = self.uncertainty_limit
         if not isinstance(limits, tuple):
             return limits
-        points = sorted(zip(moduli, limits, strict=True))
-        upper = bisect.bisect_left(points, (E, 0.0))  # index of the first modulus that is at least E
-        if upper == 0:
+        points = sorted(zip(moduli, limits, strict=True))  # pairs (modulus, limit), the smallest modulus first
+        # Index of the first modulus that is at least E. The 0 sorts before every limit at the same modulus.
+        upper = bisect.bisect_left(points, (E, 0.0))
+        if upper == 0:  # no modulus is below E
             return points[0][1]
-        if upper == len(points):  # E is above all moduli
+        if upper == len(points):  # all moduli are below E
             return points[-1][1]
         (E_low, limit_low), (E_high, limit_high) = points[upper - 1 : upper + 1]
         return limit_low + (limit_high - limit_low) * math.log(E / E_low) / math.log(E_high / E_low)

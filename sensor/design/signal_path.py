@@ -80,8 +80,14 @@ class SignalPath:
 
     @property
     def conversion_order(self) -> tuple[int, ...]:
-        """Return the indices of the channels, starting at 0, in the order of their conversions."""
-        return tuple(sorted(range(len(self.counts_per_N)), key=lambda tip: (*self.delay_ms[tip : tip + 1], tip)))
+        """Return the indices of the channels, starting at 0, in the order of their conversions.
+
+        Channels that are converted at the same time are in the order of the tips.
+        """
+        channels = range(len(self.counts_per_N))
+        if not self.delay_ms:  # all channels are converted at once
+            return tuple(channels)
+        return tuple(sorted(channels, key=lambda channel: self.delay_ms[channel]))
 
     @property
     def errors_N(self) -> tuple[float, ...]:
@@ -108,16 +114,17 @@ class SpringReadOut:
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
     """Return an order of conversion in which the channels of both kinds of springs have the same mean sampling time.
 
-    `kinds` is the kind of the spring of each tip. The order lists the indices of the tips. If one kind has an even
-    number of channels, half of them come before the other kind and half after it: low, high, high, low. The
-    effect of the delays on the contrast then cancels on a level sensor. A pair has no such order, so it keeps the order
-    of its tips.
+    `kinds` is the kind of the spring of each tip, "low" or "high". The order lists the indices of the tips. If one kind
+    has an even number of channels, half of them come before the other kind and half after it, for example low, high,
+    high, low. The effect of the delays on the contrast then cancels on a level sensor. A pair has no such order, so it
+    keeps the order of its tips.
     """
     even_kinds = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
     if not even_kinds:
         return tuple(range(len(kinds)))
-    outer = [tip for tip, kind in enumerate(kinds) if kind == even_kinds[0]]
-    inner = [tip for tip, kind in enumerate(kinds) if kind != even_kinds[0]]
+    outer_kind = even_kinds[0]
+    outer = [tip for tip, kind in enumerate(kinds) if kind == outer_kind]
+    inner = [tip for tip, kind in enumerate(kinds) if kind != outer_kind]
     half = len(outer) // 2
     return (*outer[:half], *inner, *outer[half:])
 
@@ -160,6 +167,7 @@ def _input_signal(readout: Readout) -> _InputSignal:
     noise_V = math.hypot(1e-9 * amplifier.noise_nV, 1e-3 * noise_um * V_per_mm)
     probe_zero_V = 1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm
     zero_V = math.hypot(1e-9 * amplifier.offset_nV_per_K * readout.tare_K, probe_zero_V)
+    # The zero drifts since the last taring, and the gain since the calibration.
     probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
     gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
     return _InputSignal(V_per_mm=V_per_mm, noise_V=noise_V, zero_drift_V=zero_V, gain_drift_percent=gain_percent)
@@ -189,7 +197,7 @@ def signal_path(
         }
 
     def per_tip(key: str) -> tuple[float, ...]:
-        """Return one number per channel, in the order of the tips."""
+        """Return the number `key` of each channel, in the order of the tips."""
         return tuple(channels[kind][key] for kind in kinds)
 
     return SignalPath(

@@ -11,9 +11,9 @@ from sensor.design.processes import Process
 from sensor.quantity import validation_error
 
 _MIN_PAD_MM = 0.2
-"""Thickness of two layers of a coarse print."""
+"""Minimum height of a pad: the thickness of two layers of a coarse print."""
 _MIN_ASPECT = 2.0
-"""Minimum ratio of the depth of a leaf to its thickness. A leaf below it is a rod, nearly as soft sideways."""
+"""Minimum ratio of the depth of a leaf to its thickness. A leaf with a smaller ratio is nearly as soft sideways."""
 
 
 class TipMount(NamedTuple):
@@ -26,9 +26,8 @@ class TipMount(NamedTuple):
 def tip_mount(design: Design, process: Process) -> TipMount:
     """Return the printed end of a shuttle: a tip, or a foot with a pocket for a pin.
 
-    Half the side of a foot is a wall plus a full side of the pocket. The reason is the gable of the pocket, which ends
-    a full side above its centre. The sides are rounded to 0.001 mm. Raises InputError if there is no gap between the
-    feet.
+    Half the side of a foot is a wall plus a full side of the pocket, because the gable of the pocket ends a full side
+    above its centre. The sides are rounded to 0.001 mm. Raises InputError if there is no gap between the feet.
     """
     tips = design.tips
     if tips.socket == "none":

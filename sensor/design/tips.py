@@ -139,9 +139,9 @@ class Tips(ShapeKeys):
         high = tuple(i for i, spring in enumerate(self.springs) if spring == "high")
         return SpringGroups(low=low, high=high)
 
-    def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
-        """Return one number per tip: `of_low` for tips on low springs, and `of_high` for tips on high springs."""
-        return tuple(of_low if spring == "low" else of_high for spring in self.springs)
+    def each(self, low: float, high: float) -> tuple[float, ...]:
+        """Return one number per tip: `low` for tips on low springs, and `high` for tips on high springs."""
+        return tuple(low if spring == "low" else high for spring in self.springs)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ class Sphere(TipShape):
 
     @property
     def sized_as(self) -> str:
-        """Return the name of the cylinder, because its face has the same outline."""
+        """Return the name of the cylinder, which has the same outline."""
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
@@ -45,6 +45,7 @@ class Sphere(TipShape):
         `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` is its radius [mm].
         """
         radius = relative_radius(self.radius_mm, fruit_radius)
+        # A Poisson's ratio of 0 is passed, because the reduced modulus includes the effect of Poisson's ratio.
         return math.pi * contact_radius(force, reduced_modulus, 0.0, radius) ** 2
 
 
@@ -74,5 +75,5 @@ class Dome(Sphere):
 
     @property
     def is_printed(self) -> bool:
-        """Whether the tip is printed with the housing: a dome always is."""
+        """Return whether the tip is printed with the housing, which is true for every dome."""
         return True

@@ -69,7 +69,7 @@ class Cone(TipShape):
 
     @property
     def sized_as(self) -> str:
-        """Return the name of the cylinder, because its face has the same outline."""
+        """Return the name of the cylinder, which has the same outline."""
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:

@@ -63,7 +63,7 @@ class Cube(FlatTip):
 
     @property
     def is_printed(self) -> bool:
-        """Whether the edges are sharp: only sharp tips can be printed with the housing."""
+        """Return whether the tip is printed with the housing, which requires sharp edges."""
         return self.is_flat
 
 

@@ -37,7 +37,7 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
         value = getattr(keys, key.name)
         label = f"tips.{key.name}"
         if key.name not in fields:
-            if value != key.default:  # a person has set this key
+            if value != key.default:  # the user has set a key of another shape
                 bound = f"left out for tips.shape = {name!r}"
                 hint = "remove it, or choose a shape that has this key"
                 raise validation_error(label, value, key.metadata["unit"], bound, hint)
