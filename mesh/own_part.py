@@ -435,13 +435,16 @@ class GradedSizes:
     def at(self, x: float, y: float, z: float = 0.0) -> float:
         """Return the element size at a position [mm]. In a plane, only two coordinates are given."""
         key = (int(x // self._bin_size), int(y // self._bin_size), int(z // self._bin_size))
-        near = self._bins.get(key)
-        if near is None:
-            near = self._bins[key] = self._points_of_bin(key)
+        points = self._bins.get(key)
+        if points is None:
+            points = self._bins[key] = self._points_of_bin(key)
         growth, sqrt = self._growth, math.sqrt
-        # A bin has only about ten points, for which NumPy would take five times as long as this loop.
+        # A bin has only about ten points (a, b, c), for which NumPy would take five times as long as this loop.
         return min(
-            [size + growth * sqrt((a - x) * (a - x) + (b - y) * (b - y) + (c - z) * (c - z)) for a, b, c, size in near]
+            [
+                size + growth * sqrt((a - x) * (a - x) + (b - y) * (b - y) + (c - z) * (c - z))
+                for a, b, c, size in points
+            ]
         )
 
     def _points_of_bin(self, key: tuple[int, int, int]) -> list[tuple[float, float, float, float]]:
@@ -809,20 +812,22 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     profile_points = corners % n
     lowest_level, highest_level = corners.min(axis=0) // n, corners.max(axis=0) // n
     top_level = straight.p.shape[1] // n - 1
-    is_level = lowest_level == highest_level  # whether all corners of the facet are at the same level
+    # The level at which all corners of a facet lie, or -1 for a facet that is swept from an edge of the profile.
+    level = np.where(lowest_level == highest_level, lowest_level, -1)
+    is_swept = level < 0
     boundaries: dict[str, Ints] = {}
     if is_half:
-        boundaries[SYMMETRY] = boundary_facets[is_level & (lowest_level == 0)]
+        boundaries[SYMMETRY] = boundary_facets[level == 0]
     # Side faces are the ends of the sweep at the full depth. The surfaces of shallower regions do not belong to them.
     y = straight.p[1, corners]
-    on_end = is_level & (lowest_level == top_level) & (np.abs(y - extrusion.high).max(axis=0) < _NEAR)
+    on_end = (level == top_level) & (np.abs(y - extrusion.high).max(axis=0) < _NEAR)
     if not is_half:
-        on_end |= is_level & (lowest_level == 0) & (np.abs(y - extrusion.low).max(axis=0) < _NEAR)
+        on_end |= (level == 0) & (np.abs(y - extrusion.low).max(axis=0) < _NEAR)
     boundaries[SIDES] = boundary_facets[on_end]
     fillets = profile.surfaces[FILLETS]
     if fillets.shape[1]:
         edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
-        boundaries[FILLETS] = boundary_facets[~is_level & (index_by_nodes(fillets, edge_ends) >= 0)]
+        boundaries[FILLETS] = boundary_facets[is_swept & (index_by_nodes(fillets, edge_ends) >= 0)]
     middles = _facet_middles(profile, straight, boundary_facets, profile_points)
     copies = 2.0 if is_half else 1.0  # the whole part consists of two copies of the meshed half
     for name in extrusion.part.faces:
@@ -831,7 +836,7 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "choose another face")
         _check_face_area(extrusion, name, copies * facets_area(straight, boundaries[name]))
     named_facets = np.concatenate(list(boundaries.values()))
-    boundaries[WALLS] = np.setdiff1d(boundary_facets[~is_level], named_facets)
+    boundaries[WALLS] = np.setdiff1d(boundary_facets[is_swept], named_facets)
     return boundaries
 
 

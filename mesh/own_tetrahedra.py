@@ -68,10 +68,14 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
             nodes = used_nodes(cells)
             faces = {}
             for name, indices in part.faces.items():
-                # The first three of the six nodes of a quadratic triangle are its corners.
-                corner_tags = np.hstack([element_nodes("Triangle", 2, tags[index])[:3] for index in indices])
-                faces[name] = nodes.index[corner_tags]
+                faces[name] = nodes.index[_corners_of_triangles([tags[i] for i in indices])]
     return _quadratic_mesh(nodes.points, nodes.index[cells], faces)
+
+
+def _corners_of_triangles(surfaces: list[int]) -> Ints:
+    """Return gmsh's node tags (3, k) at the corners of the quadratic triangles on surfaces with these gmsh tags."""
+    # The first three of the six nodes of a quadratic triangle are its corners.
+    return np.hstack([element_nodes("Triangle", 2, surface)[:3] for surface in surfaces])
 
 
 def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> MeshTet2:

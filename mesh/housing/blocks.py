@@ -26,7 +26,7 @@ _FRAME_SIZE_RATIO = 0.4  # element size in the frame at scale 1, divided by the 
 class ElementCounts:
     """The numbers of elements along the curves of the profile, and the element size in the frame, `frame_size` [mm].
 
-    The numbers are those of the following curves:
+    Each field is the number of elements along one kind of curve:
 
     - `sector`: one sector of a fan
     - `across_leaf`: the thickness of a leaf

@@ -39,8 +39,8 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     """Build a design from nested tables, as in a design file.
 
     A table may also be given as a record, such as `Fruit` for the table "fruit". A design without a name is called
-    "paper", because all default values are those of the paper. Raises InputError for an unknown key or an invalid
-    value.
+    "paper", because the default values describe the sensor of the paper. Raises InputError for an unknown key or an
+    invalid value.
     """
     for key in data:
         if key != "name" and key not in TABLES:

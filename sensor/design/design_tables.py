@@ -92,7 +92,7 @@ class DesignTables:
             table, _, key = name.partition(".")
             if name == "name":
                 tables[name] = value
-            elif key:
+            elif key:  # otherwise the setting removes a table, which is done above
                 old_table = tables.get(table, {})
                 if not isinstance(old_table, Mapping):
                     raise not_a_table(table, old_table)

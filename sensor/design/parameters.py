@@ -290,26 +290,28 @@ class Design:
         A thickness must be a whole number of printed lines, if the process prints lines. It must be large enough to be
         printed accurately, and small enough to leave a gap between the two leaves.
         """
+        for key in ("leaf_thickness_low_mm", "leaf_thickness_high_mm"):
+            thickness = getattr(self.print, key)
+            if thickness is not None:
+                self._check_leaf_thickness(f"print.{key}", thickness)
+
+    def _check_leaf_thickness(self, name: str, thickness: float) -> None:
+        """Raise InputError if the process cannot print leaves of this thickness [mm]. `name` is TABLE.KEY."""
         process = self._process_as_listed  # without the leaf thicknesses that are checked here
         line_width = process.line_width_mm  # None if the process prints no lines
         max_thickness = self.tips.tip_layout.leaf_separation_mm - 2.0 * process.fillet_mm
-        for key in ("leaf_thickness_low_mm", "leaf_thickness_high_mm"):
-            thickness = getattr(self.print, key)
-            if thickness is None:
-                continue
-            hint = "leave it out to use the thickness of the process"
-            if line_width is not None and not _is_whole_lines(thickness, line_width):
-                lines = max(1, math.floor(thickness / line_width))
-                bound = f"a whole number of lines of {line_width:g} mm, as {process.name} prints"
-                hint = f"choose {lines * line_width:g} or {(lines + 1) * line_width:g} mm"
-            elif thickness < process.thinnest_leaf_mm:
-                min_thickness = process.thinnest_leaf_mm
-                bound = f"at least {min_thickness:.4g} mm, as {process.name} is accurate to {process.accuracy_mm:g} mm"
-            elif thickness >= max_thickness:
-                bound = f"less than {max_thickness:g} mm, the distance between the two leaves minus their fillets"
-            else:
-                continue
-            name = f"print.{key}"
+        hint = "leave it out to use the thickness of the process"
+        if line_width is not None and not _is_whole_lines(thickness, line_width):
+            lines = max(1, math.floor(thickness / line_width))
+            bound = f"a whole number of lines of {line_width:g} mm, as {process.name} prints"
+            hint = f"choose {lines * line_width:g} or {(lines + 1) * line_width:g} mm"
+            raise validation_error(name, thickness, "mm", bound, hint)
+        if thickness < process.thinnest_leaf_mm:
+            min_thickness = process.thinnest_leaf_mm
+            bound = f"at least {min_thickness:.4g} mm, as {process.name} is accurate to {process.accuracy_mm:g} mm"
+            raise validation_error(name, thickness, "mm", bound, hint)
+        if thickness >= max_thickness:
+            bound = f"less than {max_thickness:g} mm, the distance between the two leaves minus their fillets"
             raise validation_error(name, thickness, "mm", bound, hint)
 
     @property

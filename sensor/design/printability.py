@@ -95,7 +95,6 @@ def check_printable(
     above E_max. `lengths_mm` are the solved lengths of the leaves, the low spring first. Without them, the lengths
     follow from beam theory, and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
-    process = design.process
     largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (largest_K_m, stiffness_ratio * largest_K_m)  # under the low and the high tip
     margin = LENGTH_MARGIN if lengths_mm is None else 0.0  # relative error of a length
@@ -106,23 +105,31 @@ def check_printable(
         travel = max(0.0, design.full_travels_mm[i])
         leaf = _leaf_of(design, i, spring_deflection(K, K_m[i], travel))
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
-        passed, reason = _judge_leaf(leaf, length, margin)
-        if passed is not True:
-            hint = "choose another process, or see what pipeline suggest finds"
-            reason = f"{determining_keys[i]}: asks {process.name} for {reason}; {hint}"
-        verdicts.append(
-            Printable(
-                name=f"printable.{name}",
-                passed=passed,
-                reason=reason or f"{process.name} can make the {name} leaf",
-                length_mm=length,
-                shortest_mm=leaf.shortest,
-                longest_mm=leaf.longest,
-                root_strain=leaf.strain(length),
-                strain_limit=process.strain_limit,
-            )
-        )
+        verdicts.append(_printable(name, leaf, length, margin, determining_keys[i]))
     return tuple(verdicts)
+
+
+def _printable(name: str, leaf: _Leaf, length: float, margin: float, determining_key: str) -> Printable:
+    """Return the verdict on the leaves of the spring `name`, "low" or "high", with this `length` [mm].
+
+    The true length differs from `length` by at most the factor 1 + `margin` [1]. `determining_key` is the key that
+    determines the stiffness of the spring, with its value. The reason of a verdict that does not pass begins with it.
+    """
+    process = leaf.process
+    passed, reason = _judge_leaf(leaf, length, margin)
+    if passed is not True:
+        hint = "choose another process, or see what pipeline suggest finds"
+        reason = f"{determining_key}: asks {process.name} for {reason}; {hint}"
+    return Printable(
+        name=f"printable.{name}",
+        passed=passed,
+        reason=reason or f"{process.name} can make the {name} leaf",
+        length_mm=length,
+        shortest_mm=leaf.shortest,
+        longest_mm=leaf.longest,
+        root_strain=leaf.strain(length),
+        strain_limit=process.strain_limit,
+    )
 
 
 def _leaf_of(design: Design, index: int, deflection: float) -> _Leaf:

@@ -141,9 +141,9 @@ PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.to
 
 
 def parse_process(name: str, table: object) -> Process:
-    """Build a custom print process from a table of the user.
+    """Build a custom print process from a table of its numbers and their sources, which the user has written.
 
-    Raises InputError if the name is that of a known process, or for an unknown key or an invalid number.
+    Raises InputError if a known process has this name, if a key is unknown, or if a number is invalid.
     """
     if name in PROCESSES:
         raise validation_error(

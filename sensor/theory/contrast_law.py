@@ -259,7 +259,15 @@ def smallest_root(a: float, b: float, d: float) -> float:
     end_value = a + end * end * (b + d * end)
     if not a * end_value < 0.0:  # also refuses nan
         raise ReadingError(OF_ANOTHER_SENSOR)
-    # Newton's method in the bracket from `start` to `end`. A step that leaves the bracket is replaced by a bisection.
+    return _root_between(a, b, d, end)
+
+
+def _root_between(a: float, b: float, d: float, end: float) -> float:
+    """Return the only root of the cubic a + b z^2 + d z^3 between z = 0 and z = `end`, where its sign changes.
+
+    Newton's method is used in a bracket that shrinks in each step. A step that leaves the bracket is replaced by a
+    bisection.
+    """
     start = 0.0
     z = 0.5 * end
     for _ in range(_MAX_STEPS):
@@ -269,8 +277,8 @@ def smallest_root(a: float, b: float, d: float) -> float:
         else:
             end = z
         slope = z * (2.0 * b + 3.0 * d * z)
-        next_z = z - contrast / slope if slope != 0.0 else start
-        if next_z == z:
+        next_z = z - contrast / slope if slope != 0.0 else start  # `start` leads to a bisection
+        if next_z == z:  # converged
             break
         if not start < next_z < end:
             next_z = 0.5 * (start + end)

@@ -286,6 +286,7 @@ class Rise:
 
     @cached_property
     def _centred_instrument(self) -> Floats:
+        """Return the instrument minus its mean [N], (samples,)."""
         return np.asarray(self.instrument - self.instrument.mean())
 
     @property
@@ -295,9 +296,13 @@ class Rise:
 
     def without(self, first: int, count: int) -> "Rise":
         """Return the press without the `count` consecutive samples that start at index `first`."""
-        left_out = slice(first, first + count)
-        kept = [np.delete(values, left_out, axis=0) for values in (self.instrument, self.forces, self.rates)]
-        return Rise(instrument=kept[0], forces=kept[1], rates=kept[2], touch=self.touch, largest=self.largest)
+        omitted = slice(first, first + count)
+        return replace(
+            self,
+            instrument=np.delete(self.instrument, omitted, axis=0),
+            forces=np.delete(self.forces, omitted, axis=0),
+            rates=np.delete(self.rates, omitted, axis=0),
+        )
 
 
 class _Moments(NamedTuple):
@@ -325,20 +330,22 @@ def rise_of(
     """
     total = forces[:, :tips].sum(axis=1)
     touch_start = _touch_starts(np.asarray((forces > least_forces).all(axis=1)))
-    is_usable = (np.arange(len(forces)) - touch_start >= lag) & (forces > 0.0).all(axis=1)
+    samples_since_touch = np.arange(len(forces)) - touch_start
+    is_usable = (samples_since_touch >= lag) & (forces > 0.0).all(axis=1)
     if not is_usable.any():
         no_samples = forces[:0]
         return Rise(instrument=no_samples[:, 0], forces=no_samples, rates=no_samples, touch=0.0, largest=0.0)
     usable_total = np.where(is_usable, total, 0.0)
-    # the last of several equal maxima, because a hold repeats the largest force
+    # The deepest sample is the last of several equal maxima, because a hold repeats the largest force. `argmax` returns
+    # the first maximum, so it searches backwards.
     deepest = len(usable_total) - 1 - int(usable_total[::-1].argmax())
-    begin = int(touch_start[deepest])
-    rows = slice(begin + lag, deepest + 1)
+    touch = int(touch_start[deepest])  # the sample in which the last tip touches
+    rows = slice(touch + lag, deepest + 1)
     return Rise(
-        instrument=total[begin : deepest + 1 - lag],
+        instrument=total[touch : deepest + 1 - lag],  # `lag` samples before each of the rows
         forces=forces[rows],
         rates=_force_rates(forces, t, rows),
-        touch=float(total[begin]),
+        touch=float(total[touch]),
         largest=float(total[deepest]),
     )
 
@@ -514,7 +521,7 @@ def unevenness_sensitivity(
     wave_changes = [weights * rise.comoment_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
     return UnevennessSensitivity(
         heights=np.array([linearised.slope_with_saddle(*change) for change in wave_changes]),
-        flesh=linearised.slope_with_saddle(*linearised.own_flesh),
+        flesh=linearised.slope_with_saddle(*linearised.flesh_under_tips),
     )
 
 
@@ -563,6 +570,7 @@ def moduli_without(law: RiseLaw, rise: Rise, window: int = 1) -> Iterator[float]
 
 
 def _refuse_few_samples(rise: Rise) -> None:
+    """Raise RiseError if a press has too few samples."""
     count = len(rise.forces)
     if count < FEWEST:
         hint = "Press farther, or more slowly."
@@ -649,7 +657,7 @@ class _LinearisedLaw:
         [1/mm] is the compliance times E. `tips` is the number of tips, each of which may have several channels.
 
         The public attributes are the terms of the law, or its derivatives with respect to one kind of cause. Their
-        first axis has two entries, for the co-moment and for the mean.
+        first axis has two entries: index 0 for the co-moment with the instrument, and index 1 for the mean.
         """
         self._weights, self._C, _ = law.contrast.arrays
         self._rise = rise
@@ -663,18 +671,18 @@ class _LinearisedLaw:
         self._linear_slope = self._weights @ (self._C + S * z**3)
         # derivative of the Hertz term with respect to each force, times F^(1/3); 1.5 comes from the exponent 2/3
         self._hertz_slope = hertz_factors / 1.5
-        # the Hertz term and the flesh term of the law
+        # the Hertz term and the flesh term of the law, (2,)
         self.hertz = F_two_thirds @ hertz_factors
         self.flesh = F @ (self._weights @ S) * z**3
-        # derivative with respect to -ln E; the terms are proportional to E^(-2/3) and E^(-1)
+        # derivative with respect to -ln E, (2,); the terms are proportional to E^(-2/3) and E^(-1)
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
-        # Change of the law per relative change of the modulus of the flesh under each tip. A dome indents this flesh by
-        # Hertz's law, in proportion to E^(-2/3), and a flat tip in proportion to 1 / E.
+        # Change of the law per relative change of the modulus of the flesh under each tip, (2, channels). A dome
+        # indents this flesh by Hertz's law, in proportion to E^(-2/3), and a flat tip in proportion to 1 / E.
         if law.contrast.hertz:
-            self.own_flesh = self._hertz_slope * F_two_thirds
+            self.flesh_under_tips = self._hertz_slope * F_two_thirds
         else:
-            self.own_flesh = self._weights * np.diag(S) * z**3 * F
-        # derivative with respect to the offset, which changes S
+            self.flesh_under_tips = self._weights * np.diag(S) * z**3 * F
+        # derivative with respect to the offset, (2,), because the offset changes S
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
 
     @property
@@ -718,12 +726,12 @@ class _LinearisedLaw:
         rise = self._rise
         F, F_two_thirds = rise.moments
         squares = rise.comoment_and_mean(rise.forces**2)
-        index = np.arange(len(rise.forces))[:, None]
+        sample_numbers = np.arange(len(rise.forces))[:, None]
         # co-moment of a zero error that grows from 0 at the first sample to 1 at the last
-        drift_comoment, _ = rise.comoment_and_mean(index / (len(index) - 1))
+        drift_comoment, _ = rise.comoment_and_mean(sample_numbers / (len(sample_numbers) - 1))
         # co-moment of the change of each force per second of delay
         rate_comoment, _ = rise.comoment_and_mean(rise.rates)
-        # Changes of the law for a relative error of 1 of the gains and of the spring stiffnesses.
+        # Changes of the law, (2, tips), for a relative error of 1 of the gains and of the spring stiffnesses.
         gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * F_two_thirds)
         spring_slopes = self._weights @ self._C
         springs = self.sum_per_tip(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
@@ -751,7 +759,7 @@ class _LinearisedLaw:
         derivative of the law with respect to a force. `F` and `squares` (2, channels) are the co-moments and means of
         the forces [N] and of their squares.
         """
-        # In the co-moments, an error k F^2 / 2 acts like a constant relative error k F*. The force F* is
+        # In the co-moments, an error k F^2 / 2 acts like a constant relative error k F*. The equivalent force F* is
         # cov(u, F^2) / (2 cov(u, F)). In the mean, the error adds c k F^2 / 2.
         # The channels of the measured forces come first. A co-moment of 0 has no equivalent force, which is then 0.
         measured = slice(self._tips)
@@ -768,4 +776,5 @@ class _LinearisedLaw:
 
 
 def _numbers(values: Floats) -> tuple[float, ...]:
+    """Return a vector as a tuple of floats."""
     return tuple(values.tolist())

@@ -36,7 +36,7 @@ def log_coefficient(poisson: float, slope: float) -> float:
     A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm] at a distance r. With
     the principal curvatures k1 and k2, H is (k1 + k2) / 2. The skin lies H r^2 / 2 below its tangent plane, averaged
     over all directions. Removing the material between them releases its strain energy 1/2 sigma:eps under two unit
-    loads (a shape derivative). The surface stresses of normal and tangential loads are those of K. L. Johnson, Contact
+    loads (a shape derivative). The surface stresses of normal and tangential loads are given by K. L. Johnson, Contact
     Mechanics (1985), equations (3.20) and (3.76). With the angle beta of the slope and k = 1 - 2 nu, the result is
 
         C = cos^2(beta) n + sin^2(beta) t,

@@ -1,6 +1,6 @@
 """The two-spring law of the paper, in both directions: from targets to stiffnesses, and from stiffnesses to P.
 
-Equation numbers are those of "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection", WCECS 2019, ISBN
+Equation numbers refer to "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection", WCECS 2019, ISBN
 978-988-14048-7-9. All stiffnesses have the same unit; in this project it is N/mm.
 
 K_m is the stiffness of the fruit under the low tip. Away from the middle of a fruit, the stiffness under the high tip
