@@ -25,20 +25,22 @@ balance weighs up to 2 kg."""
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 
 
-def row_of(name: str, bench: str) -> list[str]:
-    """Return the table row of a preset on a bench, even if a run would reject the bench.
+def bench_row(name: str, bench: str) -> list[str]:
+    """Return the table row of a preset on a bench, with a cell for each of `HEADS`.
 
-    Raises ValueError for a preset without `[reading]`.
+    A bench that a run would reject also has a row, whose last cell says so. Raises ValueError for a preset without
+    `[reading]`.
     """
     design = load_design(name, BENCHES[bench])
     sensor = Sensor(design=design, options=RunOptions(), springs_as="sized")
     readings = sensor.readings
     if readings is None or readings.calibration is None:
-        msg = f"{name}: a preset that is read has readings"
+        msg = f"{name}: the preset has no readings, so its calibration is unknown. Add [reading] to the preset."
         raise ValueError(msg)
     calibration = readings.calibration
     worst = readings.worst_uncertainty
-    low, high = (calibration.stiffness_percent[kind[0]] for kind in design.tips.spring_groups)
+    # All tips of a group have equal springs, so the first tip represents its group.
+    low, high = (calibration.stiffness_percent[tips[0]] for tips in design.tips.spring_groups)
     verdicts = [sensor.verdict(f"reading.{key}") for key in ("uncertainty", "calibration")]
     outcomes = ["-" if verdict is None else OUTCOMES[verdict.passed] for verdict in verdicts]
     try:
@@ -49,18 +51,18 @@ def row_of(name: str, bench: str) -> list[str]:
     return [name, bench, f"{low:.2g}, {high:.2g} %", calibration.by, uncertainty, f"{worst.E:g} MPa", *outcomes]
 
 
-def full_scale_of(name: str) -> str:
+def full_scale_text(name: str) -> str:
     """Return the name of a preset and the largest forces on its low and high tips [g], as text."""
     sensor = Sensor(design=load_design(name), options=RunOptions(), springs_as="sized")
     forces = () if sensor.readings is None else sensor.readings.full_scale or ()
-    grams = [f"{1e3 * forces[kind[0]] / STANDARD_GRAVITY:.3g}" for kind in sensor.design.tips.spring_groups]
+    grams = [f"{1e3 * forces[tips[0]] / STANDARD_GRAVITY:.3g}" for tips in sensor.design.tips.spring_groups]
     return f"{name} {' and '.join(grams)}"
 
 
 def main() -> None:
-    """Write and print the table."""
-    rows = [row_of(name, bench) for name in PRESETS for bench in BENCHES]
-    scales = f"Largest forces of a low and a high tip, in g: {'; '.join(map(full_scale_of, PRESETS))}."
+    """Compute the rows of all presets on all benches, and write and print the section."""
+    rows = [bench_row(name, bench) for name in PRESETS for bench in BENCHES]
+    scales = f"Largest forces of a low and a high tip, in g: {'; '.join(map(full_scale_text, PRESETS))}."
     write_section("Benches", INTRODUCTION, [section("Presets on three benches", HEADS, rows, [scales])])
 
 

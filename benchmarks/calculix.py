@@ -18,8 +18,9 @@ from sensor.arrays import Floats
 from solve.linear import SolveError
 
 CALCULIX = "CalculiX (ccx)"
-BALANCE_LIMIT = 1e-5  # largest unbalanced force over the applied force; CalculiX prints seven digits
-_TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)
+BALANCE_LIMIT = 1e-5  # largest unbalanced force divided by the applied force; CalculiX prints seven digits
+# The heading of a table in a .dat file. Its groups are the quantity and the name of the node set.
+_TABLE_HEADING = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,19 +37,19 @@ def is_installed() -> bool:
 
 
 def calculix(deck: Deck) -> tuple[list[StepResult], float]:
-    """Return CalculiX's results for each step of a deck [N, mm], and its CPU seconds [s].
+    """Run CalculiX on a deck, and return its results for each step [N, mm] and its CPU time [s].
 
-    Nodes are numbered as in the deck, including its ground nodes and mean nodes. Raises SolveError if the program is
-    absent, stops, prints an error, or its reactions do not balance.
+    CalculiX runs on one thread in a temporary folder. Nodes are numbered as in the deck, including its ground nodes and
+    mean nodes. Raises SolveError if the program is absent, stops, prints an error, or its reactions do not balance.
     """
     program = shutil.which("ccx")
     if program is None:
-        msg = "CalculiX = absent: the program ccx must be on the path; install it (Debian: calculix-ccx)"
+        msg = "CalculiX = absent: the program ccx must be on the path. Install it (Debian: calculix-ccx)."
         raise SolveError(msg)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "scene.inp").write_text(deck.text(), encoding="ascii")
-        (folder / "scene.dat").touch()
+        (folder / "scene.dat").touch()  # so that the file can be read even if CalculiX stops before writing it
         usage = resource_usage([program, "-i", "scene"], folder, ONE_THREAD)
         printed = (folder / "scene.dat").read_text(encoding="ascii")
     error = re.search(r"\*ERROR.*", usage.out)
@@ -59,26 +60,29 @@ def calculix(deck: Deck) -> tuple[list[StepResult], float]:
 
 
 def _failure(reason: str) -> str:
-    """Return the error message on a run that failed."""
-    return f"CalculiX: {reason}: must finish its job with reactions that balance; look at its text"
+    """Return the error message for a run that failed for the given reason."""
+    return f"CalculiX: {reason}. It must finish its job with reactions that balance. Look at its output."
 
 
 def _parse_results(text: str, deck: Deck) -> list[StepResult]:
-    """Return the results of each step from the text of a .dat file, in which displacements follow the forces.
+    """Return the results of each step from the text of a .dat file.
 
-    Raises SolveError if a step is missing or its forces do not balance.
+    In each step, CalculiX prints the total forces of the node sets, and then the displacements of the sets in
+    `deck.printed`. Raises SolveError if a step is missing or its forces do not balance.
     """
     results: list[StepResult] = []
     forces: dict[str, float] = {}
     displacements = np.zeros(deck.node_count)
-    pieces = _TABLE.split(text)[1:]
-    for kind, name, body in zip(pieces[::3], pieces[1::3], pieces[2::3], strict=True):
-        numbers = np.array(body.split(), dtype=np.float64)
-        if kind == "total force":
-            forces[name.lower()] = float(numbers[2])
+    # The text before the first heading is dropped. Then the quantity, the node set and the table follow in turn.
+    pieces = _TABLE_HEADING.split(text)[1:]
+    for quantity, name, table in zip(pieces[::3], pieces[1::3], pieces[2::3], strict=True):
+        numbers = np.array(table.split(), dtype=np.float64)
+        if quantity == "total force":
+            forces[name.lower()] = float(numbers[2])  # the z component of three
         else:
+            # A row holds the number of a node, which starts at 1, and its displacements along x, y and z.
             displacements[numbers[::4].astype(int) - 1] = numbers[3::4]
-            if name.lower() == deck.printed[-1]:
+            if name.lower() == deck.printed[-1]:  # the last table of a step
                 results.append(StepResult(forces=forces, displacements=displacements))
                 forces, displacements = {}, np.zeros(deck.node_count)
     if len(results) != len(deck.steps):
@@ -91,13 +95,15 @@ def _parse_results(text: str, deck: Deck) -> list[StepResult]:
 def check_balance(program: str, forces: Mapping[str, float], step: LinearStep) -> None:
     """Raise SolveError unless the supports balance the applied forces of a step.
 
-    `forces` are the forces that `program` gives for each node set [N].
+    `forces` holds the total force along z that `program` reports for each node set [N]. Names of supports begin with
+    "support". The applied forces are the nodal loads, and the forces on the sets whose displacement is prescribed.
     """
     support = sum(value for name, value in forces.items() if name.startswith("support"))
-    pressed = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
-    if not (np.isfinite(pressed) and pressed != 0.0 and abs(pressed + support) <= BALANCE_LIMIT * abs(pressed)):
+    applied = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
+    is_loaded = np.isfinite(applied) and applied != 0.0
+    if not (is_loaded and abs(applied + support) <= BALANCE_LIMIT * abs(applied)):
         msg = (
-            f"{program}: {pressed:.6g} N pressed, {support:.6g} N carried: must carry what is pressed to "
-            f"{BALANCE_LIMIT:.0e}; look at its text"
+            f"{program}: the supports carry {support:.6g} N under an applied force of {applied:.6g} N. They must "
+            f"balance to {BALANCE_LIMIT:.0e}. Look at the output of the program."
         )
         raise SolveError(msg)

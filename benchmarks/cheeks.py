@@ -32,9 +32,10 @@ def random_point_in_disc(rng, radius):
 
 
 def random_press(design, rng):
-    """Return a random fruit within the ranges of a design, and the change of the sensor's slope in the press (2,).
+    """Return a random fruit within the ranges of a design, and the change of the sensor's slope during the press.
 
-    Moduli are uniform in their logarithm. The slope changes by the returned value [rad] along x and y.
+    The modulus is uniform in its logarithm. The fruit is tilted by up to the largest tilt of a reading, in any
+    direction. The slope changes by the returned values (2,) [rad] along x and y.
     """
     ranges = design.reading
     tilt = random_point_in_disc(rng, ranges.tilt_deg)
@@ -54,20 +55,30 @@ def random_press(design, rng):
 
 
 def press_forces(design, sensor, fruit, drift):
-    """Return the forces [N] of a press, from first contact of the last tip to full travel, shape (READ, tips)."""
+    """Return the forces [N] of a press, from first contact of the last tip to full travel, shape (READ, tips).
+
+    Only SOLVED samples are computed, because each is a separate solution by boundary elements. The READ samples are
+    interpolated between them. `drift` (2,) [rad] is the change of the sensor's slope during the press.
+    """
     gaps = Pressing(sensor, fruit).nearest
+    # The travel starts at the contact of the first tip, so the last tip touches at the difference of the gaps.
     last_touch = gaps.max() - gaps.min()
     full = design.press.travel_mm
+    # The first sample lies 5 % of the remaining travel after the last touch, so that all forces are positive there.
     travels = np.linspace(last_touch + 0.05 * (full - last_touch), full, SOLVED)
     forces = press(sensor, fruit, travels, drift=drift)
-    touching = (forces > 0.0).all(axis=1)
+    is_touching = (forces > 0.0).all(axis=1)
     # By Hertz's law F^(2/3) is nearly linear in the travel, so F^(2/3) is interpolated instead of F.
-    spline = CubicSpline(travels[touching], forces[touching] ** (2.0 / 3.0))
-    return np.maximum(spline(np.linspace(travels[touching][0], travels[-1], READ)), 0.0) ** 1.5
+    spline = CubicSpline(travels[is_touching], forces[is_touching] ** (2.0 / 3.0))
+    read_travels = np.linspace(travels[is_touching][0], travels[-1], READ)
+    return np.maximum(spline(read_travels), 0.0) ** 1.5
 
 
 def main() -> int:
-    """Simulate and read the presses, and print the table. Return the exit code."""
+    """Simulate and read the presses, and print the table row by row. Return the exit code.
+
+    The exit code is 1 if an error exceeds `LARGEST_ERROR` or twice its error bar, else 0.
+    """
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("design")
     parser.add_argument("--count", type=int, default=27)
@@ -82,22 +93,26 @@ def main() -> int:
     for fruit, drift in [random_press(measured.design, rng) for _ in range(options.count)]:
         forces = press_forces(measured.design, sensor, fruit, drift)
         reading = press_reading(unit, PressSamples.of_forces(forces))
-        cells = f"{fruit.E:7.3f} {fruit.R1:5.1f} {fruit.R2:5.1f} {fruit.azimuth:7.1f} {fruit.tilt:5.2f}"
-        if reading.E is None:
-            errors.append(math.inf)
-            bars.append(0.0)
-        else:
-            errors.append(reading.E / fruit.E - 1.0)
-            bars.append(reading.u)
-            cells += f" {reading.E:6.3f} {100.0 * errors[-1]:8.2f} {100.0 * reading.u:6.1f} {reading.offset:9.4f}"
-        print(cells, *reading.flags, flush=True)
+        # A press that cannot be read has an infinite error, so that it fails the test.
+        errors.append(math.inf if reading.E is None else reading.E / fruit.E - 1.0)
+        bars.append(0.0 if reading.E is None else reading.u)
+        print(row_text(fruit, reading), *reading.flags, flush=True)
     sizes = np.abs(errors)
-    inside, outside_twice = np.sum(sizes <= bars), np.sum(sizes > 2.0 * np.array(bars))
+    inside_count, far_outside_count = np.sum(sizes <= bars), np.sum(sizes > 2.0 * np.array(bars))
     print(
-        f"{len(sizes)} presses: largest error {100.0 * sizes.max():.2f} %, {inside} within their error bar, "
-        f"{outside_twice} beyond twice their bar"
+        f"{len(sizes)} presses: largest error {100.0 * sizes.max():.2f} %, {inside_count} within their error bar, "
+        f"{far_outside_count} beyond twice their bar"
     )
-    return 0 if sizes.max() <= LARGEST_ERROR and not outside_twice else 1
+    return 0 if sizes.max() <= LARGEST_ERROR and not far_outside_count else 1
+
+
+def row_text(fruit, reading):
+    """Return the row of a press, with its columns under `HEADS`; a press that cannot be read has only the fruit."""
+    cells = f"{fruit.E:7.3f} {fruit.R1:5.1f} {fruit.R2:5.1f} {fruit.azimuth:7.1f} {fruit.tilt:5.2f}"
+    if reading.E is None:
+        return cells
+    error = reading.E / fruit.E - 1.0
+    return f"{cells} {reading.E:6.3f} {100.0 * error:8.2f} {100.0 * reading.u:6.1f} {reading.offset:9.4f}"
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measureme
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
 from pipeline.storage.deck import LinearStep
 from reference.direct_fruit import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
-from reference.fruit_meshes import REFINEMENTS, fruit_mesh, solved_block
+from reference.fruit_meshes import REFINEMENTS, edge_size, fruit_mesh, solved_block
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
@@ -36,10 +36,10 @@ BENCH = Bench(
 )
 FRUIT, TIPS = Fruit(), Tips()
 FOOTPRINTS = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))
-TOLERANCES = (0.02, 1e-3, 1e-4, 5e-5)
+TOLERANCES = (0.02, 1e-3, 1e-4, 5e-5)  # relative tolerances of the product's compliance
 SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # compliance [mm/N]
-# Polynomial orders, each with the number of refinements towards the edges of the tip. Then the block for these [mm].
-HIGH_ORDERS = ((3, 2), (4, 3), (5, 4))
+HIGH_ORDERS = ((3, 2), (4, 3), (5, 4))  # polynomial orders, each with the number of refinements towards the tip's edges
+# The quarter of the block that NGSolve meshes for these orders [mm].
 HIGH_ORDER_BLOCK = {
     "factor": 0.125,
     "tip_size": 0.5,
@@ -58,8 +58,9 @@ def pair_and_own(S: Floats) -> tuple[float, float]:
 
     s11 - s12 is the mean of the diagonal minus the mean of the other entries.
     """
-    tips, own = len(S), float(np.trace(S))
-    return own / tips - (float(S.sum()) - own) / (tips * (tips - 1)), float(S[0, 0])
+    tips = len(S)
+    diagonal_sum = float(np.trace(S))
+    return diagonal_sum / tips - (float(S.sum()) - diagonal_sum) / (tips * (tips - 1)), float(S[0, 0])
 
 
 def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
@@ -68,10 +69,13 @@ def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
 
 
 def split_rows() -> Iterator[Measurement]:
-    """Yield the rows of the split: as the product calls it, with an error bar, and on each single mesh without one."""
+    """Yield the rows of the split: as the product calls it, with an error bar, and on each single mesh without one.
+
+    The split computes the half-space in closed form, and only the effect of the finite size on a mesh.
+    """
     for tolerance in TOLERANCES:
         compliance, cpu = time_call(partial(split_compliance, FRUIT, TIPS, tolerance))
-        # A single mesh has no coarser mesh to compare with. Its bar is the largest error over random scenes.
+        # Above this tolerance, the product solves only one mesh. Its bar is the largest error over random scenes.
         meshes = "its error pair" if tolerance <= LARGEST_ERROR else "one rough mesh"
         yield _product_row(f"{OURS}split, {meshes}", f"to {100.0 * tolerance:g} %", compliance, cpu)
     for grading in LEVELS:
@@ -87,51 +91,61 @@ def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float
 
 
 def direct_rows() -> Iterator[Measurement]:
-    """Yield the rows of direct FE and of peers on each mesh of a family, then the extrapolation to element size 0."""
+    """Yield the rows of direct FE and of peers on each mesh of a family, then the extrapolation to element size 0.
+
+    Direct FE meshes the whole field with quadratic tetrahedra. The CPU time of a row includes the meshing.
+    """
     part = solved_block(FRUIT, TIPS)
     meshes = []
-    total_meshing = 0.0
+    total_meshing_cpu = 0.0
     for scale in REFINEMENTS:
-        mesh, meshing = time_call(partial(fruit_mesh, part, FRUIT, TIPS, scale))
+        mesh, meshing_cpu = time_call(partial(fruit_mesh, part, FRUIT, TIPS, scale))
         solved, cpu = time_call(partial(mesh_compliance, mesh, FRUIT.poisson))
-        answer = Solved(values=pair_and_own(solved.S), cpu=meshing + cpu, dofs=solved.dofs)
-        yield BENCH.row(DIRECT, f"edge {0.1 * scale:.3g} mm", answer)
+        answer = Solved(values=pair_and_own(solved.S), cpu=meshing_cpu + cpu, dofs=solved.dofs)
+        mesh_name = f"edge {edge_size(TIPS, scale):.3g} mm"
+        yield BENCH.row(DIRECT, mesh_name, answer)
         for name, solver in deck_solvers("C3D10").items():
-            yield _peer_deck_row(f"{name} P2 tets", f"edge {0.1 * scale:.3g} mm", mesh, meshing, solver)
+            yield _peer_deck_row(f"{name} P2 tets", mesh_name, mesh, meshing_cpu, solver)
         meshes.append(mesh)
-        total_meshing += meshing
+        total_meshing_cpu += meshing_cpu
     compliance, cpu = time_call(partial(direct_compliance, meshes, FRUIT.poisson))
-    yield _product_row("direct, three meshes extrapolated", "default", compliance, total_meshing + cpu)
+    yield _product_row("direct, three meshes extrapolated", "default", compliance, total_meshing_cpu + cpu)
 
 
-def _peer_deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: Solver) -> Measurement:
-    """Return the row of a peer on a mesh of the quarter [mm], which took `meshing` CPU seconds [s]."""
-    deck = contact_deck(mesh, 1.0, FRUIT.poisson, 1.0)
+def _peer_deck_row(method: str, mesh_name: str, mesh: SkfemMesh, meshing_cpu: float, solver: Solver) -> Measurement:
+    """Return the row of a peer on a mesh of a quarter of the block [mm].
+
+    `solver` runs the peer on a deck. `meshing_cpu` [s] is the CPU time of the mesh, which the row includes. If the peer
+    fails, the row has the reason instead of errors.
+    """
+    deck = contact_deck(mesh, E=1.0, poisson=FRUIT.poisson, shift=1.0)
 
     def solve() -> Solved:
         results, cpu = solver(deck)
         return Solved(values=_pair_and_own_of_modes(results), cpu=cpu, dofs=3 * deck.elements.count)
 
-    return BENCH.peer_row(method, name, meshing, solve)
+    return BENCH.peer_row(method, mesh_name, meshing_cpu, solve)
 
 
 def _pair_and_own_of_modes(results: Sequence[StepResult]) -> tuple[float, float]:
-    """Return s11 - s12 and s11 [1/mm] from the results of two steps, in which a quarter is pressed by 1 mm.
+    """Return s11 - s12 and s11 [1/mm] from the results of two steps, in which the tip on a quarter is pressed by 1 mm.
 
-    In the first step the mirrored tip moves with it, and in the second step against it. A quarter carries half the
-    force.
+    In the first step, the mirror image of the tip has the same displacement, which gives s11 + s12. In the second step,
+    it has the opposite displacement, which gives s11 - s12. A quarter carries half the force of its tip.
     """
-    equal, opposite = (0.5 / result.forces["high_tip"] for result in results)
-    return opposite, 0.5 * (equal + opposite)
+    s11_plus_s12, s11_minus_s12 = (0.5 / result.forces["high_tip"] for result in results)
+    return s11_minus_s12, 0.5 * (s11_plus_s12 + s11_minus_s12)
 
 
 def high_order_rows() -> Iterator[Measurement]:
     """Yield the rows of NGSolve, if installed, with elements of high order on its own mesh.
 
-    The mesh is refined towards the edges of the tip.
+    The mesh is a quarter of the block, refined towards the edges of the tip.
     """
     if NGSOLVE.interpreter is None:
         return
+    # The directions held at 0 on each face: 1, 2 and 3 are x, y and z. The plane between the tips holds x in the first
+    # step, where both tips move equally. It holds y and z in the second step, where they move oppositely.
     held: Held = {"base": (1, 2, 3), SIDE: (2,)}
     steps = [LinearStep(held={**held, MIDDLE: fixed}, pressed={"high_tip": 1.0}) for fixed in ((1,), (2, 3))]
     for order, levels in HIGH_ORDERS:

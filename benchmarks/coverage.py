@@ -19,7 +19,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import PressMotion, Tips
 
-GOAL = 0.95
+GOAL = 0.95  # fraction of the numbers that must lie inside their error bars
 HEADS = ["kind", "scenes", "refused", "numbers", "inside", "largest error / bar", "median bar"]
 INTRODUCTION = """\
 `python -m benchmarks.coverage --count {count} --seed {seed}` writes this table. It draws scenes at random and compares
@@ -28,8 +28,11 @@ solver. Inside means that the difference is at most the error bar plus the error
 
 
 def random_contact(rng: random.Random) -> Sequence[ReferenceCheck]:
-    """Return the checks of the compliance of a random block under a random pair of flat tips."""
-    side = 10.0 ** rng.uniform(-1.0, 1.0)
+    """Return the checks of the compliance of a random block under a random pair of flat tips.
+
+    The side of a tip is uniform in its logarithm. All other lengths are random multiples of it.
+    """
+    side = 10.0 ** rng.uniform(-1.0, 1.0)  # [mm]
     spacing = side * rng.uniform(1.1, 10.0)
     length = spacing + side * rng.uniform(2.0, 20.0)
     width = side * rng.uniform(2.0, 20.0)
@@ -51,32 +54,39 @@ def random_springs(rng: random.Random) -> Sequence[ReferenceCheck]:
     return process_checks(rng.choice(sorted(PROCESSES)), P_max=rng.uniform(3.0, 8.0), NL=rng.uniform(0.03, 0.1))
 
 
+# The kinds of random scenes. The count of scenes is divided by the number, which is larger for costly kinds.
 KINDS: dict[str, tuple[Callable[[random.Random], Sequence[ReferenceCheck]], int]] = {
     "contact compliance": (random_contact, 1),
     "forces of a tilted press": (random_press, 4),
     "stiffness of springs": (random_springs, 8),
 }
-"""The kinds of random scenes, each with the divisor of the count of scenes; costly kinds have a larger one."""
 
 
 def check_random_scenes(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck], int]:
-    """Return the checks of `count` random scenes of a kind that have a reference, and the number of rejected scenes."""
+    """Draw `count` random scenes of a kind, and return their checks and the number of scenes that were rejected.
+
+    Checks whose reference could not be computed are left out. Each scene has its own random generator, so that a single
+    scene can be repeated. Progress is printed to stderr.
+    """
     check_random_scene, _ = KINDS[kind]
     checks: list[ReferenceCheck] = []
-    refused = 0
+    refused_count = 0
     for number in range(count):
         try:
             scene_checks = check_random_scene(random.Random(f"{kind} {seed} {number}"))
         except REFUSALS:
-            refused += 1
+            refused_count += 1
             continue
         checks += [check for check in scene_checks if check.reference is not None]
         print(f"{kind} {number}", file=sys.stderr, flush=True)
-    return checks, refused
+    return checks, refused_count
 
 
 def main() -> int:
-    """Draw and check the random scenes, and write the table. Return the exit code."""
+    """Draw and check the random scenes, and write the table.
+
+    Return the exit code: 1 if a kind of scene misses `GOAL`, else 0.
+    """
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
@@ -84,14 +94,14 @@ def main() -> int:
     rows = []
     meets_goal = True
     for kind, (_, divisor) in KINDS.items():
-        scenes = max(1, options.count // divisor)
-        checks, refused = check_random_scenes(kind, scenes, options.seed)
-        inside = statistics.fmean(check.excess <= 1.0 for check in checks)
+        scene_count = max(1, options.count // divisor)
+        checks, refused_count = check_random_scenes(kind, scene_count, options.seed)
+        inside = statistics.fmean(check.excess <= 1.0 for check in checks)  # fraction inside the error bars
         meets_goal = meets_goal and inside >= GOAL
-        bar = statistics.median(check.relative_error for check in checks)
-        worst = max(check.excess for check in checks)
-        numbers = [str(scenes), str(refused), str(len(checks)), f"{100.0 * inside:.1f} %", f"{worst:.2f}", percent(bar)]
-        rows.append([kind, *numbers])
+        median_bar = statistics.median(check.relative_error for check in checks)
+        largest_excess = max(check.excess for check in checks)
+        counts = [str(scene_count), str(refused_count), str(len(checks))]
+        rows.append([kind, *counts, f"{100.0 * inside:.1f} %", f"{largest_excess:.2f}", percent(median_bar)])
     introduction = INTRODUCTION.format(count=options.count, seed=options.seed)
     write_section("Do the error bars hold?", introduction, [section("Random scenes and springs", HEADS, rows)])
     return 0 if meets_goal else 1

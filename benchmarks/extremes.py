@@ -27,7 +27,7 @@ SECONDS = 300  # wall-clock time after which a run is killed
 LARGEST_MIB = 4096  # memory limit of a run
 OFTEN = 0.5  # probability that a design has an optional part
 ROUGH_FLAGS = ("--tol", "0.1")
-REFUSED = 2
+REFUSED = 2  # exit code of a run that rejects its design
 OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUSED: "refused in one line"}
 INTRODUCTION = """\
 `python -m benchmarks.extremes {flags}` writes this section. It draws designs at random that a design file may hold, and
@@ -59,42 +59,46 @@ class Outcome:
 
 
 def random_settings(rng: random.Random) -> dict[str, object]:
-    """Return the random settings of a design file by key; the settings may contradict each other."""
-    decades = partial(_log_uniform, rng)
+    """Return the random settings of a design file by key; the settings may contradict each other.
+
+    Lengths are random multiples of the side of a tip. Quantities that span decades are uniform in their logarithm. The
+    order of the draws must not change, because docs/measurements.md states the results for a seed.
+    """
+    log_uniform = partial(_log_uniform, rng)
 
     def sometimes(chance: float, value: float) -> float:
         """Return the value with a probability of `chance` [1], else 0."""
         return value if rng.random() < chance else 0.0
 
-    side = decades(0.03, 30.0)
-    spacing = side * (1.0 + decades(0.01, 50.0))
-    height = side * decades(0.3, 100.0)
-    radius = side * decades(3.0, 300.0)
-    E_max = decades(0.01, 100.0)
+    side = log_uniform(0.03, 30.0)
+    spacing = side * (1.0 + log_uniform(0.01, 50.0))
+    height = side * log_uniform(0.3, 100.0)
+    radius = side * log_uniform(3.0, 300.0)
+    E_max = log_uniform(0.01, 100.0)
     settings: dict[str, object] = {
-        "targets.P_max": 1.0 + decades(1e-3, 99.0),
-        "targets.NL": rng.choice([rng.uniform(1e-4, 0.4999), decades(1e-4, 0.4999)]),
+        "targets.P_max": 1.0 + log_uniform(1e-3, 99.0),
+        "targets.NL": rng.choice([rng.uniform(1e-4, 0.4999), log_uniform(1e-4, 0.4999)]),
         "targets.NL_definition": rng.choice(["mid-range", "largest"]),
         "fruit.shape": rng.choice(["block", "sphere", "ellipsoid"]),
         "fruit.poisson": rng.choice([rng.uniform(-0.9, 0.4999), rng.uniform(0.0, 0.49)]),
         "fruit.E_max_MPa": E_max,
         "fruit.E_MPa": [0.1 * E_max, 0.4 * E_max, E_max],
-        "fruit.length_mm": spacing + side * (1.0 + decades(1.0, 200.0)),
-        "fruit.width_mm": side * (1.0 + decades(1.0, 200.0)),
+        "fruit.length_mm": spacing + side * (1.0 + log_uniform(1.0, 200.0)),
+        "fruit.width_mm": side * (1.0 + log_uniform(1.0, 200.0)),
         "tips.shape": rng.choice(["cube", "cylinder", "sphere", "dome", "cone"]),
         "tips.layout": rng.choice(["pair", "pair", "line", "square"]),
         "tips.side_mm": side,
         "tips.spacing_mm": spacing,
         "tips.offset_mm": sometimes(0.3, rng.uniform(-1.0, 1.0) * side),
-        "tips.gap_mm": decades(0.01, 10.0),
+        "tips.gap_mm": log_uniform(0.01, 10.0),
         "tips.socket": rng.choice(["none"] * 9 + ["pin"]),
-        "press.travel_mm": decades(1e-4, 0.5) * min(side, height),
-        "press.tilt_deg": sometimes(0.5, rng.choice([-1, 1]) * decades(0.01, 30.0)),
-        "press.roll_deg": sometimes(0.3, rng.choice([-1, 1]) * decades(0.01, 30.0)),
+        "press.travel_mm": log_uniform(1e-4, 0.5) * min(side, height),
+        "press.tilt_deg": sometimes(0.5, rng.choice([-1, 1]) * log_uniform(0.01, 30.0)),
+        "press.roll_deg": sometimes(0.3, rng.choice([-1, 1]) * log_uniform(0.01, 30.0)),
         "press.attitude": rng.choice(["down", "side", "up"]),
         "print.process": rng.choice(sorted(PROCESSES)),
         "print.mount": rng.choice(["covers", "washers"]),
-        "print.max_length_mm": decades(10.0, 1000.0),
+        "print.max_length_mm": log_uniform(10.0, 1000.0),
     }
     if settings["tips.shape"] in ("cube", "cylinder"):
         settings["tips.fillet_mm"] = sometimes(0.3, rng.uniform(0.0, 0.5) * side)
@@ -106,7 +110,7 @@ def random_settings(rng: random.Random) -> dict[str, object]:
         settings["fruit.radius_mm"] = radius
         settings["fruit.thickness_mm"] = radius * rng.uniform(0.1, 2.0)
     if settings["fruit.shape"] == "ellipsoid":
-        settings["fruit.radius_across_mm"] = radius * decades(0.3, 3.0)
+        settings["fruit.radius_across_mm"] = radius * log_uniform(0.3, 3.0)
     return settings | _tip_settings(rng, settings, side) | _flesh_settings(rng, E_max, side) | _reading_settings(rng)
 
 
@@ -116,7 +120,10 @@ def _log_uniform(rng: random.Random, low: float, high: float) -> float:
 
 
 def _tip_settings(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
-    """Return the random settings that only cones, domes or lines of tips have; the tips are `side` [mm] wide."""
+    """Return the random settings that only cones, domes or lines of tips have.
+
+    `settings` holds the shape and the layout of the tips, and `side` [mm] is their width.
+    """
     values: dict[str, object] = {}
     if settings["tips.shape"] == "cone":
         values["tips.half_angle_deg"] = rng.uniform(45.0, 89.0)
@@ -157,7 +164,10 @@ def _flesh_settings(rng: random.Random, E_max: float, side: float) -> dict[str, 
 
 
 def _reading_settings(rng: random.Random) -> dict[str, object]:
-    """Return random settings of the tables `[reading]` and `[readout]`, each in half of the designs."""
+    """Return random settings of the tables `[reading]` and `[readout]`, each in half of the designs.
+
+    A design without a read-out states the noise of its forces instead.
+    """
     values: dict[str, object] = {}
     if rng.random() < OFTEN:
         values |= {
@@ -180,7 +190,7 @@ def _reading_settings(rng: random.Random) -> dict[str, object]:
             "readout.drift_K": rng.uniform(0.0, 50.0),
             "readout.tare_K": rng.uniform(0.0, 50.0),
         }
-    elif "reading.tilt_deg" in values:  # a read-out has its own noise
+    elif "reading.tilt_deg" in values:  # there is a reading, but no read-out to determine its noise
         values["reading.noise_percent"] = rng.uniform(0.0, 50.0)
     return values
 
@@ -188,7 +198,8 @@ def _reading_settings(rng: random.Random) -> dict[str, object]:
 def random_design(seed: int, number: int) -> dict[str, str]:
     """Return the settings of a random design as text, as on the command line.
 
-    Settings are drawn until they are within the bounds of a design file.
+    Settings are drawn until they are within the bounds of a design file, so that a run reaches its solvers. The design
+    depends only on `seed` and `number`.
     """
     rng = random.Random(f"{seed} {number}")
     while True:
@@ -199,31 +210,32 @@ def random_design(seed: int, number: int) -> dict[str, str]:
             return settings
 
 
-def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence[str] = ()) -> Outcome:
+def run_design(number: int, settings: dict[str, str], folder: Path, flags: Sequence[str] = ()) -> Outcome:
     """Run one design in its own process on one thread, and return its outcome.
 
     `number` is the number of the design, and the name of its subfolder in `folder`. `flags` are further arguments of
-    the command.
+    the command. Temporary files of the run go to this subfolder too, so that leftovers are found.
     """
-    place = folder / str(number)
-    temporary = place / "tmp"
+    subfolder = folder / str(number)
+    temporary = subfolder / "tmp"
     temporary.mkdir(parents=True)
-    out = place / "out"
+    out = subfolder / "out"
     command = [sys.executable, "-m", "twintip", "run", *flags, "--out", str(out)]
     for key, value in settings.items():
         command += ["--set", f"{key}={value}"]
     usage = resource_usage(command, ROOT, {**ONE_THREAD, "TMPDIR": str(temporary)}, deadline=SECONDS)
-    leftovers = [path.name for path in (*place.iterdir(), *temporary.iterdir()) if path not in (temporary, out)]
+    leftovers = [path.name for path in (*subfolder.iterdir(), *temporary.iterdir()) if path not in (temporary, out)]
     message = usage.last_line.removeprefix("pipeline: ") if usage.exit_code == REFUSED else ""
     return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, find_fault(usage, out, leftovers))
 
 
 def find_fault(usage: ResourceUsage, out: Path, leftovers: Sequence[str]) -> str:
-    """Return the first goal that a run misses, as text; an empty text if it meets all goals.
+    """Return a text on the first goal that a run misses; it is empty if the run meets all goals.
 
-    `out` is the output folder of the run, and `leftovers` are the names of files that it left beside this folder.
+    `usage` is the record of the process, `out` is its output folder, and `leftovers` are the names of files that it
+    left outside this folder.
     """
-    expected_lines = 1 if usage.exit_code == REFUSED else 0
+    expected_lines = 1 if usage.exit_code == REFUSED else 0  # on stderr, where only error messages are written
     if usage.wall >= SECONDS:
         return f"took more than {SECONDS} s"
     if usage.exit_code not in OUTCOMES or "Traceback" in usage.err:
@@ -243,21 +255,26 @@ def find_fault(usage: ResourceUsage, out: Path, leftovers: Sequence[str]) -> str
 
 
 def _refuse_constant(name: str) -> float:
+    """Raise ValueError for NaN, Infinity or -Infinity, which Python's parser calls constants of JSON."""
     msg = f"report.json holds {name}"
     raise ValueError(msg)
 
 
-def sections(outcomes: list[Outcome]) -> list[str]:
-    """Return two tables: how the runs end, with time and memory, and how often the error messages name each key."""
+def outcome_tables(outcomes: list[Outcome]) -> list[str]:
+    """Return two tables: how the runs end, with time and memory, and how often the error messages name each key.
+
+    The notes below the first table list the faults.
+    """
     rows = []
     for code, meaning in OUTCOMES.items():
-        ended = [one for one in outcomes if one.code == code and not one.fault]
-        wall = max((one.wall for one in ended), default=0.0)
-        peak = max((one.peak_MiB for one in ended), default=0.0)
-        rows.append([meaning, str(len(ended)), f"{wall:.0f}", f"{peak:.0f}"])
-    faults = [f"design {one.number}: {one.fault}" for one in outcomes if one.fault]
+        runs = [run for run in outcomes if run.code == code and not run.fault]
+        wall = max((run.wall for run in runs), default=0.0)
+        peak = max((run.peak_MiB for run in runs), default=0.0)
+        rows.append([meaning, str(len(runs)), f"{wall:.0f}", f"{peak:.0f}"])
+    faults = [f"design {run.number}: {run.fault}" for run in outcomes if run.fault]
     rows.append(["with a fault", str(len(faults)), "-", "-"])
-    names = Counter(one.message.partition(" = ")[0].partition(":")[0] for one in outcomes if one.message)
+    # A message begins with "key = value" or "topic: text".
+    names = Counter(run.message.partition(" = ")[0].partition(":")[0] for run in outcomes if run.message)
     refusals = [[f"`{name}`", str(count)] for name, count in names.most_common()]
     return [
         section("How the runs end", ["end of a run", "designs", "longest, s", "most memory, MiB"], rows, faults),
@@ -266,7 +283,10 @@ def sections(outcomes: list[Outcome]) -> list[str]:
 
 
 def main() -> int:
-    """Run the designs, and write and print the tables; return the exit code."""
+    """Run the designs, and write and print the tables. Return the exit code: 1 if a run has a fault, else 0.
+
+    After Ctrl-C, the tables hold only the finished runs. Progress is printed to stderr.
+    """
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=200, help="designs to run")
     parser.add_argument("--seed", type=int, default=1)
@@ -276,16 +296,17 @@ def main() -> int:
     outcomes: list[Outcome] = []
     with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as folder:
         for number in range(options.count):
-            one = outcome(number, random_design(options.seed, number), Path(folder), rough)
-            outcomes.append(one)
-            print(f"{number}: {one.wall:.1f} s, {one.fault or one.message or OUTCOMES[one.code]}", file=sys.stderr)
+            run = run_design(number, random_design(options.seed, number), Path(folder), rough)
+            outcomes.append(run)
+            print(f"{number}: {run.wall:.1f} s, {run.fault or run.message or OUTCOMES[run.code]}", file=sys.stderr)
+    fault_count = sum(bool(run.fault) for run in outcomes)
     if options.rough:
-        print(f"{len(outcomes)} designs, {sum(bool(one.fault) for one in outcomes)} with a fault")
-        return 1 if any(one.fault for one in outcomes) else 0
+        print(f"{len(outcomes)} designs, {fault_count} with a fault")
+        return 1 if fault_count else 0
     flags = f"--count {len(outcomes)} --seed {options.seed}"
     introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=LARGEST_MIB)
-    write_section("Extreme designs", introduction, sections(outcomes))
-    return 1 if any(one.fault for one in outcomes) else 0
+    write_section("Extreme designs", introduction, outcome_tables(outcomes))
+    return 1 if fault_count else 0
 
 
 if __name__ == "__main__":

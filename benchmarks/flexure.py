@@ -48,8 +48,8 @@ E_MPA, POISSON = 2000.0, 0.38
 HEXAHEDRA = ("hex 20, reduced", "hex 20, full", "hex 27, full", "hex 8")
 SCALES = (2.0, 1.0)
 FAMILY_ENDS = (4.0, 0.5)  # additional mesh scales for the product's element
-PEER_KINDS = {"hex 20, reduced": "C3D20R", "hex 20, full": "C3D20"}
-ELEMENTS = {"C3D20R": "hex 20, reduced", "C3D20": "hex 20, full", "C3D10": "P2 tets"}
+PEER_KINDS = {"hex 20, reduced": "C3D20R", "hex 20, full": "C3D20"}  # types of the elements in CalculiX
+ELEMENTS = {"C3D20R": "hex 20, reduced", "C3D20": "hex 20, full", "C3D10": "P2 tets"}  # their names in the table
 TET_SIZES = (0.8, 0.4)  # sizes of tetrahedra at the outline of the leaves [mm]
 SHEAR = 5.0 / 6.0  # shear coefficient of a rectangle, S. Timoshenko 1921
 
@@ -69,8 +69,9 @@ def beam_rows() -> Iterator[Measurement]:
 def beam_stiffness(flexure: Flexure, modulus: float, shear: float) -> float:
     """Return the stiffness of two guided leaves [N/mm] by beam theory, for a bending `modulus` [MPa].
 
-    `shear` is the part of the shear compliance that is included: 0 for Euler's beam, 1 for Timoshenko's.
+    `shear` is the fraction of the shear compliance that is included: 0 for Euler's beam, 1 for Timoshenko's.
     """
+    # Compliances [mm/N]; the two leaves share the load.
     bending = 1.0 / pair_stiffness(modulus, flexure.depth, flexure.thickness, flexure.length)
     G = 0.5 * E_MPA / (1.0 + POISSON)
     return 1.0 / (bending + shear * flexure.length / (2.0 * SHEAR * G * flexure.depth * flexure.thickness))
@@ -97,22 +98,35 @@ def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:
 
 def element_rows() -> Iterator[Measurement]:
     """Yield the rows of single meshes of hexahedra and tetrahedra, without error bars, and of peers on some of them."""
+    yield from _hexahedron_rows()
+    yield from _tetrahedron_rows()
+
+
+def _hexahedron_rows() -> Iterator[Measurement]:
+    """Yield the rows of each hexahedron on swept meshes, followed by the rows of peers on the same mesh.
+
+    The product's element, the first of `HEXAHEDRA`, is also solved on a coarser and on a finer mesh.
+    """
     for choice in HEXAHEDRA:
         for scale in (*SCALES, *(FAMILY_ENDS if choice == HEXAHEDRA[0] else ())):
-            mesh, meshing = time_call(partial(flexure_mesh, HOUSING, scale))
-            name = f"scale {scale:g}"
-            yield _element_row(f"{choice}, curved", name, mesh, choice, meshing)
+            mesh, meshing_cpu = time_call(partial(flexure_mesh, HOUSING, scale))
+            mesh_name = f"scale {scale:g}"
+            yield _element_row(f"{choice}, curved", mesh_name, mesh, choice, meshing_cpu)
             if scale in SCALES and choice in PEER_KINDS:
-                yield from peer_rows(name, mesh, choice, PEER_KINDS[choice], meshing)
+                yield from peer_rows(mesh_name, mesh, choice, PEER_KINDS[choice], meshing_cpu)
+
+
+def _tetrahedron_rows() -> Iterator[Measurement]:
+    """Yield the rows of linear and quadratic tetrahedra, and of peers on the coarser mesh."""
     half = housing_half(HOUSING)
     for finest in TET_SIZES:
         field = SizeField(largest_mm=5.0, smallest_mm=finest, growth=0.4, faces=("low_leaves", "high_leaves"))
-        mesh, meshing = time_call(partial(volume_mesh, half, field, tolerance=0.05))
-        name = f"leaf {finest:g} mm"
+        mesh, meshing_cpu = time_call(partial(volume_mesh, half, field, tolerance=0.05))
+        mesh_name = f"leaf {finest:g} mm"
         for choice in ("tet P1", "tet P2"):
-            yield _element_row(f"{choice}, straight", name, mesh, choice, meshing)
+            yield _element_row(f"{choice}, straight", mesh_name, mesh, choice, meshing_cpu)
         if finest == TET_SIZES[0]:
-            yield from peer_rows(name, mesh, "tet P2", "C3D10", meshing)
+            yield from peer_rows(mesh_name, mesh, "tet P2", "C3D10", meshing_cpu)
 
 
 def mesh_rows() -> Iterator[Measurement]:
@@ -121,24 +135,30 @@ def mesh_rows() -> Iterator[Measurement]:
     Each has fewer elements in the frame, around the holes, in the necks or along the leaves. None reaches an error of
     0.1 % at two thirds of the cost of scale 1.
     """
-    own = element_counts(HOUSING, 1.0)
-    wide = replace(own, frame_size=2.0**0.5 * own.frame_size, neck=3)
+    scale_1 = element_counts(HOUSING, 1.0)
+    wide_frame = replace(scale_1, frame_size=2.0**0.5 * scale_1.frame_size, neck=3)
+    # Each mesh has its numbers of elements in the plane of the plate, and its layers through half of the depth.
     meshes = {
-        "frame of scale 2": (wide, 2),
-        "and one element less round a hole": (replace(wide, ring=1), 2),
-        "and fewer along leaves": (replace(wide, along_leaf=8, beside_fillet=3), 2),
-        "leaves of scale 1.25": (replace(own, neck=3, along_leaf=8, beside_fillet=3), 2),
-        "leaves of scale 1.7": (replace(own, neck=2, along_leaf=6, beside_fillet=3), 2),
-        "one layer": (own, 1),
+        "frame of scale 2": (wide_frame, 2),
+        "and one element less round a hole": (replace(wide_frame, ring=1), 2),
+        "and fewer along leaves": (replace(wide_frame, along_leaf=8, beside_fillet=3), 2),
+        "leaves of scale 1.25": (replace(scale_1, neck=3, along_leaf=8, beside_fillet=3), 2),
+        "leaves of scale 1.7": (replace(scale_1, neck=2, along_leaf=6, beside_fillet=3), 2),
+        "one layer": (scale_1, 1),
         "scale 2, one layer": (element_counts(HOUSING, 2.0), 1),
     }
-    for name, (count, layers) in meshes.items():
-        mesh, meshing = time_call(partial(mesh_of_counts, HOUSING, count, layers))
-        yield _element_row(f"{HEXAHEDRA[0]}, curved", name, mesh, HEXAHEDRA[0], meshing)
+    for mesh_name, (counts, layers) in meshes.items():
+        mesh, meshing_cpu = time_call(partial(mesh_of_counts, HOUSING, counts, layers))
+        yield _element_row(f"{HEXAHEDRA[0]}, curved", mesh_name, mesh, HEXAHEDRA[0], meshing_cpu)
 
 
 def housing_half(housing: Housing) -> Part:
-    """Return the half y >= 0 of a housing [mm], with its named faces, and symmetry, low_leaves and high_leaves."""
+    """Return the half y >= 0 of a housing [mm], cut from the solid of the whole housing.
+
+    Its faces are the named faces of the housing, the plane `symmetry`, and the flat faces `low_leaves` and
+    `high_leaves`.
+    """
+    # The box extends beyond the housing by 1 mm along x and z, so that only its face y = 0 cuts the housing.
     width, height = housing.right - housing.left + 2.0, housing.top_level + 2.0
     box = cq.Solid.makeBox(width, housing.depth, height, cq.Vector(housing.left - 1.0, 0.0, -1.0))
     outside = named_housing(housing_part(housing).shape.intersect(box), housing)
@@ -156,21 +176,25 @@ def _leaf_test(arm: Arm) -> FaceTest:
     return lambda face: start < face.Center().x < end and any(on_surface(face) for on_surface in surfaces)
 
 
-def _element_row(method: str, name: str, mesh: SkfemMesh, choice: str, meshing: float) -> Measurement:
-    """Return the row of an element of `reference.element_study` on a mesh, which took `meshing` CPU seconds [s]."""
+def _element_row(method: str, mesh_name: str, mesh: SkfemMesh, choice: str, meshing_cpu: float) -> Measurement:
+    """Return the row of the element `choice` of `reference.element_study` on a mesh.
+
+    `meshing_cpu` [s] is the CPU time of the mesh, which the row includes.
+    """
     solution, cpu = time_call(partial(element_stiffness, mesh, choice, E_MPA, POISSON))
-    return BENCH.row(method, name, Solved(values=solution.K, cpu=meshing + cpu, dofs=solution.dofs))
+    return BENCH.row(method, mesh_name, Solved(values=solution.K, cpu=meshing_cpu + cpu, dofs=solution.dofs))
 
 
-def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float) -> Iterator[Measurement]:
-    """Yield the row of each installed peer on a mesh [mm], which took `meshing` CPU seconds [s].
+def peer_rows(mesh_name: str, mesh: SkfemMesh, choice: str, kind: str, meshing_cpu: float) -> Iterator[Measurement]:
+    """Yield the row of each installed peer on a mesh [mm].
 
-    `choice` is the name of the element in `reference.element_study`, and `kind` its type in CalculiX.
+    `choice` is the name of the element in `reference.element_study`, and `kind` its type in CalculiX. `meshing_cpu` [s]
+    is the CPU time of the mesh, which the rows include.
     """
     for peer, solver in deck_solvers(kind).items():
         if peer != NGSOLVE.name:
             solve = partial(peer_stiffness, mesh, (choice, kind), (E_MPA, POISSON), solver)
-            yield BENCH.peer_row(f"{peer}, {ELEMENTS[kind]}", name, meshing, solve)
+            yield BENCH.peer_row(f"{peer}, {ELEMENTS[kind]}", mesh_name, meshing_cpu, solve)
 
 
 def peer_stiffness(
@@ -179,14 +203,17 @@ def peer_stiffness(
     """Return a peer's stiffness of each spring [N/mm] on a mesh of half of the housing [mm].
 
     `element` is a name in `reference.element_study`, which places nodes and loads, and a type of CalculiX. `material`
-    is E [MPa] and Poisson's ratio. Raises SolveError if the peer fails.
+    is E [MPa] and Poisson's ratio. `solver` runs the peer on a deck, with one step for each tip. Raises SolveError if
+    the peer fails.
     """
     deck = flexure_deck(mesh, *element, *material)
     results, cpu = solver(deck)
-    nodes = deck.elements.count
-    pairs = zip(results, deck.means.values(), strict=True)
-    K = tuple(1.0 / float(result.displacements[:nodes] @ mean) for result, mean in pairs)
-    return Solved(values=K, cpu=cpu, dofs=3 * nodes)
+    node_count = deck.elements.count
+    K = []
+    for result, mean in zip(results, deck.means.values(), strict=True):
+        # The mean displacement of the tip under 1 N. The nodes of the elements come first in a deck.
+        K.append(1.0 / float(result.displacements[:node_count] @ mean))
+    return Solved(values=tuple(K), cpu=cpu, dofs=3 * node_count)
 
 
 if __name__ == "__main__":
