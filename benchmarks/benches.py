@@ -18,17 +18,17 @@ BENCHES = {
 HEADS = ["preset", "bench", "low, high spring", "by", "uncertainty of E, limit", "at", "`reading.uncertainty`"]
 HEADS += ["`reading.calibration`"]
 INTRODUCTION = """\
-`python -m benchmarks.benches` writes this section: each preset with [the bench](read-a-fruit.md#what-a-bench-leaves) of
-a kitchen, that of the defaults, and that of a laboratory. Numbers are standard uncertainties. The uncertainty of E is
-given at the modulus where its ratio to the limit is largest. Springs are exactly as stiff as designed. A kitchen
-balance weighs up to 2 kg."""
+`python -m benchmarks.benches` writes this section: each preset with three
+[benches](read-a-fruit.md#what-a-bench-leaves), in a kitchen, by default, and in a laboratory. Numbers are standard
+uncertainties. The uncertainty of E is given at the modulus where its ratio to the limit is largest. Springs are exactly
+as stiff as designed. A kitchen balance weighs up to 2 kg."""
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 
 
 def bench_row(name: str, bench: str) -> list[str]:
     """Return the table row of a preset on a bench, with a cell for each of `HEADS`.
 
-    A bench that a run would reject also has a row, whose last cell says so. Raises ValueError for a preset without
+    If a run would reject the bench, the last cell is "refused by a run". Raises ValueError for a preset without
     `[reading]`.
     """
     design = load_design(name, BENCHES[bench])

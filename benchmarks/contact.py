@@ -41,9 +41,9 @@ SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # compliance [mm/N]
 HIGH_ORDERS = ((3, 2), (4, 3), (5, 4))  # polynomial orders, each with the number of refinements towards the tip's edges
 # The quarter of the block that NGSolve meshes for these orders [mm].
 HIGH_ORDER_BLOCK = {
-    "factor": 0.125,
-    "tip_size": 0.5,
-    "size_mm": 4.0,
+    "factor": 0.125,  # relative position at which each refinement divides an element at the edge of the tip
+    "tip_size": 0.5,  # largest element size under the tip
+    "size_mm": 4.0,  # largest element size elsewhere
     "size": (0.5 * FRUIT.length_mm, 0.5 * FRUIT.width_mm, FRUIT.height_mm),
     "tip_x": (TIPS.centres_mm[1] - 0.5 * TIPS.side_mm, TIPS.centres_mm[1] + 0.5 * TIPS.side_mm),
     "tip_y": 0.5 * TIPS.side_mm,
@@ -93,7 +93,8 @@ def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float
 def direct_rows() -> Iterator[Measurement]:
     """Yield the rows of direct FE and of peers on each mesh of a family, then the extrapolation to element size 0.
 
-    Direct FE meshes the whole field with quadratic tetrahedra. The CPU time of a row includes the meshing.
+    Direct FE also resolves the singular field at the edges of the tips by its elements, which are quadratic tetrahedra.
+    The CPU time of a row includes the meshing.
     """
     part = solved_block(FRUIT, TIPS)
     meshes = []

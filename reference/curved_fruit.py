@@ -17,9 +17,12 @@ def is_curved(face: cq.Face) -> bool:
 
 
 def curved_half(fruit: Fruit, tips: Tips) -> Part:
-    """Return the half y >= 0 of the fruit [mm], with the faces base, top, low_tip, high_tip and symmetry_y."""
+    """Return the half y >= 0 of the fruit [mm], with the faces base, top, low_tip, high_tip and symmetry_y.
+
+    The top is the curved skin outside the tips, whose apex is at z = 0.
+    """
     whole = whole_fruit(fruit, tips)
-    size = whole.BoundingBox().DiagonalLength
+    size = whole.BoundingBox().DiagonalLength  # large enough for a box that contains the half
     half = whole.intersect(cq.Solid.makeBox(2.0 * size, size, 2.0 * size, cq.Vector(-size, 0.0, -size)))
     planes = {"base": plane_face_test(2, -fruit.depth_mm), "symmetry_y": MIRROR_PLANES["symmetry_y"]}
     skin = top_faces(tips, tip_centres(tips), is_curved, NEAR_BOX_MM)

@@ -52,9 +52,14 @@ class DeepPress:
         return fruit_stiffness(self.springs, self.ratio(K_m, travel)) / K_m - 1.0
 
     def _depth(self, K: float, K_m: float, travel: float) -> float:
-        """Return the indentation [mm] at which the forces of the spring and the fruit are equal."""
+        """Return the indentation [mm] at which the forces of the spring and the fruit are equal, by bisection.
+
+        K is the stiffness of the spring, and K_m the stiffness of the fruit [N/mm]. The indentation is between 0 and
+        the travel [mm].
+        """
 
         def is_spring_force_larger(depth: float) -> bool:
+            """Return whether the spring pushes harder than the fruit at an indentation, so that the tip sinks in."""
             fruit_force = K_m * float(large_strain_factor(depth / self.side, self.poisson, self.law)) * depth
             return fruit_force < K * (travel - depth)
 
@@ -62,7 +67,8 @@ class DeepPress:
 
 
 POISSONS = (0.3, 0.4, 0.45, 0.49)
-FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
+FIRST = 0.06  # first travel of the press, at which the indentation is still small [mm]
+TRAVELS = (0.1, 0.3, 0.6)  # travels at which the error of E is stated [mm]
 
 
 def accuracy_rows() -> Iterator[str]:
@@ -77,12 +83,12 @@ def accuracy_rows() -> Iterator[str]:
     """
     for poisson in POISSONS:
         K_m = split_compliance(Fruit(poisson=poisson), Tips(), 1e-3).K_m_over_E()
-        linear = force_ratio(PAPER_SPRINGS, K_m)
+        linear_ratio = force_ratio(PAPER_SPRINGS, K_m)
         press = DeepPress(springs=PAPER_SPRINGS, side=1.0, poisson=poisson)
         for law in FLESH_LAWS:
-            deep = replace(press, law=law)
-            ratios = [f"{deep.ratio(K_m, travel):.3f}" for travel in (FIRST, TRAVELS[-1])]
-            drift = f"{100.0 * deep.drift(K_m, (FIRST, TRAVELS[-1])):+.1f} %"
-            biases = [f"{100.0 * deep.bias(K_m, travel):+.1f} %" for travel in TRAVELS]
-            cells = [f"{poisson:g}", law, f"{linear:.3f}", *ratios, "0", drift, "0", *biases]
+            deep_press = replace(press, law=law)
+            ratios = [f"{deep_press.ratio(K_m, travel):.3f}" for travel in (FIRST, TRAVELS[-1])]
+            drift = f"{100.0 * deep_press.drift(K_m, (FIRST, TRAVELS[-1])):+.1f} %"
+            biases = [f"{100.0 * deep_press.bias(K_m, travel):+.1f} %" for travel in TRAVELS]
+            cells = [f"{poisson:g}", law, f"{linear_ratio:.3f}", *ratios, "0", drift, "0", *biases]
             yield f"| {' | '.join(cells)} |"

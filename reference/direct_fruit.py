@@ -43,6 +43,7 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     start = time.perf_counter()
     relative_locking_error = locking_error(poisson)
     finest = meshes[-1]
+    # Quadratic tetrahedra have three dofs at each corner and at the midpoint of each edge.
     check_cost(3 * (finest.p.shape[1] + finest.edges.shape[1]))
     solutions = [mesh_compliance(mesh, poisson) for mesh in meshes]
 
@@ -61,9 +62,9 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     np.fill_diagonal(S, [limit.value for limit in limits])
     s11_minus_s12 = float(np.diag(S).mean() - S[off_diagonal].mean())
     error = (worst.error + crosstalk_change) / s11_minus_s12 + relative_locking_error
-    if not error <= WIDEST_ERROR:
-        hint = "use a thicker fruit, or tips farther from its edges"
-        msg = f"contact: relative error of s11 - s12 = {error:.2g}: must be at most {WIDEST_ERROR:g}; {hint}"
+    if not error <= WIDEST_ERROR:  # negated, so that nan is rejected too
+        hint = "Use a thicker fruit, or tips farther from its edges."
+        msg = f"contact: relative error of s11 - s12 = {error:.2g}: must be at most {WIDEST_ERROR:g}. {hint}"
         raise SolveError(msg)
     seconds = time.perf_counter() - start
     return FruitCompliance(
@@ -75,9 +76,13 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
 
 
 def locking_error(poisson: float) -> float:
-    """Return the relative error due to locking [1]. Raises SolveError for a Poisson's ratio above `MAX_POISSON`."""
+    """Return the relative error due to locking [1], by the fitted formula of `LOCKING`.
+
+    Raises SolveError for a Poisson's ratio above `MAX_POISSON`.
+    """
     if poisson > MAX_POISSON:
-        msg = f"fruit.poisson = {poisson:.6g}: must be at most {MAX_POISSON:g}, because direct elements lock above it"
+        reason = "because direct elements lock above it"
+        msg = f"fruit.poisson = {poisson:.6g}: must be at most {MAX_POISSON:g}, {reason}. Use the split solution."
         raise SolveError(msg)
     start, growth, power = LOCKING
     return max(0.0, start + growth * (float((0.1 / (1.0 - 2.0 * poisson)) ** power) - 1.0))
@@ -91,7 +96,7 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
     """
     basis = vector_basis(mesh, ElementTetP2(), order=2)
     K = stiffness_matrix(basis, 1.0, poisson)
-    held: Held = {"base": ("u^1", "u^2", "u^3")}
+    held: Held = {"base": ("u^1", "u^2", "u^3")}  # the components along x, y and z
     fraction = 1.0  # fraction of the force of a tip that the meshed part carries
     if SIDE in mesh.boundaries:
         held = {**held, SIDE: ("u^2",)}
@@ -101,7 +106,7 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
         return MeshCompliance(fraction * np.asarray(np.linalg.inv(stiffness), dtype=np.float64), int(basis.N))
     # A quarter has only one tip. The conditions on the plane x = 0 determine whether its mirror image has the same
     # displacement (even mode) or the opposite displacement (odd mode). The compliances of these two modes are
-    # s11 + s12 and s11 - s12.
+    # s11 + s12 and s11 - s12. Half of each is used, so that their sum is s11 and their difference s12.
     even_stiffness = tip_stiffness(basis, K, {**held, MIDDLE: ("u^1",)}, FACES[1:])[0, 0]
     odd_stiffness = tip_stiffness(basis, K, {**held, MIDDLE: ("u^2", "u^3")}, FACES[1:])[0, 0]
     half_even = 0.5 * fraction / even_stiffness
@@ -125,7 +130,7 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[s
     stiffness = np.array([reactions[dofs].sum(axis=0) for dofs in tip_dofs])
 
     support_dofs = [basis.get_dofs(name).all("u^3") for name, components in held.items() if "u^3" in components]
-    # A dof that is both under a tip and on a support counts as part of the tip.
+    # A dof that is both under a tip and on a support belongs to the tip, and must not be counted twice.
     only_support_dofs = np.setdiff1d(np.concatenate(support_dofs), np.concatenate(tip_dofs))
     check_balance(stiffness, reactions[only_support_dofs].sum(axis=0))
     return stiffness
@@ -140,17 +145,18 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
     """
     scale = float(np.abs(stiffness).max())
     unbalanced = float(np.abs(stiffness.sum(axis=0) + support).max())
+    # Both comparisons are negated, so that nan is rejected too.
     if not unbalanced <= BALANCE_LIMIT * scale:
         msg = (
-            f"contact: the reactions of tips and supports add up to {unbalanced / scale:.1e} of the largest: must be "
-            f"at most {BALANCE_LIMIT:.0e}; check that every support is named"
+            f"contact: the reactions of tips and supports add up to {unbalanced / scale:.1e} of the largest reaction. "
+            f"The sum must be at most {BALANCE_LIMIT:.0e}. Check that every support is named."
         )
         raise SolveError(msg)
     asymmetry = float(np.abs(stiffness - stiffness.T).max())
     if not asymmetry <= BALANCE_LIMIT * scale:
         msg = (
             f"contact: the reactions of the tips on each other differ by {asymmetry / scale:.1e} of the largest "
-            f"reaction: must be at most {BALANCE_LIMIT:.0e}. Check that the matrix is symmetric."
+            f"reaction. The difference must be at most {BALANCE_LIMIT:.0e}. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
 
@@ -158,7 +164,8 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
 def outline_size(mesh: Mesh) -> float:
     """Return the mean length of the mesh edges along the outlines of the tips [mm], except on planes of symmetry.
 
-    An edge is on the outline if it belongs to only one facet of a tip face.
+    It is the element size that the singularity at the edges of the tips requires for an extrapolation. An edge is on
+    the outline if it belongs to only one facet of a tip face.
     """
     tip_facets = [mesh.boundaries[face] for face in FACES if face in mesh.boundaries]
     edges, count = np.unique(mesh.f2e[:, np.concatenate(tip_facets)], return_counts=True)

@@ -1,6 +1,6 @@
 """The stiffness of both flexures with different finite elements, to compare the product's element with alternatives.
 
-The assembly and the linear solver are those of the product, but the elements, the integration and the loads are not.
+The assembly and the linear solver belong to the product. The elements, the integration and the loads do not.
 """
 
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
 from solve.linear import factorise
 
-# Each element has the polynomial degree up to which its quadrature is exact. In a hexahedron, degree 3 means 2^3 Gauss
-# points, and degree 5 means 3^3.
+# Each element is listed with the polynomial degree up to which its quadrature is exact. In a hexahedron, degree 3 means
+# 2^3 Gauss points, and degree 5 means 3^3.
 CHOICES = {
     "hex 20, reduced": (ElementHexS2, 3),
     "hex 20, full": (ElementHexS2, 5),
@@ -44,10 +44,10 @@ class ElementStiffness:
 
 
 def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> ElementStiffness:
-    """Solve the stiffness of each tip of a housing [N/mm] with the element `choice` of `CHOICES`.
+    """Return the stiffness of each tip of a housing [N/mm] with the element `choice` of `CHOICES`.
 
-    The mesh [mm] is that of the whole housing, or of half of it with a boundary `symmetry`. E is in MPa. Raises
-    InputError for an unknown element, and SolveError if the solution is not accurate.
+    `mesh` [mm] is the whole housing, or half of it with a boundary `symmetry`. Its mounting holes are clamped. E is in
+    MPa. Raises InputError for an unknown element, and SolveError if the solution is not accurate.
     """
     basis = element_basis(mesh, choice)
     is_half = "symmetry" in (mesh.boundaries or {})
@@ -56,7 +56,7 @@ def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> Elem
         held_dofs = np.union1d(held_dofs, basis.get_dofs("symmetry").all("u^2"))
     factor = factorise(stiffness_matrix(basis, E, poisson), held_dofs)
     mean_vectors = np.column_stack([face_mean(basis, tip_face(spring)) for spring in SPRINGS])
-    # 1 N on half of a tip corresponds to 2 N on the whole tip.
+    # Each vector is also a load of 1 N. On half of a tip, it corresponds to 2 N on the whole tip.
     C = (0.5 if is_half else 1.0) * (mean_vectors.T @ factor.solve(mean_vectors))
     return ElementStiffness(K=tip_stiffnesses(C), dofs=int(basis.N))
 
@@ -75,7 +75,9 @@ def face_mean(basis: CellBasis, name: str) -> Floats:
     This vector is also the nodal load of 1 N that is distributed uniformly over the face.
     """
     face = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundaries[name], intorder=4)
-    total = np.zeros(basis.N)
+    integrals = np.zeros(basis.N)
+    # Each shape function of an element has one dof per facet, and its values at the quadrature points.
     for dofs, field in zip(face.element_dofs, face.basis, strict=True):
-        np.add.at(total, dofs, (np.asarray(field[0])[2] * face.dx).sum(axis=-1))
-    return total / float(face.dx.sum())
+        u_z = np.asarray(field[0])[2]
+        np.add.at(integrals, dofs, (u_z * face.dx).sum(axis=-1))
+    return integrals / float(face.dx.sum())

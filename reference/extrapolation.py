@@ -34,13 +34,15 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     A value v at the element size h is assumed to be v_0 + C h^p. With the expected rate p, the limit v_0 follows from
     the two finest meshes: v_0 = v_3 + (v_3 - v_2) / ((h_2 / h_3)^p - 1). The error bar includes the limit at the
     observed rate, which follows from all three meshes. If the observed rate is outside `RATE_BAND` times the expected
-    rate, the error bar is wide, and the status says so.
-    L. F. Richardson, Phil. Trans. R. Soc. A 226, 1927; P. J. Roache, J. Fluids Eng. 116, 1994.
+    rate, the error bar is wide, and the status states the reason. Values that are not monotone are not extrapolated.
+
+    See L. F. Richardson, Phil. Trans. R. Soc. A 226 (1927), and P. J. Roache, J. Fluids Eng. 116 (1994).
     """
     coarse, middle, fine = values
     first_step = middle - coarse
     last_step = fine - middle
     largest_step = max(abs(first_step), abs(last_step))
+    # Nothing is extrapolated if the values agree to round-off, or do not change in one direction.
     if largest_step <= _ROUND_OFF * max(abs(coarse), abs(middle), abs(fine)):
         return Extrapolated(value=fine, error=_ROUND_OFF * abs(fine), rate=None, status="the meshes agree to round-off")
     if first_step * last_step <= 0.0:
@@ -57,8 +59,8 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     low = RATE_BAND[0] * expected_rate
     high = RATE_BAND[1] * expected_rate
     if rate is not None and low <= rate <= high:
-        # The limit at the expected rate is used, because the scatter of unstructured meshes affects the limit at the
-        # observed rate several times as much.
+        # The limit at the expected rate is reported. The limit at the observed rate only widens the error bar, because
+        # the scatter of unstructured meshes affects it several times as much.
         status = f"extrapolated from three meshes at rate {expected_rate:g} (observed {rate:.2f})"
         error = max(spread, _MIN_ERROR_RATIO * abs(correction))
         return Extrapolated(value=limit, error=error, rate=rate, status=status)

@@ -22,7 +22,7 @@ MIRROR_PLANES = {"symmetry_x": plane_face_test(0, 0.0), "symmetry_y": plane_face
 # the edge, the error of quadratic elements is of fourth order in the element size. The growth and the largest size are
 # therefore proportional to h^1/4, so that both errors are O(h).
 REFINEMENTS = (1.0, 0.5, 0.25)
-# The following sizes are those of the coarsest mesh.
+# The following sizes apply to the coarsest mesh.
 _EDGE_SIZE_RATIO = 0.1  # ratio of the element size at the edge of a tip to the side of the tip
 _GROWTH = 0.5  # growth of the size with distance from an edge [mm per mm]
 # The largest size is a third of the shortest side of the block, but at least a sixtieth of the longest side.
@@ -35,7 +35,7 @@ def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
 
     `mirrors` names the planes of symmetry at which the block is cut, and which become named faces. With "symmetry_x",
     the half x >= 0 remains, which does not have the low tip. With "symmetry_y", the half y >= 0 remains. Raises
-    InputError if a tip extends beyond the fruit.
+    InputError if a tip extends beyond the fruit. The top of the block is at z = 0, and its centre at x = y = 0.
     """
     check_tips_on_fruit(fruit, tips)
     right = 0.5 * fruit.length_mm
@@ -44,13 +44,13 @@ def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
     front = 0.0 if "symmetry_y" in mirrors else -back
     corner = cq.Vector(left, front, -fruit.height_mm)
     block = cq.Solid.makeBox(right - left, back - front, fruit.height_mm, corner)
-    centres = {face: x for face, x in tip_centres(tips).items() if x > left}
+    centres = {face: x for face, x in tip_centres(tips).items() if x > left}  # the tips on this part of the block
     faces = {
         "base": plane_face_test(2, -fruit.height_mm),
         **{plane: MIRROR_PLANES[plane] for plane in mirrors},
         **top_faces(tips, centres, plane_face_test(2, 0.0), NEAR_MM),
     }
-    divided = block.split(*(footprint(tips, x) for x in centres.values()))
+    divided = block.split(*(footprint(tips, x) for x in centres.values()))  # so that each tip has its own face
     return named_part("fruit block", divided, faces)
 
 
@@ -68,6 +68,8 @@ def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: 
     half_width = 0.5 * tips.side_mm + near
 
     def make_tip_test(x: float) -> FaceTest:
+        """Return a test for the face under the tip at x [mm]; all tips are at y = 0."""
+
         def is_under_tip(face: cq.Face) -> bool:
             box = face.BoundingBox()
             return on_top(face) and max(x - box.xmin, box.xmax - x, box.ymax) < half_width
@@ -100,7 +102,7 @@ def fruit_size(part: Part, fruit: Fruit, tips: Tips, scale: float) -> SizeField:
     """Return the element sizes of one mesh: small at the edges of the tips, and increasing away from them.
 
     `scale` [1] is the relative element size at the edges of the tips, 1 for the coarsest mesh. `part` is the part of
-    the block that is meshed.
+    the block that is meshed. The sizes refer to the tips and the planes of symmetry on this part.
     """
     lengths = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
     smooth_scale = scale**0.25  # scale of the sizes away from the edges, where the solution is smooth

@@ -52,8 +52,8 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
     for arm in housing.arms:
         thickness = arm.flexure.thickness
         fillet = arm.flexure.fillet
-        left, right = arm.roots
-        for level in arm.levels:
+        left, right = arm.roots  # x coordinates of the ends of the leaves
+        for level in arm.levels:  # z coordinate of the mid-plane of each leaf
             bottom = level - 0.5 * thickness
             top = level + 0.5 * thickness
             boxes.append(Box(corners=(left, bottom, right, top), size=_LEAF_SIZE_RATIO * size * thickness))
@@ -90,15 +90,17 @@ def tetrahedra(part: Part, boxes: Sequence[Box], size: float, *, tolerance: floa
 
 
 def _import_part(part: Part) -> dict[str, list[int]]:
-    """Load a part into gmsh, compress it along y, and return the tags of its surfaces by the name of the face."""
+    """Load a part into gmsh, compress it along y, and return the tags of its surfaces by the name of the face.
+
+    gmsh makes elements of about equal size in all directions. Compressing the part before meshing, and stretching the
+    mesh afterwards (`_read_mesh`), makes the elements longer along the depth. Displacements change slowly there.
+    """
     occ = gmsh.model.occ
     with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
         path = Path(folder) / "part.brep"
         part.write_brep(path)
         occ.importShapes(str(path))
         occ.synchronize()
-        # `_read_mesh` reverses the compression, which makes the elements longer along the depth. Displacements change
-        # slowly in this direction.
         occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, 1.0, 1.0 / _STRETCH, 1.0)
         occ.synchronize()
     tags = [tag for _, tag in gmsh.model.getEntities(2)]  # gmsh reads faces in the order of the part
@@ -111,8 +113,8 @@ def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
     `size` [1] multiplies the size in the frame. If boxes overlap, the smallest size applies.
     """
     field = gmsh.model.mesh.field
-    box_of_part = part.shape.BoundingBox()
-    depth = max(box_of_part.ymax, -box_of_part.ymin) / _STRETCH
+    part_bounds = part.shape.BoundingBox()
+    depth = max(part_bounds.ymax, -part_bounds.ymin) / _STRETCH  # largest |y| of the compressed part
     with stage("size", "check the sizes"):
         tags = []
         for box in boxes:
@@ -131,30 +133,32 @@ def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
 def _read_mesh(surfaces: dict[str, list[int]]) -> MeshTet2:
     """Read the mesh from gmsh, stretch it back to the true depth, and name its boundaries.
 
-    `surfaces` maps the names of faces to gmsh's surface tags.
+    `surfaces` maps the names of faces to gmsh's surface tags. Folded elements are straightened.
     """
-    tags = element_nodes("Tetrahedron", 2)
+    tags = element_nodes("Tetrahedron", 2)  # node tags (10, elements): four corners, then six midside nodes
     corners, midside = used_nodes(tags[:4]), used_nodes(tags[4:])
     stretch = np.array([[1.0], [_STRETCH], [1.0]])
-    straight = MeshTet1(corners.points * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
-    mesh = MeshTet2.from_mesh(straight)
+    linear_mesh = MeshTet1(corners.points * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
+    straight_mesh = MeshTet2.from_mesh(linear_mesh)
     # gmsh and scikit-fem number the edges differently, so each midside node is assigned by the two ends of its edge.
     edge_ends = np.concatenate([corners.index[tags[list(pair)]] for pair in _EDGES], axis=1)
-    edge = index_by_nodes(straight.edges, edge_ends).reshape(len(_EDGES), -1)
-    nodes = mesh.doflocs.copy()
+    edge = index_by_nodes(linear_mesh.edges, edge_ends).reshape(len(_EDGES), -1)
+    nodes = straight_mesh.doflocs.copy()
+    # In scikit-fem, the midside nodes follow the corners, in the order of the edges.
     nodes[:, corners.points.shape[1] + edge] = (midside.points * stretch)[:, midside.index[tags[4:]]]
     boundaries = {}
     for name, surface_tags in surfaces.items():
         triangles = np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surface_tags])
-        boundaries[name] = index_by_nodes(straight.facets, triangles)
-    return _straighten_folded(MeshTet2(nodes, mesh.t), mesh).with_boundaries(boundaries)
+        boundaries[name] = index_by_nodes(linear_mesh.facets, triangles)
+    curved_mesh = MeshTet2(nodes, straight_mesh.t)
+    return _straighten_folded(curved_mesh, straight_mesh).with_boundaries(boundaries)
 
 
 def _straighten_folded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
-    """Straighten the edges of the folded elements of a curved mesh.
+    """Return a curved mesh whose folded elements have straight edges.
 
-    An edge belongs to several elements, so straightening it may fold another one. The mesh is therefore checked again,
-    up to `_MAX_PASSES` times.
+    `straight` is the same mesh with straight edges. An edge belongs to several elements, so straightening it may fold
+    another one. The mesh is therefore checked again, up to `_MAX_PASSES` times. Elements may remain folded.
     """
     for _ in range(_MAX_PASSES):
         folded = _folded_elements(curved)

@@ -12,41 +12,44 @@ from benchmarks.bars.table import CASES
 from benchmarks.harness import percent, section, write_section
 
 INTRODUCTION = """\
-`python -m benchmarks.bars` writes this section. Its cases are those of `benchmarks/bars/bars.toml`. Most are built to
+`python -m benchmarks.bars` writes this section. `benchmarks/bars/bars.toml` holds its cases. Most are built to
 break the solvers. They have nearly incompressible flesh, tips that almost touch, thin fruit, extreme springs, damaged
-meshes, and a part that is nearly free. Each case must end in a right answer or in a refusal that says why. A right
+meshes, and a part that is nearly free. Each case must end in a right answer, or in a refusal with its reason. A right
 answer lies within its error bar of an independent reference."""
 HEADS = ["case", "number", "error bar", "difference, of what is allowed", "verdict", "compared with, or reason"]
 NOTES = [
-    "Allowed is the error bar plus the error of the reference. A closed formula, a target, and a reference with at "
-    "least four times the dofs count as exact.",
+    "A difference of the error bar plus the error of the reference is allowed. A closed formula, a target, and a "
+    "reference with at least four times the dofs are taken as exact.",
     "Skins have bars of 0.3 to 1 %, which are for all tips and layers. Here at most 0.3 % are allowed.",
     "Without a reference: the independent computation refused, so the value is not judged.",
 ]
 
 
 def main() -> int:
-    """Evaluate all cases, or those of the given groups, and write the page. Return the exit code."""
+    """Evaluate all cases or only the given groups, and write the page. Return the exit code.
+
+    The exit code is 1 if a case is wrong, else 0. With groups, the table is only printed.
+    """
     groups = sys.argv[1:]
-    count: Counter[str] = Counter()
+    verdict_counts: Counter[str] = Counter()
     rows = []
     for name, case in CASES.items():
-        if groups and name.partition(":")[0] not in groups:
+        if groups and name.partition(":")[0] not in groups:  # a name is "group: case"
             continue
         outcome = case_outcome(*case)
-        count[outcome.verdict] += 1
+        verdict_counts[outcome.verdict] += 1
         numbers = ["-", "-", "-"]
         if outcome.check:
             difference = "-" if outcome.check.reference is None else percent(outcome.check.excess)
             numbers = [outcome.check.name, percent(outcome.check.relative_error), difference]
         rows.append([name, *numbers, outcome.verdict, outcome.reason])
-    title = ", ".join(f"{number} {verdict}" for verdict, number in count.items())
+    title = ", ".join(f"{number} {verdict}" for verdict, number in verdict_counts.items())
     table = section(title, HEADS, rows, NOTES)
     if groups:
         print(table)
     else:
         write_section("Error bars beside the truth", INTRODUCTION, [table])
-    return 1 if count["WRONG"] else 0
+    return 1 if verdict_counts["WRONG"] else 0
 
 
 if __name__ == "__main__":

@@ -14,11 +14,15 @@ BENCHES = {
 
 
 def bench_checks(bench: str, rows: int) -> tuple[ReferenceCheck, ...]:
-    """Return a check of the first value in each of the first `rows` rows of a bench. The product's rows come first."""
+    """Return a check of the first value in each of the first `rows` rows of a bench.
+
+    Only the rows of the product are computed. An error bar belongs to the first value of its row.
+    """
     task, product_rows = BENCHES[bench]
     true, error = task.reference.values[0], task.reference.errors[0]
-    every: list[ReferenceCheck] = []
+    checks: list[ReferenceCheck] = []
     for row in itertools.islice(product_rows(), rows):
+        value = (1.0 + row.errors[0]) * true  # a row holds only the relative error of its value
         reference = Reference(values=(true,), errors=(error,), source=f"{row.mesh} against {task.reference.source}")
-        every += make_checks((task.values[0],), ((1.0 + row.errors[0]) * true,), (row.error_bar or 0.0,), reference)
-    return tuple(every)
+        checks += make_checks((task.values[0],), (value,), (row.error_bar or 0.0,), reference)
+    return tuple(checks)

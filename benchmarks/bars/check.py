@@ -19,10 +19,10 @@ REFUSALS = (InputError, MeshError, SolveError)
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceCheck:
-    """A value and a reference, each with its error bar, in the same unit; `source` says where the reference comes from.
+    """A value and a reference, each with its error bar, all in the same unit.
 
-    `reference` is None if the reference computation refused; `source` is then the reason. An error bar wider than
-    `widest` [1] is useless, and therefore wrong.
+    `source` is the origin of the reference. If the reference computation raised an error, `reference` is None, and
+    `source` is the reason. An error bar wider than `widest` [1] is useless, and therefore wrong.
     """
 
     name: str
@@ -69,30 +69,32 @@ def make_checks(
 ) -> tuple[ReferenceCheck, ...]:
     """Return a check for each value of the product, in the unit of the reference.
 
-    `relative_errors` are the error bars of the values, relative to the values [1].
+    `relative_errors` are the error bars of the values, relative to the values [1]. A reference without errors is exact.
+    A reference without values could not be computed, and its checks have no reference either.
     """
-    truths = reference.values or (None,) * len(names)
-    uncertainties = reference.errors or (0.0,) * len(names)
-    every = []
-    rows = zip(names, values, relative_errors, truths, uncertainties, strict=True)
-    for name, value, error, truth, uncertainty in rows:
-        every.append(
-            ReferenceCheck(
-                name=name,
-                value=float(value),
-                error=error * abs(float(value)),
-                reference=truth,
-                reference_error=uncertainty,
-                source=reference.source,
-            )
+    true_values = reference.values or (None,) * len(names)
+    true_errors = reference.errors or (0.0,) * len(names)
+    checks = []
+    for name, value, relative_error, true_value, true_error in zip(
+        names, values, relative_errors, true_values, true_errors, strict=True
+    ):
+        check = ReferenceCheck(
+            name=name,
+            value=float(value),
+            error=relative_error * abs(float(value)),
+            reference=true_value,
+            reference_error=true_error,
+            source=reference.source,
         )
-    return tuple(every)
+        checks.append(check)
+    return tuple(checks)
 
 
 def try_reference(compute: Callable[[], Reference]) -> Reference:
-    """Return the result of a reference computation. It may use more memory than the product allows a solve.
+    """Return the result of a reference computation, which may use more memory than the product allows for a solve.
 
-    If the computation raises one of `REFUSALS`, the reference has no values, and its source is the reason.
+    If the computation raises one of `REFUSALS`, the reference has no values, and its source is the reason. The memory
+    limit of the product is restored afterwards.
     """
     try:
         with patch.object(solve.linear, "MOST_BYTES", REFERENCE_BYTES):
@@ -102,20 +104,23 @@ def try_reference(compute: Callable[[], Reference]) -> Reference:
 
 
 def case_outcome(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool) -> Outcome:
-    """Return the outcome of a case; a case that is `answerable` must not raise an error.
+    """Run the checks of a case, and return its outcome. A case that is `answerable` must not raise an error.
 
-    Other cases may raise one of `REFUSALS` with one line that names a bound. All other exceptions propagate, and
-    warnings become errors.
+    `work` computes the checks of the case. Other cases may raise one of `REFUSALS` with one line that names a bound.
+    All other exceptions propagate, and warnings become errors.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", DeprecationWarning)
-            every = work()
+            checks = work()
     except REFUSALS as refusal:
         reason = str(refusal)
+        # A clear message is one line with a bound, which follows "must". A MeshError names a measured quantity instead.
         is_clear = "\n" not in reason and ("must" in reason or isinstance(refusal, MeshError))
         return Outcome("refused" if is_clear and not answerable else "WRONG", reason)
-    worst = max(every, key=lambda check: (check.wrong, check.reference is None, check.excess))
-    verdict = "right" if worst.reference is not None else "no reference"
-    return Outcome("WRONG" if worst.wrong else verdict, worst.source, worst)
+    # The worst check determines the outcome: a wrong one, else one without a reference, else the largest deviation.
+    worst = max(checks, key=lambda check: (check.wrong, check.reference is None, check.excess))
+    if worst.wrong:
+        return Outcome("WRONG", worst.source, worst)
+    return Outcome("no reference" if worst.reference is None else "right", worst.source, worst)

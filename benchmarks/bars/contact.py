@@ -17,8 +17,9 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.split import MOST_DOFS, contact_footprints, footprint_compliance, mesh_dofs
 from solve.linear import SolveError
 
-FOUR_TIMES = 3.9  # a reference with at least this many times the dofs counts as having four times as many
+FOUR_TIMES = 3.9  # smallest ratio of dofs that is accepted as four times as many
 DIRECT_ERROR = 1e-2  # largest relative error of a reference by direct FE
+# Gradings of meshes that are finer than the meshes of the product, from coarse to fine.
 FINER = tuple(Grading(step, (0.7, 0.21, 0.063, 0.0189, 0.0081)) for step in (0.42, 0.36, 0.3, 0.25, 0.2))
 BLOCK, TIPS = Fruit(), Tips()
 TOLERANCE = CONTACT_FRACTION * DEFAULT_TOLERANCE
@@ -37,7 +38,8 @@ def compliance_checks(
 ) -> tuple[ReferenceCheck, ...]:
     """Return the checks of s11 - s12 and s11 [1/mm] against the finer solution from `contact_reference`.
 
-    The compliance is solved to a relative `tolerance` [1]. Raises the errors of the solvers.
+    The compliance is solved to a relative `tolerance` [1]. Raises InputError or SolveError if it cannot be solved. If
+    only the reference cannot be solved, the checks have no reference.
     """
     compliance = contact_compliance(fruit, tips, tolerance)
     return _check_pair(compliance, try_reference(partial(contact_reference, fruit, tips, compliance)))
@@ -50,7 +52,8 @@ def direct_checks(fruit: Fruit, tips: Tips = TIPS) -> tuple[ReferenceCheck, ...]
     """
     reference = _direct_reference(fruit, tips)
     if reference.relative_error > DIRECT_ERROR:
-        msg = f"relative error of direct FE = {reference.relative_error:.2g}: must be at most {DIRECT_ERROR:g}"
+        bound = f"must be at most {DIRECT_ERROR:g}"
+        msg = f"relative error of direct FE = {reference.relative_error:.2g}: {bound}. Use finer meshes."
         raise SolveError(msg)
     return _check_pair(contact_compliance(fruit, tips), reference)
 
@@ -65,7 +68,8 @@ def _check_pair(compliance: FruitCompliance, reference: Reference) -> tuple[Refe
 def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> Reference:
     """Return s11 - s12 and s11 [1/mm], solved by the product's own method with four times the dofs.
 
-    If that needs too much memory, direct FE is used instead.
+    `compliance` is the solution that is checked. The first mesh of `FINER` with enough dofs is used, and its values
+    are taken as exact. If every such mesh needs too much memory, direct FE is used instead.
     """
     footprints = contact_footprints(fruit, tips)
     for grading in FINER:

@@ -42,11 +42,13 @@ def relative_bars(shape_effect: ShapeChange, S: Floats) -> Floats:
 def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> tuple[ReferenceCheck, ...]:
     """Return the check of s11 - s12 [1/mm] of a curved fruit.
 
-    `truth` is the change of s11 - s12 from the equivalent block to the shape of the fruit.
+    `truth` is the change of s11 - s12 from the equivalent block to the shape of the fruit. With `along_normals`, the
+    forces and displacements are normal to the skin instead of vertical.
     """
     shape_effect, S = pair_change(fruit, along_normals), block_compliance(fruit)
-    block, _ = pair_and_own(S)
+    block_value, _ = pair_and_own(S)
     value, _ = pair_and_own(S + shape_effect.change)
-    bar = relative_bars(shape_effect, S)[0] * block / value
-    expected = replace(truth, values=(block + truth.values[0],))
+    # `relative_bars` is relative to the block, and a check expects a bar relative to the value.
+    bar = relative_bars(shape_effect, S)[0] * block_value / value
+    expected = replace(truth, values=(block_value + truth.values[0],))
     return make_checks(BENCH.values[:1], (value,), (float(bar),), expected)

@@ -18,7 +18,7 @@ from solve.fruit.compliance import FruitCompliance
 BALL = ROOT / "tests" / "designs" / "ball.toml"
 TRAVEL_MM, RADIUS_MM = 0.5, 35.0
 LOW, HIGH = 0.15, 1.6  # stiffness [N/mm]
-SPRINGS = np.diag([1.0 / LOW, 1.0 / HIGH] * 2)
+SPRINGS = np.diag([1.0 / LOW, 1.0 / HIGH] * 2)  # compliance [mm/N] of the four springs, in the order of `TIPS`
 TIPS = ("F_l1", "F_h1", "F_l2", "F_h2")
 SOLIDS = {press["name"]: press for press in stored("pressed_domes")}
 # Relative error of forces extrapolated from two meshes; for a level press at 1 MPa, another code differs by 5e-4.
@@ -42,7 +42,8 @@ def dome_checks(
 ) -> tuple[ReferenceCheck, ...]:
     """Return the checks of the forces [N] on a ball of modulus E [MPa] and `radius` [mm].
 
-    `tip_indices` are the indices of the tips whose forces are in `truth`.
+    `tip_indices` are the indices of the tips whose forces are in `truth`. `tilt_deg` and `off_centre_mm` are along the
+    tips and across.
     """
     scene, compliance = ball()
     stand = Stand(radii_mm=(radius, radius), tilt_deg=tuple(tilt_deg), off_centre_mm=tuple(off_centre_mm))
@@ -52,9 +53,10 @@ def dome_checks(
 
 
 def solid_checks(solids: str, diagonal: Sequence[float], tip_indices: Sequence[int]) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces [N] by a stored press called `solids`, on the tips whose forces are stored.
+    """Return the checks of the forces [N] against a stored press, which was solved with solid elements.
 
-    The press is tilted and shifted along a diagonal of the square, whose signs of x and y are `diagonal`.
+    `solids` is the name of the stored press, and `tip_indices` are the indices of the tips whose forces are stored. The
+    press is tilted and shifted along a diagonal of the square, whose signs of x and y are `diagonal`.
     """
     press = SOLIDS[solids]["press"]
     forces = np.array(SOLIDS[solids]["extrapolated_N"])
@@ -63,6 +65,6 @@ def solid_checks(solids: str, diagonal: Sequence[float], tip_indices: Sequence[i
         errors=tuple((SOLIDS_ERROR * forces).tolist()),
         source="solids at finite strain, two meshes extrapolated",
     )
-    x, y = np.sqrt(0.5) * np.array(diagonal)
+    x, y = np.sqrt(0.5) * np.array(diagonal)  # unit vector along the diagonal
     tilt, off_centre = ((press[key] * x, press[key] * y) for key in ("tilt_deg", "off_centre"))
     return dome_checks(press["E"], tip_indices, truth, press["radius"], tilt, off_centre)

@@ -42,21 +42,25 @@ class State:
 
 
 def forces(state: State, compliance: FruitCompliance) -> tuple[Floats, float]:
-    """Return the product's force on each tip [N], and its relative error bar [1]."""
+    """Return the product's force on each tip [N] at full travel, and its relative error bar [1]."""
     C, travel = spring_compliance(*state.springs), state.scene.press.travel_mm
     response = scene_response(state.scene, compliance, C, [state.E], [travel])
-    return response.F[0, 0], float(response.F_error[0, 0])
+    return response.F[0, 0], float(response.F_error[0, 0])  # the only modulus and the only travel
 
 
 def level_checks(
     press: PressMotion = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the check of the force ratio P of level flat tips by law (3) of the paper; E in MPa, springs in N/mm."""
+    """Return the check of the force ratio P of level flat tips by law (3) of the paper; E in MPa, springs in N/mm.
+
+    By this law, each spring is in series with the stiffness K_m of the fruit. The force is the travel divided by the
+    sum of their compliances, so P does not depend on the travel.
+    """
     compliance = contact_compliance(BLOCK, TIPS)
     F, _ = forces(State(scene=Scene(fruit=BLOCK, tips=TIPS, press=press), E=E, springs=springs), compliance)
     K_m = E * compliance.K_m_over_E()
-    compliances = [1.0 / K + 1.0 / K_m for K in springs]
-    law = Reference(values=(compliances[0] / compliances[1],), errors=(), source="paper's law (3)")
+    series_compliances = [1.0 / K + 1.0 / K_m for K in springs]  # low and high spring [mm/N]
+    law = Reference(values=(series_compliances[0] / series_compliances[1],), errors=(), source="paper's law (3)")
     return make_checks(("P",), (F[1] / F[0],), (ROUNDING,), law)
 
 
@@ -71,7 +75,10 @@ def press_checks(
     compliance = contact_compliance(fruit, TIPS)
     F, error = forces(state, compliance)
     if F.max() == 0.0:
-        msg = f"off the fruit, P is null: the travel of {press.travel_mm:g} mm must reach the middle of a cell"
+        msg = (
+            f"press.travel_mm = {press.travel_mm:g} mm: no tip touches, so P is undefined. The travel must reach the "
+            "middle of a cell."
+        )
         raise InputError(msg)
     return _check_touching_tips(F, error, try_reference(partial(_extrapolate_forces, state, compliance)))
 
@@ -83,9 +90,13 @@ def direct_press_checks(press: PressMotion, truth: Reference, fruit: Fruit = BLO
 
 
 def _check_touching_tips(F: Floats, error: float, reference: Reference) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces [N] on the tips that touch, in the product or in the reference."""
-    every, round_off = make_checks(("F_l", "F_h"), F, (error,) * len(F), reference), ROUNDING * float(F.max())
-    return tuple(check for check in every if check.value > 0.0 or (check.reference or 0.0) > round_off)
+    """Return the checks of the forces F (tips,) [N] on the tips that touch, in the product or in the reference.
+
+    A tip that touches in neither has no relative error. `error` [1] is the relative error bar of all forces.
+    """
+    checks = make_checks(("F_l", "F_h"), F, (error,) * len(F), reference)
+    round_off = ROUNDING * float(F.max())
+    return tuple(check for check in checks if check.value > 0.0 or (check.reference or 0.0) > round_off)
 
 
 def _extrapolate_forces(state: State, compliance: FruitCompliance) -> Reference:
@@ -103,25 +114,26 @@ def _extrapolate_forces(state: State, compliance: FruitCompliance) -> Reference:
 def independent_forces(state: State, compliance: FruitCompliance, count: int) -> Floats:
     """Return the force on each tip [N] by another solver, with `count` cells along each side of a tip.
 
-    Only the influence coefficients of the cells are shared with the product. For flat tips, a correction is added to
-    the compliance. It is the difference between the fruit and the cells in a level press, for rigid tips.
+    Only the influence coefficients of the cells are shared with the product. The compliance of the springs acts equally
+    on all cells of a tip, and so does a correction. For flat tips, the correction is the difference between the fruit
+    and the cells in a level press. For other tips, it is the effect of the fruit's shape.
     """
     scene = state.scene
     cells, interference = _cells_and_interference(scene, count)
-    tips = cells.tips
-    rigid = state.E * spring_compliance(*state.springs)
+    tips = cells.tips  # incidence matrix (cells, tips)
+    tip_compliance = state.E * spring_compliance(*state.springs)  # times E [1/mm]
     if not scene.tips.tip_shape.has_flat_face:
-        rigid = rigid + compliance.shape_change
+        tip_compliance = tip_compliance + compliance.shape_change
     else:
         faces = np.isfinite(interference)
-        level = tips[faces].T @ np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips[faces])
-        rigid = rigid + compliance.S - np.linalg.inv(level)
-    near = interference > 0.0  # other cells cannot touch
-    if not near.any():
-        return np.zeros(len(rigid))
-    system = cells.compliance[np.ix_(near, near)] + tips[near] @ rigid @ tips[near].T
-    pressed: Floats = state.E * (tips[near].T @ solve_complementarity(system, interference[near]))
-    return pressed
+        level_stiffness = tips[faces].T @ np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips[faces])
+        tip_compliance = tip_compliance + compliance.S - np.linalg.inv(level_stiffness)
+    overlaps = interference > 0.0  # other cells cannot touch
+    if not overlaps.any():
+        return np.zeros(len(tip_compliance))
+    system = cells.compliance[np.ix_(overlaps, overlaps)] + tips[overlaps] @ tip_compliance @ tips[overlaps].T
+    F: Floats = state.E * (tips[overlaps].T @ solve_complementarity(system, interference[overlaps]))
+    return F
 
 
 def _cells_and_interference(scene: Scene, count: int) -> tuple[ContactCells, Floats]:
@@ -140,9 +152,11 @@ def _cells_and_interference(scene: Scene, count: int) -> tuple[ContactCells, Flo
 def solve_complementarity(system: Floats, interference: Floats) -> Floats:
     """Return the forces f >= 0 that minimise the energy f A f / 2 - b f, with A = `system` and b = `interference`.
 
-    With the Cholesky factor L of A, they are the non-negative least-squares solution of L^T f = L^-1 b. C. L. Lawson,
-    R. J. Hanson, Solving Least Squares Problems, 1974, chapter 23.
+    With the Cholesky factor L of A, they are the nonnegative least-squares solution of L^T f = L^-1 b. See C. L.
+    Lawson, R. J. Hanson, Solving Least Squares Problems (1974), chapter 23.
     """
-    lower, scale = cholesky(system, lower=True), float(interference.max())
-    right = solve_triangular(lower, interference / scale, lower=True)
-    return np.asarray(scale * nnls(lower.T, right, maxiter=100 * len(right))[0])
+    lower = cholesky(system, lower=True)
+    scale = float(interference.max())  # divides the right-hand side, so that it is of the order of 1
+    right_side = solve_triangular(lower, interference / scale, lower=True)
+    f, _ = nnls(lower.T, right_side, maxiter=100 * len(right_side))
+    return np.asarray(scale * f)

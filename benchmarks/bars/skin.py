@@ -25,7 +25,7 @@ INFO = SolveInfo(method="", dofs=0, seconds=0.0, status="")
 
 def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, FruitCompliance]:
     """Return the compliances of a fruit under one tip, without its skin and with it."""
-    change = np.zeros((1, 1))
+    change = np.zeros((1, 1))  # the effect of the fruit's shape, for a single tip
     if fruit.radius_mm is not None:
         change = shape_change(fruit, [footprint], STEPS, along_normals=True).change
     S = footprint_compliance(fruit.equivalent_block, [footprint], LEVELS[0]).S + change
@@ -38,20 +38,25 @@ def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[Refer
 
     The first three check the stiffness under a flat circle, relative to its value without a skin [1]. The others check
     the force on a dome divided by the modulus [mm^2]. The travel of the dome is such that its contact would have this
-    radius without a skin. The compliance that the body adds to a layered half-space is multiplied by the true force.
+    radius without a skin. The deflection of the finite body is computed from the true force, so that only the local
+    contact is checked.
     """
     skinless, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))
-    curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)
-    depth = radius**2 * curvature
+    curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)  # relative curvature [1/mm]
+    depth = radius**2 * curvature  # by Hertz's law [mm]
     ratios, forces = [], []
+    # The true forces follow the true ratios.
     for E, true_force in zip(MODULI, truth.values[len(MODULI) :], strict=True):
-        own = skinned.at(E).S[0, 0]
-        ratios.append(float(skinless.S[0, 0] / own))
+        skinned_compliance = skinned.at(E).S[0, 0]
+        ratios.append(float(skinless.S[0, 0] / skinned_compliance))
         contact = round_contact(layer_on(fruit, E), WIDEST_RADIUS)
-        body_compliance = own - 1.0 / contact.flat_stiffness(radius)
-        relative_depth = np.array((depth - body_compliance * true_force) / curvature)
-        forces.append(float(contact.press(relative_depth)[1]) * curvature)
-    names = [f"{what} at {E:g} MPa" for what in ("stiffness", "force") for E in MODULI]
+        # What the finite body adds to the compliance of a layered half-space, times E [1/mm].
+        body_compliance = skinned_compliance - 1.0 / contact.flat_stiffness(radius)
+        # The table of contacts takes the depth times the radius of curvature, and returns the force times this radius.
+        scaled_depth = np.array((depth - body_compliance * true_force) / curvature)
+        _, scaled_force, _ = contact.press(scaled_depth)
+        forces.append(float(scaled_force) * curvature)
+    names = [f"{quantity} at {E:g} MPa" for quantity in ("stiffness", "force") for E in MODULI]
     return _check_skin(names, ratios + forces, skinned, truth)
 
 
@@ -65,5 +70,5 @@ def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:
 def _check_skin(
     names: Sequence[str], values: Sequence[float], skinned: FruitCompliance, truth: Reference
 ) -> Sequence[ReferenceCheck]:
-    """Return the checks of values with the error bar of the skinned compliance, at most `LARGEST_ERROR`."""
+    """Return the checks of values with the error bar of the skinned compliance, limited to `LARGEST_ERROR`."""
     return make_checks(names, values, (min(skinned.s11_error, LARGEST_ERROR),) * len(names), truth)

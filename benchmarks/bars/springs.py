@@ -34,8 +34,8 @@ from solve.housing.stiffness import housing_stiffness, tip_compliance
 from solve.linear import factorise
 
 FINER = 0.5  # scale of the reference mesh, which has more than four times the dofs
-TARGET_TOLERANCE = 5e-3
-LEAST_QUALITY = 0.05
+TARGET_TOLERANCE = 5e-3  # largest relative difference of a fitted stiffness from its target
+LEAST_QUALITY = 0.05  # smallest scaled Jacobian of the elements with which a mesh with moved nodes is solved
 # Largest useful relative error bar of a strain; strains are less exact, because they are extrapolated to element edges.
 WIDEST_STRAIN_ERROR = 0.15
 NO_TRAVEL = (0.1, 0.1)  # deflections [mm] that place the stops; they do not affect the stiffness
@@ -46,15 +46,18 @@ BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
 def stiffness_checks(
     housing: Housing, E: float, poisson: float, pairs: Sequence[MeshPair] = (DEFAULT,)
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of both spring stiffnesses [N/mm] on each pair of meshes against a finer mesh; E in MPa."""
+    """Return the checks of both spring stiffnesses [N/mm] on each pair of meshes against a finer mesh; E in MPa.
+
+    Raises MeshError if a fine mesh differs from the solid of the housing.
+    """
     reference = try_reference(partial(_finer_stiffness, housing, E, poisson))
-    every: list[ReferenceCheck] = []
+    checks: list[ReferenceCheck] = []
     for pair in pairs:
         solver = HousingSolver(E, poisson)
         stiffness = stiffness_on(pair, housing, solver)
         solver.check(pair.fine)
-        every += make_checks(BENCH.values, stiffness.K, stiffness.error, reference)
-    return tuple(every)
+        checks += make_checks(BENCH.values, stiffness.K, stiffness.error, reference)
+    return tuple(checks)
 
 
 def _finer_stiffness(housing: Housing, E: float, poisson: float) -> Reference:
@@ -81,7 +84,7 @@ def short_leaf_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
 def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[ReferenceCheck, ...]:
     """Return the checks of the stiffness, the root strain and the sag of a preset's housing against a finer mesh.
 
-    `lengths` [mm] are those of the low and the high leaves.
+    `mount` is the mount of the housing. `lengths` [mm] are the lengths of the low and the high leaves.
     """
     design = load_design(preset, {"print.mount": mount})
     low, high = lengths
@@ -89,17 +92,18 @@ def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[Ref
     E, poisson = design.process.E_MPa, design.process.poisson
     solved = stiffness_on(DEFAULT, housing, HousingSolver(E, poisson))
     finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
-    numbers = {
+    # For each quantity: its values and relative errors, the values on the finer mesh, and the largest useful error bar.
+    quantities = {
         "K": (solved.K, solved.error, finer.K, DEFAULT.least_tolerance),
         "strain": (solved.strain_per_N, solved.strain_error, finer.strain_per_N, WIDEST_STRAIN_ERROR),
         "sag": (solved.weight_sag, solved.weight_sag_error, finer.weight_sag, WIDEST_ERROR),
     }
-    every: list[ReferenceCheck] = []
-    for name, (values, errors, finer_values, widest) in numbers.items():
+    checks: list[ReferenceCheck] = []
+    for name, (values, errors, finer_values, widest) in quantities.items():
         truth = Reference(values=finer_values, errors=(), source=f"finer mesh, {finer.dofs} dofs")
-        pair_checks = make_checks((f"{name}_l", f"{name}_h"), values, errors, truth)
-        every += [dataclasses.replace(each, widest=widest) for each in pair_checks]
-    return tuple(every)
+        for check in make_checks((f"{name}_l", f"{name}_h"), values, errors, truth):
+            checks.append(dataclasses.replace(check, widest=widest))
+    return tuple(checks)
 
 
 def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
@@ -108,21 +112,25 @@ def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[Ref
 
 
 def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the fitted springs of a design against a finer mesh and against their targets."""
+    """Return the checks of the fitted springs of a design against a finer mesh and against their targets.
+
+    Raises InputError with the reason of the failed verdict if a spring cannot be printed.
+    """
     sizing = spring_sizing(design, contact_compliance(design.fruit, design.tips), RunOptions())
-    springs = springs_for(design, sizing, "fitted")
-    each, housing = springs.springs.values(), springs.housing
-    printable = list(springs.printable.values())
-    failed = [verdict for verdict in printable if verdict.passed is False]
+    fitted = springs_for(design, sizing, "fitted")
+    housing = fitted.housing
+    verdicts = list(fitted.printable.values())
+    failed = [verdict for verdict in verdicts if verdict.passed is False]
     if failed or housing is None:
-        verdict = (failed or printable)[0]
+        verdict = (failed or verdicts)[0]
         msg = f"{verdict.name}: {verdict.reason}"
         raise InputError(msg)
-    solved = [spring.stiffness for spring in each]
-    targets = Reference(values=tuple(spring.target for spring in each), errors=(), source="target")
+    springs = fitted.springs.values()
+    stiffnesses = [spring.stiffness for spring in springs]
+    targets = Reference(values=tuple(spring.target for spring in springs), errors=(), source="target")
     return (
-        *stiffness_checks(housing, springs.process.E_MPa, springs.process.poisson),
-        *make_checks(BENCH.values, solved, (TARGET_TOLERANCE,) * len(solved), targets),
+        *stiffness_checks(housing, fitted.process.E_MPa, fitted.process.poisson),
+        *make_checks(BENCH.values, stiffnesses, (TARGET_TOLERANCE,) * len(stiffnesses), targets),
     )
 
 
@@ -137,9 +145,10 @@ def process_checks(process: str, P_max: float, NL: float) -> tuple[ReferenceChec
 def moved_node_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
     """Return the checks of s11 - s12 and s11 on meshes whose inner nodes are moved at random.
 
-    Nodes move by up to a `fraction` [1] of their shortest edge.
+    Nodes move by up to a `fraction` [1] of their shortest edge along each axis. Raises MeshError if an element becomes
+    too flat, before any mesh is solved.
     """
-    meshes = [_move_nodes(scale, fraction) for scale in REFINEMENTS]
+    meshes = [_mesh_with_moved_nodes(scale, fraction) for scale in REFINEMENTS]
     for mesh in meshes:
         check_quality(np.asarray(mesh.p), np.asarray(mesh.t), LEAST_QUALITY)
     compliance = direct_compliance(meshes, BLOCK.poisson)
@@ -147,35 +156,40 @@ def moved_node_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
     return make_checks(contact.BENCH.values, values, contact.relative_errors(compliance), contact.BENCH.reference)
 
 
-def _move_nodes(scale: float, fraction: float) -> Any:
-    """Return a mesh of the fruit whose inner nodes are moved at random by up to a `fraction` of their shortest edge."""
+def _mesh_with_moved_nodes(scale: float, fraction: float) -> Any:
+    """Return a mesh of the fruit whose inner nodes are moved at random, to test meshes of bad quality.
+
+    `scale` is the relative element size. A node moves by up to a `fraction` of its shortest edge along each axis. The
+    nodes of the surface stay, so that the shape of the fruit is preserved.
+    """
     mesh = fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale)
     points = np.array(mesh.p)
-    lengths = np.linalg.norm(points[:, mesh.edges[1]] - points[:, mesh.edges[0]], axis=0)
-    shortest = np.full(points.shape[1], np.inf)
-    for ends in mesh.edges:
-        np.minimum.at(shortest, ends, lengths)
+    edge_lengths = np.linalg.norm(points[:, mesh.edges[1]] - points[:, mesh.edges[0]], axis=0)
+    shortest = np.full(points.shape[1], np.inf)  # length of the shortest edge at each node
+    for ends in mesh.edges:  # the first and the second ends of all edges
+        np.minimum.at(shortest, ends, edge_lengths)
     outer = np.unique(mesh.facets[:, mesh.boundary_facets()])
     inner = np.setdiff1d(np.arange(points.shape[1]), outer)
-    shift = np.random.default_rng(1).uniform(-1.0, 1.0, (3, len(inner)))
+    shift = np.random.default_rng(1).uniform(-1.0, 1.0, (3, len(inner)))  # a fixed seed makes the mesh reproducible
     points[:, inner] += fraction * shortest[inner] * shift
     return dataclasses.replace(mesh, doflocs=points)
 
 
 def grounded_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
-    """Return the check that a block on weak springs moves by 1 if every spring k is loaded with the force k.
+    """Return the check that a block on weak springs moves as a rigid body, under a matrix that is nearly singular.
 
-    k is a `fraction` [1] of the largest diagonal entry of the stiffness matrix, so that the block is nearly free.
+    Each dof of the block has a spring of the stiffness k, and each vertical dof is loaded with the force k. All
+    vertical displacements are then 1. k is a `fraction` [1] of the largest diagonal entry of the stiffness matrix, so
+    that the block is nearly free.
     """
     basis = element_basis(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, 1.0), "tet P2")
     K = stiffness_matrix(basis, 1.0, BLOCK.poisson)
     k = fraction * float(K.diagonal().max())
     K.setdiag(K.diagonal() + k)
     load = np.zeros(basis.N)
-    vertical = np.concatenate([basis.nodal_dofs[2], basis.edge_dofs[2]])
-    load[vertical] = k
-    shifts = factorise(K, np.zeros(0, dtype=np.int64)).solve(load)[vertical]
-    worst = shifts[np.argmax(np.abs(shifts - 1.0))]
-    return make_checks(
-        ("shift",), (worst,), (DIGITS,), Reference(values=(1.0,), errors=(), source="rigid body on springs")
-    )
+    vertical_dofs = np.concatenate([basis.nodal_dofs[2], basis.edge_dofs[2]])
+    load[vertical_dofs] = k
+    shifts = factorise(K, np.zeros(0, dtype=np.int64)).solve(load)[vertical_dofs]
+    worst_shift = shifts[np.argmax(np.abs(shifts - 1.0))]
+    truth = Reference(values=(1.0,), errors=(), source="rigid body on springs")
+    return make_checks(("shift",), (worst_shift,), (DIGITS,), truth)

@@ -47,26 +47,34 @@ CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "clamp": grounded_checks,
     "bench": bench_checks,
 }
+# The records whose fields are tables in bars.toml.
 TABLES = {"fruit": Fruit, "tips": Tips, "press": PressMotion, "targets": Targets}
+# Groups whose cases may end in an error that names a bound, unless the case states a `bar`.
 MAY_BE_REFUSED = ("contact", "press", "leaf", "design", "moved nodes", "clamp")
 
 
 def every_case() -> Iterator[tuple[str, Callable[[], Sequence[ReferenceCheck]], bool]]:
     """Yield the name of each case, the function that computes its checks, and whether the case must be answered."""
-    for group, check in CHECKS.items():
-        for case, changes in BARS[group].items():
-            answerable = "bar" in changes or group not in MAY_BE_REFUSED
-            yield f"{group}: {case}", partial(run_case, check, changes), answerable
+    for group, compute_checks in CHECKS.items():
+        for case, settings in BARS[group].items():
+            answerable = "bar" in settings or group not in MAY_BE_REFUSED
+            yield f"{group}: {case}", partial(run_case, compute_checks, settings), answerable
 
 
-def run_case(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[str, Any]) -> Sequence[ReferenceCheck]:
-    """Return the checks of a case from its keys in bars.toml; raises InputError if these are no valid design."""
-    values = {key: TABLES[key](**value) if key in TABLES else value for key, value in changes.items()}
-    if "truth" in values:
-        values["truth"] = TRUTHS[values["truth"]]
-    widest = values.pop("bar", None)
-    results = check(**values)
-    return results if widest is None else [replace(each, widest=widest) for each in results]
+def run_case(
+    compute_checks: Callable[..., Sequence[ReferenceCheck]], settings: Mapping[str, Any]
+) -> Sequence[ReferenceCheck]:
+    """Return the checks of a case, given its keys in bars.toml.
+
+    The keys are the arguments of `compute_checks`, except that `bar` is the widest error bar [1] that is accepted.
+    Raises InputError if the keys are not a valid design.
+    """
+    arguments = {key: TABLES[key](**value) if key in TABLES else value for key, value in settings.items()}
+    if "truth" in arguments:
+        arguments["truth"] = TRUTHS[arguments["truth"]]
+    widest = arguments.pop("bar", None)
+    checks = compute_checks(**arguments)
+    return checks if widest is None else [replace(check, widest=widest) for check in checks]
 
 
 CASES = {name: (work, answerable) for name, work, answerable in every_case()}

@@ -11,6 +11,6 @@ HERE = Path(__file__).parent
 
 
 def stored(program: str) -> list[dict[str, Any]]:
-    """Return the results of a removed program, each with its inputs."""
+    """Return the results of a removed program, each with its inputs; `program` is its name without a suffix."""
     results: list[dict[str, Any]] = json.loads((HERE / f"{program}.json").read_text(encoding="utf-8"))["results"]
     return results

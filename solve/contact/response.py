@@ -60,7 +60,7 @@ def scene_response(
 def _join_responses(responses: Sequence[SensorResponse]) -> SensorResponse:
     """Return one response that joins several responses at different moduli and the same travels.
 
-    The wall-clock times are added. The travels, the number of cells and the status are those of the first response.
+    The wall-clock times are added. The travels, the number of cells and the status come from the first response.
     """
     joined_arrays: dict[str, Any] = {}
     # The first axis of these arrays is the modulus. `mean_pressure` is None unless the tips are domes.
@@ -111,7 +111,7 @@ def _response_differences(fine_response: SensorResponse, coarse_response: Sensor
         where=is_touching,
     )
     # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P is used, so that
-    # the error is large. Where the fine P is undefined too, the difference is 0.
+    # the error is large. Where the fine P is undefined, the difference is 0.
     coarse_P = np.where(np.isnan(coarse_response.P), 2.0 * fine_response.P, coarse_response.P)
     P_differences = np.nan_to_num(np.abs(fine_response.P / coarse_P - 1.0))
     return _neighbour_maximum(F_differences.max(axis=2)), _neighbour_maximum(P_differences)

@@ -94,8 +94,8 @@ class UnilateralContact:
     def _solve_by_active_sets(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats | None:
         """Return the forces of the cells divided by E (cells,) [mm^2], or None if the active-set method cycles.
 
-        The active cells are those assumed to touch. In each step, the cells whose force or gap contradicts this
-        assumption change sides, until none is left. The method starts from the cells that touched in the last solve.
+        The active cells are assumed to touch. In each step, the cells whose force or gap contradicts this assumption
+        change sides, until none is left. The method starts from the cells that touched in the last solve.
         `is_on_face` (cells,) marks the cells on the faces of tips. `b` (cells,) [mm] is the interference, and
         `compliance` (tips, tips) [1/mm] is the compliance of the springs times E.
         """

@@ -55,7 +55,7 @@ class Layer:
         """Return T - 1 [1], the relative change in compliance due to the half-space below the layer.
 
         The argument t of Burmister's function T is `kh` > 0 [1], the wave number times the thickness, an array of any
-        shape. With the ratio m of the shear modulus of the layer to that of the half-space,
+        shape. With the shear modulus m of the layer, divided by the shear modulus of the half-space,
 
             T = (1 + 4 b t exp(-2 t) - a b exp(-4 t)) / (1 - (a + b + 4 b t^2) exp(-2 t) + a b exp(-4 t)),
 

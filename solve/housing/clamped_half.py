@@ -41,8 +41,8 @@ class ClampedHalf:
     """The half y >= 0 of a housing, mounted on elastic layers on a rigid ground or by clamped mounting holes.
 
     `matrix` [N/mm] is the stiffness matrix. `ground` is the contribution of the layers to it, or None without layers.
-    `clamped` holds the dofs of the mounting holes; it is empty if there are layers. `factor` is the matrix factorised
-    with these dofs and those of the plane of symmetry held at 0.
+    `clamped` holds the dofs of the mounting holes; it is empty if there are layers. `factor` is the factorised matrix,
+    in which these dofs and the dofs of the plane of symmetry are held at 0.
     """
 
     basis: CellBasis

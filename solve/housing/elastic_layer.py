@@ -71,8 +71,8 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
 
     An entry is the stiffness per area times int N_a N_b over the covered part of each facet, where N_a and N_b are
     shape functions. The stiffness per area is G / thickness for the components parallel to the layer, and E / thickness
-    for the normal component. `basis` holds the displacements of the housing. E [MPa], Poisson's ratio and the shear
-    modulus G are those of the housing, because the layers have the same material.
+    for the normal component. `basis` holds the displacements of the housing. The housing and the layers have the same
+    material, with modulus E [MPa], Poisson's ratio and shear modulus G.
     """
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)

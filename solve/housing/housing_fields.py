@@ -25,7 +25,7 @@ def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
 
     The nodes are the corners, followed by the midpoints of edges; they are the first nodes in `mesh.doflocs`. All named
     boundaries except the leaves carry a load or a support. All other surfaces are unloaded. E [MPa] and Poisson's ratio
-    are those of the housing.
+    describe the housing.
     """
     leaf_names = [leaf_faces(spring) for spring in SPRINGS]
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaf_names]
@@ -56,13 +56,12 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
     """Return the strain [1] at the nodes, shape (3, 3, nodes), for displacements u (dofs,) [mm].
 
     `basis` has 20-node cells with 2^3 Gauss points, and `unloaded` is the name of the unloaded boundary. At nodes on
-    this boundary, the strain is extrapolated only within facets of the boundary. The reason is that strain at a fillet
-    varies nonlinearly through the thickness of a leaf. Linear extrapolation from two points in a cell would miss the
-    peak strain. The strain normal to an unloaded surface depends on Poisson's ratio, `poisson`.
+    this boundary, the strain is extrapolated only within facets of the boundary. At a fillet, strain varies nonlinearly
+    through the thickness of a leaf, so linear extrapolation from two points in a cell would miss the peak strain. The
+    strain normal to an unloaded surface depends on Poisson's ratio, `poisson`.
     """
     nodes = nodes_of_cells(basis.mesh)
-    # The extrapolation is more accurate in a small cell, so small cells get a larger weight in the average: the inverse
-    # of their volume.
+    # The extrapolation is more accurate in a small cell, so the weight of a cell in the average is 1 / volume.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
 
     strain_sum, weight_sum = _sum_cell_strains(basis, u, nodes, weights)
