@@ -26,7 +26,7 @@ def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: flo
     """
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
-    # The weights of the nodes whose sum is the mean u_z of a tip; they are also the nodal forces of 1 N on the tip.
+    # The nodal weights of u_z in the mean over the face of a tip. They are also the nodal forces of 1 N on this face.
     means = {mean_of(spring): elements.nodal_values(basis, face_mean(basis, tip_face(spring))) for spring in SPRINGS}
     held = {name: axes for name, axes in HELD_HALF.items() if name in mesh.boundaries}
     sets = boundary_sets(elements, basis, tuple(held))

@@ -43,7 +43,7 @@ def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> 
     """Return the check of s11 - s12 [1/mm] of a curved fruit.
 
     `truth` is the change of s11 - s12 from the equivalent block to the shape of the fruit. With `along_normals`, the
-    forces and displacements are normal to the skin instead of vertical.
+    tips press along the normals of the skin, as domes do.
     """
     shape_effect, S = pair_change(fruit, along_normals), block_compliance(fruit)
     block_value, _ = pair_and_own(S)
