@@ -33,8 +33,9 @@ def run(arguments: Namespace) -> Answer:
 
     The exit code is 1 if a verdict on the unit fails or is undecided. For a coupon it is 0.
     """
+    # These flags are checked before any table is read.
     if arguments.classes:
-        ripeness_classes(arguments.classes)  # only checks the flag
+        ripeness_classes(arguments.classes)  # raises InputError for invalid classes; the result is not needed here
     check_weighed_after("--after", arguments.after)
     report = read_report(arguments.folder)
     tip_count = len(report.tips)
@@ -49,8 +50,8 @@ def run(arguments: Namespace) -> Answer:
 def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
     """Return the modulus of a printed coupon, and the command that sizes the sensor for this modulus.
 
-    `table` holds the weights on the leaves of the coupon and their deflections. Raises InputError for a flag that
-    applies only to a unit.
+    `table` holds the weights on the leaves of the coupon and their deflections. Notes on how it was read are printed to
+    stderr. Raises InputError for a flag that applies only to a unit.
     """
     for flag in ("--out", "--fruit", "--plate", "--after", "--ball"):
         value = getattr(arguments, flag.removeprefix("--"))
@@ -59,9 +60,9 @@ def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTa
             raise validation_error(flag, str(value), "", bound, "leave it out")
     modulus = modulus_of_coupon(table, report)
     _print_notes(table)
-    E = modulus.value
+    E = modulus.value  # [MPa]
     design_E = report.design.process.E_MPa
-    E_with_error = value_with_bar(E, COVERAGE * modulus.error, "MPa", in_percent=True)
+    E_with_error = value_with_bar(E, COVERAGE * modulus.error, "MPa", in_percent=True)  # the error bar of 95 %
     difference = f"{100.0 * (E / design_E - 1.0):+.1f} % from the design's modulus"
     command = ["pipeline", "design", "--design", str(arguments.folder / "design.toml"), "--set", f"print.E_MPa={E:.1f}"]
     return Answer(
@@ -75,12 +76,15 @@ def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags
     """Calibrate a unit from the weights in `table`, and write it to the path of `--out`, if given.
 
     `report` is the report of the unit's design, and `flags` are the columns and units that the user stated. The tables
-    of fruit, of a hard plate and of a ball are read from the files that other flags name.
+    of fruit, of a hard plate and of a ball are read from the files that other flags name. Notes on the tables and on
+    assumptions are printed to stderr.
     """
-    fruit_table = None if arguments.fruit is None else read_fruit_table(arguments.fruit, len(report.tips), flags)
-    plate_table = (
-        None if arguments.plate is None else read_plate_table(arguments.plate, report, flags, arguments.counts_as)
-    )
+    fruit_table = None
+    if arguments.fruit is not None:
+        fruit_table = read_fruit_table(arguments.fruit, len(report.tips), flags)
+    plate_table = None
+    if arguments.plate is not None:
+        plate_table = read_plate_table(arguments.plate, report, flags, arguments.counts_as)
     ball_notes: list[str] = []
     ball = _pressed_ball(arguments, flags, ball_notes.append)
     calibration = calibrate_unit(report, table, fruit_table, plate_table, arguments.after, ball)
@@ -90,7 +94,7 @@ def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags
     _print_notes(table, fruit_table, plate_table)
     for note in (*ball_notes, *calibration.assumed):
         print_error(f"note: {note}")
-    has_passed = all_passed(calibration.verdicts)
+    has_passed = all_passed(calibration.verdicts)  # None if a verdict is undecided and none fails
     # If a verdict fails, the text explains how to correct the leaves, unless a verdict has its own remedy.
     explains_leaves = has_passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
     parts = template_parts("calibrate/calibration.txt.j2", failed=explains_leaves, **vars(calibration))
@@ -102,7 +106,7 @@ def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags
 
 
 def _pressed_ball(arguments: Namespace, flags: ColumnFlags, report_note: Callable[[str], None]) -> PressedBall | None:
-    """Return the reference ball and its presses, or None if no flag requests it.
+    """Return the reference ball and the file of the presses on it, or None if no flag requests a ball.
 
     `flags` are the columns and units that the user stated. `report_note` is called with each note about the file of the
     presses. Raises InputError if some, but not all, of the ball's flags are given.

@@ -34,7 +34,11 @@ FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def run(arguments: Namespace) -> Answer:
-    """Check an output folder, or a file of any origin. The exit code is 0 if all verdicts pass, and 1 if not."""
+    """Check an output folder, or a file of any origin. The exit code is 0 if all verdicts pass, and 1 if not.
+
+    With `--solve`, the springs in a STEP file are solved too. Raises InputError for flags that contradict each other or
+    the path.
+    """
     path: Path = arguments.path
     design_name: str | None = arguments.design
     process = _file_process(path, arguments.process, design_name)  # None for a folder, whose report names its process
@@ -43,6 +47,7 @@ def run(arguments: Namespace) -> Answer:
             hint = "name a STEP file, and add --solve"
             raise validation_error("--solve", path.name, "", "left out for a folder", hint)
         return _check_solved(path, process, arguments)
+    # Only a part whose springs are solved is held and pressed.
     for flag, points in (("--held", arguments.held), ("--pressed", arguments.pressed)):
         if points:
             raise validation_error(flag, path.name, "", "given with --solve", "name a STEP file, and add --solve")
@@ -68,7 +73,7 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     """
     design_name: str | None = arguments.design
     held = [_parse_point("--held", text) for text in arguments.held]
-    # The pressed faces are named by numbers. With a design, they get the names of its springs below.
+    # The pressed faces are named "1", "2" and so on. With a design, they get the names of its springs below.
     pressed = {str(number): _parse_point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
     _require_solvable(path, design_name, held, pressed)
     design = None if design_name is None else load_design(design_name)
@@ -82,14 +87,14 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
         if design is not None and design_name is not None:
             springs = _designed_springs(design)
             housing = _housing_of_springs(springs, design_name)
-            if pressed:
+            if pressed:  # the user gives the low tip first and then the high tip, which is the order of the springs
                 pressed = dict(zip(springs.springs, pressed.values(), strict=True))
-        rules = process if design is None else design.process
+        part_process = process if design is None else design.process
         with solver_errors_as_input_errors():
-            stiffness = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)
+            stiffness = file_stiffness(path, (part_process.E_MPa, part_process.poisson), held, pressed, housing)
         work(f"checking {path.name}")
         designed = None if design is None or housing is None else (design, housing)
-        file_verdicts = check_path(path.absolute(), rules, designed)
+        file_verdicts = check_path(path.absolute(), part_process, designed)
     # The targets are in N/mm, but the verdicts on the stiffnesses are in N/m.
     targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
     return _solved_answer(path, stiffness, targets, file_verdicts)
@@ -100,8 +105,8 @@ def _solved_answer(
 ) -> Answer:
     """Return the answer for a solved part: verdicts on its stiffness and its file, the numbers, and notes.
 
-    `targets` [N/m] are the target stiffnesses by the name of the spring, or empty without a design. The part may
-    deviate from the design, so its distance from the designed surface is a note and not a verdict.
+    `targets` [N/m] are the target stiffnesses by the name of the spring, or empty without a design. The part of a user
+    may deviate from the design, so its distance from the designed surface is a note and not a verdict.
     """
     distance_notes = [_distance_note(verdict) for verdict in file_verdicts if verdict.name == AS_DESIGNED]
     notes = [*part_notes(stiffness), *distance_notes]
@@ -120,7 +125,7 @@ def _require_solvable(
     """Raise InputError unless the file is a STEP file, and it is known where the part is held and pressed.
 
     `held` are points [mm] of the held faces, and `pressed` are points [mm] of the pressed faces by name. Without a
-    design, both must be given.
+    design, both must be given. With a design, both may be empty, and its holes and tips are then held and pressed.
     """
     if path.suffix.lower() not in SOLVED_KINDS:
         bound = f"a file of kind {', '.join(SOLVED_KINDS)}, because a surface of triangles cannot be solved"
@@ -140,6 +145,7 @@ def _parse_point(flag: str, text: str) -> "Place":
     numbers = [parse_number(part) for part in text.split(",")]
     if len(numbers) != len(AXES) or None in numbers:
         raise validation_error(flag, text, "mm", "three numbers X,Y,Z", f"for instance {flag}=-4,0,0")
+    # No number is None here. `or 0.0` only shows this to the type checker.
     x, y, z = (float(number or 0.0) for number in numbers)
     return x, y, z
 

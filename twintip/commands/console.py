@@ -48,8 +48,8 @@ class Answer:
 def print_answer(answer: Answer, *, as_json: bool) -> None:
     """Print the data of an answer as JSON, or its parts and its text, and then the paths of its files.
 
-    If nobody reads the output any more, it is discarded. A command that reads a stream is ended instead, by
-    BrokenPipeError.
+    If nobody reads the output any more, it is discarded. A command that reads a stream is ended instead: this function
+    then raises BrokenPipeError.
     """
     handling_errors = nullcontext() if answer.of_stream else printing_answer()
     with handling_errors:
@@ -94,7 +94,7 @@ def printing_answer() -> Iterator[None]:
 def solver_errors_as_input_errors() -> Iterator[None]:
     """Convert errors that the mesher, the solvers and the file writers raise in the block to InputError.
 
-    These errors are caused by a design that is outside the range of the methods.
+    The cause of such an error is a design outside the range of the methods.
     """
     from cad.files.export_error import ExportError
     from mesh.session import MeshError

@@ -48,10 +48,13 @@ class Finding(NamedTuple):
 
 
 def run(_arguments: Namespace) -> Iterator[Answer]:
-    """Examine this machine. The exit code is 0, or 2 if something is missing that every run needs."""
+    """Examine this machine, and yield first a remark on the duration and then the table of findings.
+
+    The exit code is 0, or 2 if something is missing that every run needs.
+    """
     yield Answer(code=PASSED, text=f"Importing {len(IMPORTS)} packages takes a few seconds.")
     with showing_progress(f"importing {', '.join(IMPORTS)}"):
-        rows = examination()
+        rows = examine_machine()
     headings = ("what", "found", "", "remark")
     table = Table(*(Column(heading, overflow="fold") for heading in headings), title="what this machine has")
     for row in rows:
@@ -60,10 +63,10 @@ def run(_arguments: Namespace) -> Iterator[Answer]:
     yield Answer(code=WRONG_INPUT if is_wrong else PASSED, parts=[table], width=_WIDTH)
 
 
-def examination() -> list[Finding]:
+def examine_machine() -> list[Finding]:
     """Examine the packages, the optional programs, the memory and the folders, and return a row for each."""
     rows = [Finding("Python", platform.python_version()), *_packages(), *_imports(IMPORTS), *_optional()]
-    memory_GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    memory_GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30  # the physical memory
     is_enough = memory_GiB >= LEAST_MEMORY_GIB
     memory_remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
     rows.append(Finding("memory", f"{memory_GiB:.1f} GiB", "ok" if is_enough else "note", memory_remark))
@@ -78,8 +81,12 @@ def examination() -> list[Finding]:
 
 
 def _packages() -> list[Finding]:
-    """Return a row for each package that every run needs."""
+    """Return a row for each package that every run needs.
+
+    The installed version is compared with the version in the lock file, which only a copy of the repository has.
+    """
     text = LOCK.read_text(encoding="utf-8") if LOCK.is_file() else ""
+    # A line of the lock file is NAME==VERSION, possibly followed by a condition or a comment.
     locked = dict(re.findall(r"^([A-Za-z0-9._-]+)==([^\s;]+)", text, flags=re.MULTILINE))
     return [package_row(name, installed_version(name), locked.get(name)) for name in declared_packages()]
 
@@ -99,7 +106,8 @@ def package_row(name: str, found: str | None, locked: str | None) -> Finding:
 def _imports(names: Sequence[str]) -> Iterator[Finding]:
     """Import large packages in a separate process, and yield a row for each.
 
-    A missing system library may crash that process. After a failure, another process imports the remaining packages.
+    A missing system library may crash the process. After a failure, another process imports the remaining packages. If
+    a process takes more than two minutes, all of its packages are reported as failed.
     """
     remaining = list(names)
     while remaining:
@@ -118,7 +126,7 @@ def _imports(names: Sequence[str]) -> Iterator[Finding]:
         not_imported = remaining[len(imported) :]
         remaining = not_imported[1:]
         if not_imported:  # the first of them failed
-            *_, reason = completed.stderr.splitlines() or ["the process ended"]
+            *_, reason = completed.stderr.splitlines() or ["the process ended"]  # the last line names the error
             remark = f"{reason}; run make setup, which names missing system libraries"
             yield Finding(f"import {not_imported[0]}", "fails", "wrong", remark)
 

@@ -11,13 +11,14 @@ from pipeline.report.explain.explained_numbers import explained_value
 from sensor.quantity import validation_error
 from twintip.commands.console import PASSED, Answer
 
-_WIDTH = 100
+_WIDTH = 100  # [characters], if the width of the terminal is not known
+_LEAST_WIDTH = 20  # [characters]; a narrower terminal wraps the lines itself
 
 
 def run(arguments: Namespace) -> Answer:
     """Explain a verdict, a symbol or a key of report.json, or list all verdicts and symbols if no name is given.
 
-    With `--out`, the answer also contains the value in the report of that folder. Raises InputError for an unknown
+    With `--out`, the answer also contains the value in the report of this folder. Raises InputError for an unknown
     name, or if a folder is given without a name.
     """
     folder = arguments.out
@@ -44,15 +45,25 @@ def run(arguments: Namespace) -> Answer:
 
 def _first_sentence(text: str) -> str:
     """Return the first sentence or question of a text, whichever ends earlier."""
+    # A sentence ends with a full stop and a space, because a full stop also occurs inside numbers and file names.
     sentence, stop, _ = text.partition(". ")
     question, mark, _ = sentence.partition("?")
     return question + mark if mark else sentence + stop.strip()
 
 
 def _wrapped(label: str, text: str) -> str:
-    """Wrap a label and a text to the width of the terminal, or to 100 characters, without breaking words."""
-    width = shutil.get_terminal_size((_WIDTH, 24)).columns if sys.stdout.isatty() else _WIDTH
+    """Wrap a label and a text to the width of the terminal, without breaking words. Later lines are indented.
+
+    If stdout is not a terminal, or the width of the terminal is not known, lines have at most 100 characters.
+    """
+    width = _WIDTH
+    if sys.stdout.isatty():
+        width = shutil.get_terminal_size((_WIDTH, 24)).columns  # the fallback needs a number of lines, here 24
     lines = textwrap.wrap(
-        label + text, width=max(20, width), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+        label + text,
+        width=max(_LEAST_WIDTH, width),
+        subsequent_indent="    ",
+        break_long_words=False,
+        break_on_hyphens=False,
     )
     return "\n".join(lines)

@@ -42,7 +42,10 @@ class _CompressionTest(NamedTuple):
 
 
 def run(arguments: Namespace) -> Answer:
-    """Find the modulus of every specimen in the files, and summarise the specimens of each fruit."""
+    """Find the modulus of every specimen in the files, and summarise the specimens of each fruit.
+
+    With `--plot`, a page with plots of all tests is written too.
+    """
     _check_plot(arguments.plot)
     tests = _compression_tests(arguments)
     results = _solve_moduli(tests, compression_negative=arguments.compression_negative)
@@ -57,9 +60,9 @@ def run(arguments: Namespace) -> Answer:
 def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
     """Read every specimen in the files, and combine it with the geometry of its test.
 
-    The sizes of the specimens come from the flags and from the table of `--sizes`, which also names the files if no
-    other files are given. Raises InputError if no file is given, or if a size or another flag of the test is missing or
-    superfluous.
+    The sizes of the specimens come from the flags and from the table of `--sizes`. This table also names the files if
+    no other files are given. A note on it is printed to stderr. Raises InputError if no file is given, or if a size or
+    another flag of the test is missing or superfluous.
     """
     sizes_of_flags = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
     table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(sizes_of_flags))
@@ -68,7 +71,7 @@ def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
     files = arguments.files or ([] if table is None else table.files)
     if not files:
         raise validation_error("FILE", None, "", "given, or named in the table of --sizes", "name a file")
-    # Without a table, all tests have the same geometry. It is checked before the files are read.
+    # Without a table of sizes, all tests have the same geometry. It is checked before the files are read.
     shared_geometry = None if table else _test_geometry(arguments, sizes_of_flags)
     quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     tests = []
@@ -103,11 +106,15 @@ def _solve_moduli(tests: Sequence[_CompressionTest], *, compression_negative: bo
 
 
 def _body_counter(work: Work, body: int, bodies: int) -> Count:
-    """Return a progress callback for the body with index `body`, which counts its parts among those of all bodies."""
+    """Return a progress callback for the body with index `body`, which counts its parts among the parts of all bodies.
+
+    All bodies are assumed to have equally many parts.
+    """
     return lambda ended, parts: work.count(body * parts + ended, bodies * parts)
 
 
 def _check_plot(path: Path | None) -> None:
+    """Raise InputError unless the path of `--plot` is the name of an HTML file, or None."""
     if path is not None and (path.suffix.lower() != ".html" or path.is_dir()):
         bound = "the name of a file that ends in .html, and not a folder"
         raise validation_error("--plot", str(path), "", bound, "write for instance fruit.html")
@@ -129,11 +136,7 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
         assumptions.append("no --body and no --plunger: a plate above and a plate below are assumed")
     if support is None:
         raise validation_error("--support", None, "", f"one of {', '.join(SUPPORTS)}", "choose what is under the body")
-    area = arguments.plate_area
-    if area is None:
-        area = body.end_area_mm2 or PAPER_PLATE_MM2
-        area_name = "the area of the end" if body.end_area_mm2 else "the area of the paper's plate"
-        assumptions.append(f"no --plate-area: {area_name}, {area:.4g} mm^2, is assumed")
+    area = _plate_area(arguments.plate_area, body, assumptions)
     poisson = arguments.poisson
     if poisson is None:
         poisson = POISSON
@@ -151,6 +154,20 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
         compliance_error_um_per_N=compliance_error,
     )
     return geometry, assumptions
+
+
+def _plate_area(given: float | None, body: CompressedBody, assumptions: list[str]) -> float:
+    """Return the area of the plate [mm^2], and append a sentence to `assumptions` if the area is not given.
+
+    The default is the area of the end of the body. A body without flat ends, such as a ball, is assumed to be pressed
+    by the plate of the paper.
+    """
+    if given is not None:
+        return given
+    area = body.end_area_mm2 or PAPER_PLATE_MM2
+    area_name = "the area of the end" if body.end_area_mm2 else "the area of the paper's plate"
+    assumptions.append(f"no --plate-area: {area_name}, {area:.4g} mm^2, is assumed")
+    return area
 
 
 def _compliance_error(arguments: Namespace) -> float:
@@ -178,20 +195,25 @@ def _compressed_body(kind: str | None, sizes: Sizes, assumptions: list[str]) -> 
         if "radius" not in sizes:
             raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "choose what is pressed")
         kind = "ellipsoid" if "height" in sizes else "ball"
-    given = {name: size for name, size in sizes.items() if name != "plunger_radius"}  # sizes of the body only
+    body_sizes = {name: size for name, size in sizes.items() if name != "plunger_radius"}
     defaults_in_radii = _DEFAULT_SIZES_IN_RADII.get(kind, {})
+    # The sizes of a body are the fields of its class, which end in "_mm".
     needed = {item.name.removesuffix("_mm") for item in fields(KINDS[kind])}
-    missing = needed - given.keys() - defaults_in_radii.keys()
-    for name in sorted(missing | (given.keys() - needed)):  # only the first wrong flag is reported
+    missing = needed - body_sizes.keys() - defaults_in_radii.keys()
+    superfluous = body_sizes.keys() - needed
+    wrong_names = sorted(missing | superfluous)
+    if wrong_names:
+        name = wrong_names[0]  # only the first wrong flag is reported
         bound = f"{'given' if name in missing else 'left out'} for --body {kind}"
-        raise validation_error(_flag(name), given.get(name), "mm", bound, "give the sizes that this body has")
-    for name in sorted(defaults_in_radii.keys() - given.keys()):
-        given[name] = defaults_in_radii[name] * given["radius"]
-        assumptions.append(f"no {_flag(name)}: {given[name]:g} mm, as for a ball, is assumed")
-    return KINDS[kind](**{f"{name}_mm": size for name, size in given.items()})
+        raise validation_error(_flag(name), body_sizes.get(name), "mm", bound, "give the sizes that this body has")
+    for name in sorted(defaults_in_radii.keys() - body_sizes.keys()):
+        body_sizes[name] = defaults_in_radii[name] * body_sizes["radius"]
+        assumptions.append(f"no {_flag(name)}: {body_sizes[name]:g} mm, as for a ball, is assumed")
+    return KINDS[kind](**{f"{name}_mm": size for name, size in body_sizes.items()})
 
 
 def _flag(size: str) -> str:
+    """Return the flag of a size, such as --radius-across for the size radius_across."""
     return f"--{size.replace('_', '-')}"
 
 
@@ -212,6 +234,7 @@ def _plunger(end: str | None, sizes: Sizes) -> Plunger | None:
 
 
 def _parse_strains(text: str) -> tuple[float, ...]:
+    """Convert the text of `--strain` to strains [%]. Raises InputError unless it holds numbers."""
     try:
         return tuple(number(part) for part in text.split(","))
     except ValueError as error:

@@ -22,7 +22,8 @@ def run(arguments: Namespace) -> Answer:
     """Search for the best design, and verify it by a whole run of the pipeline.
 
     The exit code is 0 if all verdicts of that run pass, and 1 if not. A study with a front has one best design for each
-    value of the front's key. In this case, the code is 0 if the runs of all these designs pass.
+    value of the front's key. In this case, the code is 0 if the runs of all these designs pass. Raises InputError if
+    the file describes no search.
     """
     study = read_study(arguments.file)
     if study.how != "search":
@@ -38,15 +39,11 @@ def run(arguments: Namespace) -> Answer:
             place: prove(study, candidates, place, force=arguments.force, progress=work)
             for place in places(study, folder)
         }
-    # The best candidate comes first. The page shows the designs of a front whose runs passed, or else the best
-    # candidates of the search.
+    # The numbers of all candidates that could be solved, the best first.
     solved = [candidate.number for candidate in candidates if candidate.verdicts is not None]
+    # The design file of each candidate whose run passed, keyed by its number.
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
-    has_proved_front = bool(study.front and proved)
-    best = list(proved) if has_proved_front else solved[:BEST]
-    with stored_study(folder) as store:
-        page = write_page(store, study, best, proved, force=arguments.force)
-        messages = store.messages()
+    page, messages = _write_study_page(study, folder, solved, proved, force=arguments.force)
     passing_count = sum(candidate.passes for candidate in candidates)
     counts = {"candidates": len(candidates), "possible": passing_count, "messages": messages}
     lines = _search_lines(len(candidates), passing_count, messages)
@@ -59,6 +56,22 @@ def run(arguments: Namespace) -> Answer:
         data={**counts, **_best_design_data(study, proofs)},
         text="\n".join([*lines, str(page)]),
     )
+
+
+def _write_study_page(
+    study: Study, folder: Path, solved: list[int], proved: dict[int, Path], *, force: bool
+) -> tuple[Path, dict[str, int]]:
+    """Write the page of a search, and return its path and the most frequent error messages of the candidates.
+
+    `solved` holds the numbers of the candidates that could be solved, the best first. `proved` maps the number of each
+    candidate whose run passed to its design file. The page shows the designs of a front whose runs passed, or else the
+    best candidates of the search.
+    """
+    has_proved_front = bool(study.front and proved)
+    best = list(proved) if has_proved_front else solved[:BEST]
+    with stored_study(folder) as store:
+        page = write_page(store, study, best, proved, force=force)
+        return page, store.messages()
 
 
 def _search_lines(candidates: int, passing: int, messages: dict[str, int]) -> list[str]:
@@ -79,8 +92,8 @@ def _proof_lines(study: Study, proofs: dict[Place, Proof | None]) -> list[str]:
 def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
     """Return data for `--json`: the best design, whether its run passed, its objective and the keys that it changes.
 
-    `proofs` holds the last run for each place, or None if no candidate was run. A study with a front has such data for
-    each value of the front's key, listed under "front".
+    `proofs` holds the last run for each place, or None if no candidate was run. The path of the design is None unless
+    its run passed. A study with a front has such data for each value of the front's key, listed under "front".
     """
     records: list[dict[str, object]] = []
     for place, proof in proofs.items():
@@ -105,20 +118,30 @@ def _best_design_lines(study: Study, place: Place, proof: Proof | None) -> list[
     if proof is None:
         return [f"no candidate passes{at_value}: widen the spans under [vary], or name fewer verdicts"]
     best = proof.candidate
-    objective = best.number_found
-    if objective is None and not proof.passed:
+    if best.number_found is None and not proof.passed:
         subject = "the base design" if is_base(study, best) else f"point {best.number}"
         outcome = "is rejected as wrong input" if proof.result is None else "does not pass its run"
         advice = "correct the base design, or widen the spans under [vary]"
         return [f"no candidate passes{at_value}, and {subject} {outcome}: {advice}"]
-    title = "best" if proof.passed else "the last design that was run, because none passes all verdicts"
-    run_objective = value_of_run(study, proof)
-    in_search = "no value in the search" if objective is None else f"{objective:.4g}"
-    in_run = "" if run_objective is None else f", {run_objective:.4g} in its run"
-    lines = [f"{title}{at_value}: {study.goal.minimise} {in_search} at point {best.number}{in_run}"]
+    lines = [_objective_line(study, proof, at_value)]
     for key, value in best.changes.items():
-        lines.append(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
+        value_text = value if isinstance(value, str | list) else f"{value:.6g}"
+        lines.append(f"  {key} = {value_text}")
     if is_base(study, best):
         lines.append(f"no candidate improves on the base design{at_value}")
     lines.append(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
+    # A design file is written only if the run passes. Otherwise, the line names the folder of the run.
     return [*lines, str(place.design if proof.passed else place.run)]
+
+
+def _objective_line(study: Study, proof: Proof, at_value: str) -> str:
+    """Return the line on the objective of the best design in the search and in its whole run.
+
+    `at_value` names the value of the front's key, or is empty without a front.
+    """
+    best = proof.candidate
+    title = "best" if proof.passed else "the last design that was run, because none passes all verdicts"
+    run_objective = value_of_run(study, proof)
+    in_search = "no value in the search" if best.number_found is None else f"{best.number_found:.4g}"
+    in_run = "" if run_objective is None else f", {run_objective:.4g} in its run"
+    return f"{title}{at_value}: {study.goal.minimise} {in_search} at point {best.number}{in_run}"

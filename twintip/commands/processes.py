@@ -24,6 +24,7 @@ def process_list(own: Process | None) -> Answer:
     records = [dataclasses.asdict(process) for process in processes]
     headings = ("", *(record["name"] for record in records))
     table = Table(*(Column(heading, overflow="fold") for heading in headings), title="print processes")
+    # Each row is one property of all processes. The names are the headings, and the sources follow the table.
     for key in records[0]:
         if key not in ("name", "sources"):
             table.add_row(key, *(str(record[key]) for record in records))

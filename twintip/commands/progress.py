@@ -52,13 +52,18 @@ class Work:
 
     @property
     def remaining(self) -> float | None:
-        """Return the time for the remaining parts at the average pace until now [s]; None if no part has finished."""
+        """Return the time for the remaining parts at the average pace until now [s]; None if no part has finished.
+
+        Parts that were finished before the first call of `count` are not part of the average, because they may have
+        been stored by an earlier run.
+        """
         if self._counted_from is None:
             return None
         first_ended, first_time = self._counted_from
         if self.ended <= first_ended:
             return None
-        return (time.monotonic() - first_time) / (self.ended - first_ended) * (self.parts - self.ended)
+        seconds_per_part = (time.monotonic() - first_time) / (self.ended - first_ended)
+        return seconds_per_part * (self.parts - self.ended)
 
     def __str__(self) -> str:
         """Return the elapsed time, the finished parts, the remaining time, and the name of the task as text."""
@@ -111,6 +116,7 @@ def _progress_bar(work: Work) -> Iterator[None]:
     spinner = Spinner("dots")
 
     def status_line() -> "RenderableType":
+        """Return the present status line. rich calls this function for each frame."""
         line = Table.grid(padding=(0, 1))
         bar = ProgressBar(total=work.parts, completed=work.ended, width=_BAR_WIDTH) if work.parts else spinner
         line.add_row(bar, Text(str(work), no_wrap=True, overflow="ellipsis"))
@@ -135,7 +141,8 @@ def _progress_lines(work: Work) -> Iterator[None]:
     has_ended = threading.Event()
 
     def print_lines() -> None:
-        next_line_s = FIRST_LINE_S
+        """Print the lines until the block has ended."""
+        next_line_s = FIRST_LINE_S  # time of the next line since the start of the work
         while not has_ended.wait(next_line_s - work.elapsed):
             with suppress(OSError, ValueError):  # the reader of stderr has ended, or stderr is closed
                 print(f"pipeline: {work}", file=sys.stderr, flush=True)

@@ -87,9 +87,10 @@ _INCOMPATIBLE = (
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Read forces, write firmware, or both. The files are written last.
+    """Read forces, write firmware, or both, and yield an answer for each reading. The files are written last.
 
-    The exit code is 1 if forces were given but no modulus could be read from them.
+    The exit code is 1 if forces were given but no modulus could be read from them. Raises InputError for incompatible
+    flags, and if there is nothing to read or write.
     """
     sensor = _measuring_unit(arguments)
     _reject_incompatible_flags(arguments, sensor)
@@ -110,6 +111,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         for answer in _readings(arguments, sensor):
             if answer.E is not None:
                 code = PASSED
+            # The presses of a file or of the standard input are a stream. The forces of `--forces` are one reading.
             of_stream = arguments.signal is not None
             yield Answer(code=code, data=as_data(answer), text=_answer_text(answer), of_stream=of_stream)
     written = []
@@ -123,6 +125,7 @@ def _reject_incompatible_flags(arguments: Namespace, sensor: MeasuringUnit) -> N
     for rule in _INCOMPATIBLE:
         for flag in rule.flags:
             value = getattr(arguments, flag.removeprefix("--").replace("-", "_"))
+            # A flag that is not given has the value None, or False if it takes no value.
             if value not in (None, False) and rule.applies(arguments, sensor):
                 raise validation_error(flag, str(value), rule.unit, rule.bound, rule.hint)
 
@@ -130,7 +133,8 @@ def _reject_incompatible_flags(arguments: Namespace, sensor: MeasuringUnit) -> N
 def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
     """Print a note to stderr for each assumption on which the readings depend.
 
-    The assumptions concern the pose of the sensor, the form of the domes, relaxation, and the creep of the springs.
+    The assumptions concern the pose of the sensor, the form of the domes, relaxation, and the stiffness and the creep
+    of the springs.
     """
     if not sensor.report.moduli:
         reason = "has no [reading]" if sensor.report.design.reading is None else "has level presses without a reading"
@@ -177,7 +181,7 @@ def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, di
         texts["--micropython"] = {arguments.micropython: module_text(sensor)}
     if arguments.logger is not None:
         out = arguments.folder.absolute()
-        # The value is True if the flag names no folder.
+        # If the flag names no folder, its value is True, and the folder lies beside the output folder of the design.
         folder = out.with_name(f"{out.name}-board") if arguments.logger is True else arguments.logger
         programs = board_files(sensor, calibrated=arguments.unit is not None)
         texts["--logger"] = {folder / name: text for name, text in programs.items()}
@@ -201,7 +205,7 @@ def _check_paths(paths: dict[str, list[Path]], *, force: bool) -> None:
 
 
 def _answer_text(answer: FruitReading | FruitAnswer) -> str:
-    """Return the text of an answer: one line for a press. For a fruit, a line for each of its presses follows."""
+    """Return the text of an answer: a line for a press, or a line for a fruit and then one for each of its presses."""
     if isinstance(answer, FruitReading):
         return as_line(answer, LINE)
     return "\n".join([as_line(answer, FRUIT_LINE), *(f"  {as_line(press, LINE)}" for press in answer.presses)])
@@ -218,7 +222,8 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
 def _reading_of_forces(arguments: Namespace, sensor: MeasuringUnit) -> FruitReading:
     """Return the reading of the forces [N] that `--forces` gives for a pair of tips.
 
-    Raises InputError if the text does not hold one number for each tip, or if a force is out of scale.
+    A note on the accuracy of such a reading is printed to stderr. Raises InputError if the text does not hold one
+    number for each tip, or if a force is out of scale.
     """
     tips = sensor.report.tips
     refuse_without_counts(arguments.counts_as, "--forces")  # rejects --counts-as, because these are no counts
@@ -236,10 +241,12 @@ def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator
     """Yield the reading of each press in a file or the standard input, or of each fruit if its presses are combined.
 
     Presses are combined if `--fruit-presses` is given. They are also combined if a column names the fruit of each
-    press, unless `--each` requests a reading for every sample.
+    press, unless `--each` requests a reading for every sample. Notes on the signal are printed to stderr. Raises
+    InputError if a flag contradicts the columns of the signal.
     """
 
     def print_note(note: str) -> None:
+        """Print a note about the signal to stderr."""
         print_error(f"note: {arguments.signal}: {note}")
 
     tip_count = len(sensor.report.tips)

@@ -31,14 +31,15 @@ from twintip.commands.console import (
 from twintip.commands.progress import showing_progress
 
 _POLL_S = 0.1  # time between two checks of a watched file [s]
+# The key of the design file that each of these flags sets.
 _KEY_OF_FLAG = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Run the design that the flags specify. With --watch, repeat a quick run whenever the design file is written.
+    """Run the design that the flags specify, and yield its answer.
 
-    If the output folder already holds the answer, nothing is solved. The exit code is 0 if all verdicts pass, and 1 if
-    not.
+    If the output folder already holds the answer, nothing is solved. With `--watch`, a quick run is repeated whenever
+    the design file is written, and each run yields an answer. The exit code is 0 if all verdicts pass, and 1 if not.
     """
     if arguments.watch is not None:
         yield from watch(arguments, arguments.watch)
@@ -47,7 +48,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
     check_can_be_made(design, options)
-    file_date()  # raises an error if the date that files are given is invalid
+    file_date()  # raises InputError if the environment gives an invalid date for the files
     report = _report_of_same_run(design, options, folder)
     if report is None:
         with showing_progress("loading the solvers") as work, solver_errors_as_input_errors():
@@ -79,6 +80,7 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
     # The folder is named after the file, because the name of the design may change between two runs.
     out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"
     look_arguments = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
+    # The stamp of a file changes whenever the file is written.
     last_stamp = _file_stamp(file)  # before the run, so that a change during the run is noticed
     yield from run(look_arguments)
     while True:
@@ -122,8 +124,8 @@ def _options(arguments: Namespace, folder: Path) -> RunOptions:
 def _report_of_same_run(design: Design, options: RunOptions, folder: Path) -> Json | None:
     """Return the report in a folder if it is still valid, or None. A valid report makes a new run unnecessary.
 
-    It is valid if the same code wrote it for the same design and options, and no file of the folder has changed since.
-    Raises OutputError if the folder cannot be used for a new run.
+    A report is valid if the same code wrote it for the same design and options, and no file of the folder has changed
+    since. Raises OutputError if the folder cannot be used for a new run.
     """
     content = unchanged_report(folder)
     if content is None:
@@ -151,7 +153,8 @@ def settings_of(arguments: Namespace) -> dict[str, str]:
     for flag, key in _KEY_OF_FLAG.items():
         value = getattr(arguments, flag)
         if value is not None:
-            pairs.append((key, value or '""'))  # an empty flag means an empty string, while an empty --set unsets a key
+            # An empty flag means an empty string, which is '""' in TOML. An empty --set would unset the key instead.
+            pairs.append((key, value or '""'))
     for text in arguments.set:
         key, equals, value = text.partition("=")
         if not equals:

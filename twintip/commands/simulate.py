@@ -92,7 +92,7 @@ def run(arguments: Namespace) -> Answer:
     """Write a log of simulated presses and simulated bench tables, or test a design on simulated fruit.
 
     The flags name the files that are written. With `--prove`, many random presses are read instead, and no file is
-    written. The exit code is then 1 if the readings have larger errors than their error bars state. Raises InputError
+    written. The exit code is then 1 if the errors of the readings are larger than their error bars. Raises InputError
     for an invalid flag, if no output is requested, and for a design whose presses cannot be simulated.
     """
     _check_flags(arguments)
@@ -109,6 +109,7 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _flag(name: str) -> str:
+    """Return the flag with this name among the arguments, such as --off-centre for off_centre."""
     return f"--{name.replace('_', '-')}"
 
 
@@ -122,6 +123,7 @@ def _check_flags(arguments: Namespace) -> None:
         return
     for name in _FLAGS_WITHOUT_PROOF:
         value = getattr(arguments, name)
+        # A flag that is not given has the value None, or False if it takes no value.
         if value not in (None, False):
             bound = "left out if --prove is given, which draws fruits, presses and units, and writes no file"
             raise validation_error(_flag(name), str(value), "", bound, "leave it out")
@@ -130,13 +132,14 @@ def _check_flags(arguments: Namespace) -> None:
 def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Answer:
     """Simulate every file that a flag requests, and then write all of them.
 
-    `paths` maps the name of each flag to the path of its file. Nothing is written if a simulation fails. Raises
-    InputError if two flags name the same file, or if a file cannot be written.
+    `paths` maps the name of each flag to the path of its file. Nothing is written if a simulation fails. Notes on
+    values outside the ranges of the design are printed to stderr. Raises InputError if two flags name the same file, or
+    if a file cannot be written.
     """
     _check_paths(paths, force=arguments.force)
     settings = _simulation_settings(arguments, report)
     unit = _simulated_unit(arguments, report, paths)
-    # The fruit is pressed only for the log. The bench tables do not depend on it.
+    # The fruit is pressed only for the log, which is the file of `--out`. The bench tables do not depend on it.
     outside = tuple(beyond_design(settings.fruit, report)) if arguments.out is not None else ()
     lines = {}
     with showing_progress("simulating") as work:
@@ -190,7 +193,10 @@ def _simulation_settings(arguments: Namespace, report: Report) -> SimulationSett
 
 
 def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
-    """Return the fruit and the pose of the sensor on it. Values for which no flag is given come from the design."""
+    """Return the fruit and the pose of the sensor on it. Values for which no flag is given come from the design.
+
+    Raises InputError for an invalid `--radius`.
+    """
     usual = usual_fruit(report)
     values_of_flags = {name: getattr(arguments, name) for name in ("E", "azimuth", "thickness")}
     changes = {name: value for name, value in values_of_flags.items() if value is not None}
@@ -215,7 +221,7 @@ def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float
     """
     if text is None:
         return report.design.fruit.relaxation or ()
-    pairs = [tuple(map(parse_number, pair.split(":"))) for pair in text.split(",")]
+    pairs = [tuple(map(parse_number, pair.split(":"))) for pair in text.split(",")]  # None for a text without a number
     try:
         return Relaxation(tuple(pairs)).arms  # type: ignore[arg-type]  # it rejects everything but pairs of numbers
     except InputError as error:
@@ -241,7 +247,8 @@ def _simulated_unit(arguments: Namespace, report: Report, paths: dict[str, Path]
 def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Iterator[str]:
     """Yield the commands that calibrate the unit with the written tables, and that read the log of the presses.
 
-    `paths` maps the name of each flag to the path of its file. A calibration needs the table of weights.
+    `paths` maps the name of each flag to the path of its file. A calibration is suggested only if a table of weights is
+    written, because it needs this table.
     """
     folder = str(arguments.folder)
     unit_path = None if arguments.unit is None else str(arguments.unit)
@@ -256,7 +263,7 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
             command += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
         unit_path = "unit.toml"
         yield shlex.join([*command, "--out", unit_path])
-    # With bench tables, the log is that of a unit with random errors, which can be read only after a calibration.
+    # With bench tables, the simulated unit has random errors, so its log can be read only after a calibration.
     has_bench_tables = bool(set(paths) - {"out"})
     if "out" in paths and (unit_path is not None or not has_bench_tables):
         command = ["pipeline", "read", folder, str(paths["out"])]
@@ -268,7 +275,10 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
 
 
 def _prove_design(arguments: Namespace, report: Report) -> Answer:
-    """Compare many simulated readings with the true moduli. The exit code is 1 if the error bars are too small."""
+    """Read many simulated presses, and compare the readings with the true moduli.
+
+    `--prove` gives the number of presses. The exit code is 1 if the error bars are too small.
+    """
     count = arguments.prove
     with showing_progress("pressing random units on random fruit") as work:
         work.count(0, count)
@@ -282,7 +292,7 @@ _HEADINGS = ("true MPa", "radii mm", "flesh mm", "tilt deg", "read MPa", "error"
 def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
     """Yield the lines of a table of true and read values, a summary of all presses, and whether the design is proved.
 
-    A press is outside if its error exceeds its 95 % error bar.
+    A press is outside if its error exceeds its 95 % error bar. Presses with a flag are counted separately.
     """
     rows = [_HEADINGS, *map(_reading_cells, proof.readings)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -290,8 +300,9 @@ def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
         # The flags are the last column, which is not aligned.
         cells = [cell.rjust(width) for cell, width in zip(number_cells, widths, strict=False)]
         yield "  ".join([*cells, flags_cell]).rstrip()
+    inside = proof.presses - proof.flagged - proof.outside
     yield (
-        f"{proof.design}: {proof.presses - proof.flagged - proof.outside} of {proof.presses} inside their 95 % bars, "
+        f"{proof.design}: {inside} of {proof.presses} inside their 95 % bars, "
         f"{proof.outside} outside (at most {proof.most_outside}), {proof.flagged} flagged, "
         f"farthest {proof.farthest:.2f} bars"
     )
@@ -310,6 +321,7 @@ def _reading_cells(reading: ProvedReading) -> tuple[str, ...]:
             f"{100.0 * reading.error:+.1f} %",
             f"{100.0 * reading.u * reading.told / reading.E:.1f} %",  # `u` is relative to the modulus that was read
         )
+    # `bars` is the error divided by the 95 % error bar.
     outside = "outside" if reading.bars > 1.0 and not reading.is_flagged else ""
     thickness = "-" if reading.thickness is None else f"{reading.thickness:.1f}"
     return (
@@ -318,5 +330,5 @@ def _reading_cells(reading: ProvedReading) -> tuple[str, ...]:
         thickness,
         f"{reading.tilt:.1f}",
         *result_cells,
-        " ".join(filter(None, [outside, *reading.flags])),
+        " ".join(text for text in (outside, *reading.flags) if text),
     )

@@ -18,12 +18,14 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Solve the points of a study that are not stored yet. The exit code is 1 if a point failed or none is done.
+    """Solve the points of a study that are not stored yet, and yield the answer.
 
-    After the answer, MachineError is raised if points failed because of the machine, for instance a full disk.
+    The exit code is 1 if a point failed or none is done. After the answer, MachineError is raised if points failed
+    because of the machine, for instance because of a full disk.
     """
     study = read_study(arguments.file)
     folder = arguments.out or Path("outputs") / study.name
+    # Files that could not be written at the end are refused before anything is solved.
     if arguments.export is not None:
         refuse_export(arguments.export, folder, force=arguments.force)
     if arguments.html:
@@ -42,7 +44,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         spans = {key: store.span(key) for key in study.wanted}
         ranges = {key: span for key, span in spans.items() if span is not None}
     lines = _summary_lines(summary, messages, indices)
-    lines += ["{}: {:.5g} to {:.5g}".format(key, *span) for key, span in ranges.items()]
+    lines += [f"{key}: {smallest:.5g} to {largest:.5g}" for key, (smallest, largest) in ranges.items()]
     lines += map(str, written)
     index_records = [asdict(index) for index in indices]
     yield Answer(
@@ -59,7 +61,10 @@ def run(arguments: Namespace) -> Iterator[Answer]:
 
 
 def _write_requested_files(arguments: Namespace, store: StudyStore, study: Study) -> list[Path]:
-    """Write the table and the page of a study if flags request them, and return the paths of all files of the study."""
+    """Write the table and the page of a study if flags request them, and return the paths of all files of the study.
+
+    The first file is the store, which holds all points.
+    """
     paths = [store.path]
     if arguments.export is not None:
         export_table(store, arguments.export, force=arguments.force)
@@ -80,7 +85,7 @@ def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tup
     if summary.solved:
         rate = summary.solved / summary.seconds
         lines.append(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points per second")
-    # "alone" is the first-order Sobol index of a key, and "with others" its total index.
+    # "alone" is the first-order Sobol index of a key, and "with others" its total index. The interval follows each.
     for index in indices:
         first_order = "alone {:.3f} ({:.3f} to {:.3f})".format(index.first, *index.first_interval)
         total = "with others {:.3f} ({:.3f} to {:.3f})".format(index.total, *index.total_interval)

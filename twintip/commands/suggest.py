@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> Answer:
     if fruit is not None and suggestion.changes is None:
         lines.append(_nearest_fruit_line(nearest_fruit, preset_or_file, arguments, settings))
     command = None
-    if suggestion.changes is not None:  # a design passes
+    if suggestion.changes is not None:  # a design passes, perhaps without any change
         if fruit is not None and fruit.thickness_mm is None:
             lines.append(_assumed_thickness_line(suggestion.changed))
         command = _run_command(preset_or_file, settings, changes)
@@ -54,24 +54,38 @@ def run(arguments: Namespace) -> Answer:
             write_files({arguments.out: content}, "--out", force=arguments.force)
             lines.append(f"written to {arguments.out}")
     starting_preset = None if fruit is None else preset_or_file
-    nearest_fruit_text = None if nearest_fruit is None else nearest_fruit.in_words
-    data = {
+    data = _suggestion_data(suggestion, changes, command, starting_preset, nearest_fruit)
+    return Answer(code=FAILED if command is None else PASSED, data=data, text="\n".join(lines))
+
+
+def _suggestion_data(
+    suggestion: "Suggestion",
+    changes: list[Json],
+    command: str | None,
+    starting_preset: str | None,
+    nearest_fruit: "FruitRange | None",
+) -> Json:
+    """Return the data of the answer for `--json`.
+
+    `changes` are the rows of the table of changed keys. `command` runs the suggested design, and is None if no design
+    passes. `starting_preset` is None unless the search was for a fruit.
+    """
+    return {
         "design": design_as_mapping(suggestion.changed),
         "passes": command is not None,
         "changes": changes,
         "command": command,
         "reason": suggestion.reason,
         "preset": starting_preset,
-        "nearest_fruit": nearest_fruit_text,
+        "nearest_fruit": None if nearest_fruit is None else nearest_fruit.in_words,
         "tried": suggestion.tried,
         "runs": suggestion.runs,
         "verdicts": [dataclasses.asdict(verdict) for verdict in suggestion.verdicts],
     }
-    return Answer(code=FAILED if command is None else PASSED, data=data, text="\n".join(lines))
 
 
 def _assumed_thickness_line(design: Design) -> str:
-    """Return the line on the thickness of the flesh, for a fruit whose range of thickness was not given."""
+    """Return the line on the assumed thickness of the flesh, for a fruit whose range of thickness was not given."""
     depth = f"{design.fruit.depth_mm:g} mm"
     return f"The flesh is taken to be {depth} thick. Give its range to --fruit, as in 'flesh 14 to 27'."
 
@@ -133,9 +147,9 @@ def _search(
 ) -> "tuple[Suggestion, FruitRange | None]":
     """Search for the nearest design that passes, starting from the given design or from a preset for the fruit.
 
-    The keys of `--keep` are never changed, and for a fruit, the keys in `given` are not changed either.
-    `preset_or_file` names the design from which the search starts. If no design passes for the fruit, the second result
-    is the most similar fruit for which one passes, or None.
+    The keys of `--keep` are never changed. In a search for a fruit, the keys in `given` are not changed either.
+    `preset_or_file` names the design from which the search starts. The second result is None unless no design passes
+    for the fruit. It is then the most similar fruit for which a design passes, or None if there is no such fruit.
     """
     keep = frozenset(arguments.keep)
     with showing_progress("loading the solvers") as progress, solver_errors_as_input_errors():
@@ -158,10 +172,10 @@ def _search(
 def _nearest_fruit_line(
     nearest_fruit: "FruitRange | None", preset_or_file: str, arguments: Namespace, settings: dict[str, str]
 ) -> str:
-    """Return the line with the command for the most similar fruit that has a sensor, or state that there is none.
+    """Return the line with the command that suggests a sensor for the most similar fruit for which a design passes.
 
-    The command has all `settings`, kept keys and output path of this search. `preset_or_file` is the preset from which
-    the search started.
+    If `nearest_fruit` is None, the line reports that there is no such fruit. The command has the `settings`, the kept
+    keys and the output path of this search, which started from `preset_or_file`.
     """
     if nearest_fruit is None:
         return f"no design was found for narrower ranges of the fruit either, from the preset {preset_or_file}"
@@ -176,10 +190,10 @@ def _nearest_fruit_line(
 
 
 def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str]:
-    """Return the lines that state the outcome of a search.
+    """Return the lines on the outcome of a search: the reason, and a table of the changed keys.
 
-    They are the reason for the outcome, followed by a table of the changed keys, or by the verdicts that do not pass if
-    no design passes. `changes` are the rows of the table, each with the key, its original value and its new value.
+    If no design passes, the verdicts that do not pass follow the reason instead. `changes` are the rows of the table,
+    each with the key, its original value and its new value.
     """
     lines = [f"{suggestion.design.name}: {suggestion.reason}"]
     if suggestion.changes is None:
@@ -187,6 +201,7 @@ def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str
             if verdict.passed is not True:
                 outcome = OUTCOMES[verdict.passed]
                 lines.append(f"{outcome} {verdict.name}: {value_and_limit(verdict)}{verdict.reference}")
+    # Without changes, there is no table, so the headings are omitted too.
     rows = [("key", "from", "to")] if changes else []
     for change in changes:
         old_text, new_text = (value_text(change[end], digits=6, absent="not set") for end in ("from", "to"))

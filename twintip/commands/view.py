@@ -8,7 +8,10 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Answer:
-    """Show an output folder in a window, or write the pictures, the web page or both, as the flags request."""
+    """Show an output folder in a window, or write the pictures, the web page or both, as the flags request.
+
+    Without a flag, the folder is shown in a window. Raises InputError if the folder is not the output of a run.
+    """
     written_data(arguments.folder)  # rejects any other folder before slow modules are loaded
     folder = arguments.folder
     written = []

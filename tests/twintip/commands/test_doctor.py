@@ -10,7 +10,7 @@ from twintip.commands.doctor import folder_row, package_row
 
 
 def statuses(*names):
-    rows = {row.name: row.status for row in doctor.examination()}
+    rows = {row.name: row.status for row in doctor.examine_machine()}
     return [rows[name] for name in names]
 
 
