@@ -70,7 +70,7 @@ def contact_of_tips(count: int) -> None:
 
 
 def tilted_moduli(count: int) -> None:
-    """Press a tilted pair on fruits with `count` moduli; the solution for the compliance is included."""
+    """Press a tilted pair on fruits with `count` moduli, after solving the compliance of the fruit."""
     design = load_design("paper", {"press.tilt_deg": 1})
     contact = contact_compliance(design.fruit, design.tips)
     springs = springs_for(design, spring_sizing(design, contact, RunOptions()), "sized")
@@ -100,12 +100,12 @@ def contact_to_digits(inverse: int) -> None:
 
 
 def study_points(count: int, engine: Callable[[], AbstractContextManager[Engine]]) -> None:
-    """Solve a study of `count` points that share their contact solution, on an engine."""
-    with tempfile.TemporaryDirectory() as name:
-        file = Path(name) / "growth.toml"
+    """Solve a study of `count` points that share their contact solution, on the engine that `engine` opens."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "growth.toml"
         file.write_text(STUDY.format(samples=count), encoding="utf-8")
-        with engine() as opened:
-            run_study(read_study(file), Path(name) / "out", opened)
+        with engine() as open_engine:
+            run_study(read_study(file), Path(folder) / "out", open_engine)
 
 
 def study_on_cluster(count: int, workers: int) -> None:
@@ -119,7 +119,10 @@ def study_on_cluster(count: int, workers: int) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """A kind of work, the sizes at which it is measured, and the largest exponent of its CPU time in theory."""
+    """A kind of work, the sizes at which it is measured, and the largest exponent of its CPU time in theory [1].
+
+    `work` is called with a size. The sizes increase, and there are at least two of them.
+    """
 
     work: Callable[[int], None]
     sizes: tuple[int, ...]
@@ -153,46 +156,48 @@ GROWTHS = {
 
 
 def print_cost(name: str, size: int) -> None:
-    """Run a kind of work at one size, and print its wall-clock and CPU time [s] as JSON.
+    """Run the kind of work called `name` at one size, and print its wall-clock and CPU time [s] as JSON.
 
-    A small first call is not counted.
+    A first call at the smallest size is not counted, because it loads libraries.
     """
     growth = GROWTHS[name]
     growth.work(growth.sizes[0])
-    start, cpu = time.perf_counter(), _cpu_seconds()
+    start, cpu_start = time.perf_counter(), _cpu_seconds()
     growth.work(size)
-    print(json.dumps({"wall": time.perf_counter() - start, "cpu": _cpu_seconds() - cpu}))
+    print(json.dumps({"wall": time.perf_counter() - start, "cpu": _cpu_seconds() - cpu_start}))
 
 
 def _cpu_seconds() -> float:
     """Return the CPU time of this process and of its finished children [s]."""
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(each.ru_utime + each.ru_stime for each in used)
+    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
 
 
-def rows() -> Iterator[list[str]]:
-    """Yield a row for each size of each kind of work; the last row of each kind shows the exponent.
+def growth_rows() -> Iterator[list[str]]:
+    """Yield a table row for each size of each kind of work; the last row of each kind shows the exponent.
 
-    Raises RuntimeError if a run fails.
+    Each size runs in a process of its own, which prints its cost in the last line. The exponent describes the CPU time
+    between the two largest sizes. Raises RuntimeError if a run fails.
     """
     for name, growth in GROWTHS.items():
-        cpu_before = math.nan
+        previous_cpu = math.nan  # CPU time at the previous size [s]
         for index, size in enumerate(growth.sizes):
             usage = resource_usage([sys.executable, "-m", "benchmarks.growth", name, str(size)], ROOT, ONE_THREAD)
             if usage.exit_code:
                 msg = f"{name}, {size}: exit code {usage.exit_code}: {usage.last_line}"
                 raise RuntimeError(msg)
             cost = json.loads(usage.out.splitlines()[-1])
-            ends = ["", ""]
+            exponent_cells = ["", ""]
             if index == len(growth.sizes) - 1:
-                exponent = math.log(cost["cpu"] / cpu_before) / math.log(size / growth.sizes[index - 1])
-                ends = [f"{exponent:.2f}", f"{growth.theory:g}"]
-            cpu_before = cost["cpu"]
-            yield [name, str(size), f"{cost['wall']:.2g}", f"{cost['cpu']:.2g}", f"{usage.peak_MiB:.0f}", *ends]
+                exponent = math.log(cost["cpu"] / previous_cpu) / math.log(size / growth.sizes[index - 1])
+                exponent_cells = [f"{exponent:.2f}", f"{growth.theory:g}"]
+            previous_cpu = cost["cpu"]
+            cost_cells = [f"{cost['wall']:.2g}", f"{cost['cpu']:.2g}", f"{usage.peak_MiB:.0f}"]
+            yield [name, str(size), *cost_cells, *exponent_cells]
 
 
 if __name__ == "__main__":
     if sys.argv[1:]:
         print_cost(sys.argv[1], int(sys.argv[2]))
     else:
-        write_section("Growth", INTRODUCTION, [section("Cost over size", HEADS, rows())])
+        write_section("Growth", INTRODUCTION, [section("Cost over size", HEADS, growth_rows())])

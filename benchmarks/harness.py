@@ -29,7 +29,7 @@ WINNER_HEADS = ["error at most", "cheapest", "the product", "cheapest other prog
 class Reference:
     """Reference values with their errors in the same unit, and their source.
 
-    If no reference could be computed, there are no values, and `source` is the reason.
+    If a reference cannot be computed, there are no values, and `source` is the reason.
     """
 
     values: tuple[float, ...]
@@ -65,7 +65,7 @@ class Measurement:
 
     @property
     def cost(self) -> str:
-        """Return the method, its largest error and its CPU time as text, which says so if there is no error bar."""
+        """Return the method, its largest error and its CPU time as text; a missing error bar is mentioned."""
         bar = " without an error bar" if self.error_bar is None else ""
         return f"{self.method}: {percent(self.worst)}{bar}, {self.cpu:.2g} CPU s"
 
@@ -102,7 +102,7 @@ class Bench:
         )
 
     def peer_row(self, method: str, mesh: str, meshing: float, solve: Callable[[], Solved]) -> Measurement:
-        """Return the row of a peer that `solve` runs on a mesh; making the mesh took `meshing` CPU seconds [s].
+        """Return the row of a peer on a mesh. `solve` runs the peer, and `meshing` is the CPU time of the mesh [s].
 
         If `solve` raises SolveError, the row has no errors, and the message becomes its remark.
         """
@@ -147,26 +147,27 @@ class Bench:
     def _winner(self, rows: Sequence[Measurement], level: float) -> list[str]:
         """Return the row for a relative error `level` [1]: the cheapest method, the product, and the cheapest peer.
 
-        Formulas have no dofs and take no time; the last cell names those that reach the level.
+        Formulas have no dofs and take no time. They compete in no other cell than the last one, which names the
+        formulas that reach the level.
         """
         by_cost = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
-        meshed = [row for row in by_cost if row.dofs]
+        meshed = [row for row in by_cost if row.dofs]  # the cheapest method first
         formulas = "; ".join(f"{row.method}: {percent(row.worst)}" for row in by_cost if not row.dofs)
         cells = [percent(level), meshed[0].cost if meshed else "none"]
-        for methods in (OURS, PEER_NAMES):
-            row = next((row for row in meshed if row.method.startswith(methods)), None)
-            if row is None:
+        for prefixes in (OURS, PEER_NAMES):  # the names of the product's methods, and of the peers' methods
+            cheapest = next((row for row in meshed if row.method.startswith(prefixes)), None)
+            if cheapest is None:
                 cells.append("none")
-            elif row is meshed[0]:
+            elif cheapest is meshed[0]:
                 cells.append("the same")
             else:
-                cells.append(f"{row.cost}, {row.cpu / meshed[0].cpu:.2g} times as much")
+                cells.append(f"{cheapest.cost}, {cheapest.cpu / meshed[0].cpu:.2g} times as much")
         return [*cells, formulas or "-"]
 
     def _is_within(self, row: Measurement, level: float) -> bool:
         """Return whether the error of a row, and its error bar if it has one, are at most `level` [1].
 
-        The product's rows without an error bar do not count, because their small error may be luck.
+        The product's rows without an error bar are excluded, because their small error may be luck.
         """
         bar = row.error_bar
         if bar is None:
@@ -176,17 +177,20 @@ class Bench:
     def _notes_on_bars(self, rows: Sequence[Measurement]) -> Iterator[str]:
         """Yield a note on each answer outside its error bar.
 
-        It says whether the error of the reference may explain this.
+        The note states whether the error of the reference may explain this. An error bar belongs to the first value.
         """
-        uncertainty = self.reference.errors[0] / abs(self.reference.values[0])
+        uncertainty = self.reference.errors[0] / abs(self.reference.values[0])  # relative error of the reference [1]
         for row in rows:
-            if row.error_bar is None or not row.errors or abs(row.errors[0]) <= row.error_bar:
+            if row.error_bar is None or not row.errors:
                 continue
-            missed = abs(row.errors[0]) > row.error_bar + uncertainty
+            error = abs(row.errors[0])
+            if error <= row.error_bar:
+                continue
+            is_missed = error > row.error_bar + uncertainty
             yield (
-                f"{row.method}, {row.mesh}: the error of {self.values[0]}, {percent(abs(row.errors[0]))}, is outside "
+                f"{row.method}, {row.mesh}: the error of {self.values[0]}, {percent(error)}, is outside "
                 f"its error bar of {percent(row.error_bar)}. The reference is known to {percent(uncertainty)}, so "
-                f"{'the bar is missed' if missed else 'this shows nothing'}."
+                f"{'the bar is missed' if is_missed else 'this shows nothing'}."
             )
 
 
@@ -227,15 +231,16 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def write_section(title: str, introduction: str, sections: Sequence[str]) -> None:
     """Replace the section with this title in docs/measurements.md, and print it.
 
-    Raises ValueError if the page has no such section.
+    The section ends at the next heading of its level, or at the end of the page. Raises ValueError if the page has no
+    such section.
     """
     text = "\n".join([f"## {title}", "", introduction, "", *sections])
     page = MEASUREMENTS.read_text(encoding="utf-8")
-    before, heading, rest = page.partition(f"## {title}\n")
+    before, heading, section_and_after = page.partition(f"## {title}\n")
     if not heading:
         raise ValueError(title)
-    _, following, after = rest.partition("\n## ")
-    MEASUREMENTS.write_text(f"{before}{text.rstrip()}\n{following}{after}", encoding="utf-8")
+    _, next_heading, after = section_and_after.partition("\n## ")
+    MEASUREMENTS.write_text(f"{before}{text.rstrip()}\n{next_heading}{after}", encoding="utf-8")
     print(text)
 
 

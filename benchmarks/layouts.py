@@ -5,7 +5,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,11 +23,11 @@ from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
-MODULI = (0.5, 1.0, 3.5)
-TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)
-DIRECTIONS = 8
+MODULI = (0.5, 1.0, 3.5)  # of the fruit [MPa]
+TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)  # of the sensor [deg]
+DIRECTIONS = 8  # number of directions of a tilt
 SAMPLES = 12  # samples over the travel of a pair
-RADIUS = 35.0
+RADIUS = 35.0  # of the fruit [mm]
 FRUIT = Fruit(shape="sphere", radius_mm=RADIUS, thickness_mm=12.0, poisson=0.3)
 LINE = {"layout": "line", "spacing_mm": 2.5, "outer_mm": 2.5**2 / (2.0 * RADIUS)}
 DOME = {"shape": "dome", "dome_radius_mm": 1.0, "side_mm": 1.9}
@@ -76,16 +76,17 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
     `tilt` is in degrees. The error is nan if a tip does not touch.
     """
     S = compliance.S
-    hertz = 0.0
+    hertz = 0.0  # flat tips do not flatten
     if row.tips.tip_shape.obeys_hertz:
-        level = dome_contrast(scene, compliance, row.C, 1.0)
-        S = level.S
-        hertz = level.hertz
+        level_domes = dome_contrast(scene, compliance, row.C, 1.0)
+        S = level_domes.S
+        hertz = level_domes.hertz
     weights = contrast_weights(row.tips.places_mm, row.tips.springs)
     law = ContrastLaw(weights=weights, gaps=(0.0,) * len(S), C=row.C.tolist(), S=S.tolist(), hertz=hertz)
     angles = 2.0 * math.pi * np.arange(DIRECTIONS if tilt else 1) / DIRECTIONS
     tilts = [(tilt * math.cos(angle), tilt * math.sin(angle)) for angle in angles]  # about x and y [deg]
-    poses = [Pose(E=E, travel=row.travel, stand=Stand(tilt_deg=each)) for E in MODULI for each in tilts]
+    stands = [Stand(tilt_deg=components) for components in tilts]
+    poses = [Pose(E=E, travel=row.travel, stand=stand) for E in MODULI for stand in stands]
     solution = pose_forces(scene, compliance, row.C, poses)
     for pose, forces in zip(poses, solution.F, strict=True):
         try:
@@ -97,15 +98,18 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
 def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float) -> Iterator[float]:
     """Yield the relative error of E [1] read from the force ratio of a pair, at every modulus and for both tilts.
 
-    `tilt` is in degrees. The error is nan if a tip does not touch, and infinite if no modulus explains the ratio.
+    The ratio is taken at the end of the travel. For the reading "slope after touch", it is the slope of the force on
+    the high tip against the force on the low tip. `tilt` is in degrees. The error is nan if a tip does not touch, and
+    infinite if no modulus explains the ratio.
     """
     K_m_over_E = compliance.K_m_over_E()
     for signed_tilt in {tilt, -tilt}:  # a set, so that a level pair is pressed once
         press = dataclasses.replace(scene.press, tilt_deg=signed_tilt)
-        tilted = dataclasses.replace(scene, press=press)
-        response = scene_response(tilted, compliance, row.C, MODULI, travels(row.travel, SAMPLES))
+        tilted_scene = dataclasses.replace(scene, press=press)
+        response = scene_response(tilted_scene, compliance, row.C, MODULI, travels(row.travel, SAMPLES))
+        # P (travels,) are the force ratios at one modulus, and F (travels, tips) [N] are the forces.
         for E, P, F in zip(MODULI, response.P, response.F, strict=True):
-            touching = np.isfinite(P)
+            touching = np.isfinite(P)  # the ratio is finite if both tips touch
             ratio = float(P[-1])
             if row.reading == "slope after touch":
                 low, high = F[touching].T
@@ -116,21 +120,26 @@ def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float
             yield E_read / E - 1.0 if touching[-1] else math.nan
 
 
+def error_cell(errors: Iterable[float]) -> str:
+    """Return the largest of the relative errors [1] as text in percent.
+
+    The text is "lifts" if a tip does not touch, and "none" if no modulus was read.
+    """
+    sizes = [100.0 * abs(error) for error in errors]
+    if any(math.isnan(size) for size in sizes):
+        return "lifts"
+    return "none" if math.isinf(max(sizes)) else f"{max(sizes):.3g}"
+
+
 def main() -> None:
-    """Compute the table and write it into docs/presets.md."""
+    """Compute the table, and write it into docs/presets.md below the mark `<!-- table -->`."""
     heads = ["layout", "read by", *(f"{tilt:g} deg" for tilt in TILTS)]
     rows = []
     for row in ROWS:
         compliance = contact_compliance(FRUIT, row.tips)
         scene = Scene(fruit=FRUIT, tips=row.tips, press=PressMotion(travel_mm=row.travel))
         errors_at = contrast_errors if row.reading == "contrast" else pair_errors
-        cells = []
-        for tilt in TILTS:
-            sizes = [100.0 * abs(error) for error in errors_at(row, scene, compliance, tilt)]
-            if any(math.isnan(size) for size in sizes):
-                cells.append("lifts")
-            else:
-                cells.append("none" if math.isinf(max(sizes)) else f"{max(sizes):.3g}")
+        cells = [error_cell(errors_at(row, scene, compliance, tilt)) for tilt in TILTS]
         rows.append([row.name, row.reading, *cells])
         print(rows[-1], flush=True)
     page = ROOT / "docs" / "presets.md"

@@ -12,7 +12,7 @@ calibrated on a ball if the design requires it.
 import argparse
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -47,12 +47,15 @@ PRESS_S = 3.0  # duration of a press
 FLESH = ((0.25, 5.0), (0.33, 120.0))
 TURNS = (0.0, 90.0, 45.0)  # rotations of the fruit between three presses [deg]
 LOW, HIGH = 0, 1  # indices of a low and a high tip
+TIPS = 4  # the designs have four tips in a square
+WAVE_COUNT = 12  # number of plane waves in an uneven skin
+UNEVEN_RMS = 0.016  # root mean square of the heights of an uneven skin [mm]
 BALL_RADIUS = 40.0  # mm
 BALL_TILTS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of the presses on the ball, and their azimuths [deg]
 
 
 class Comparison(NamedTuple):
-    """A reading compared with the true modulus: its relative error and error bar [1], and its flags."""
+    """A reading compared with the true modulus: its signed relative error and its error bar [1], and its flags."""
 
     error: float
     bar: float
@@ -75,21 +78,21 @@ class Bench:
         measured = MeasuredDesign(name)
         self.design = measured.design
         unit = measured.measuring(percent=1.0, gain_percent=0.1)  # uncertainty of the springs and of the channels
-        bench = "plate" if self.design.reading.on_plate else "weights"
-        self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=bench))
-        self.unit = self.before_ball
-        self.sensor = domes_of(measured.design, measured.K)
+        calibrated_by = "plate" if self.design.reading.on_plate else "weights"
+        self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=calibrated_by))
+        self.unit = self.before_ball  # reads the presses
+        self.sensor = domes_of(measured.design, measured.K)  # presses the fruit
         self.rng = np.random.default_rng(seed)
-        self.cells = CELLS
+        self.cells = CELLS  # cells per side of a grid
         if self.design.reading.calibrated_by == "ball":
-            self.unit = self.after_ball(self.sensor, self.design.reading.ball_percent)
+            self.unit = self.calibrate_on_ball(self.sensor, self.design.reading.ball_percent)
 
-    def after_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
+    def calibrate_on_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
         """Return the unit with the domes of `sensor`, calibrated on a rubber ball.
 
         The modulus of the ball is known to `percent` [%]. The ball is pressed once at each of `BALL_TILTS`. The force
-        depends on E / (1 - nu^2). Therefore the ball has the E / (1 - nu^2) of a fruit at the geometric mean of the
-        unit's range of E.
+        depends on E / (1 - nu^2). Therefore the ball has the same E / (1 - nu^2) as a fruit whose E is the geometric
+        mean of the unit's range.
         """
         before = self.before_ball
         middle_E = math.sqrt(math.prod(before.range_MPa))
@@ -105,7 +108,7 @@ class Bench:
     def mean_fruit(self, E: float, **changes: object) -> Fruit:
         """Return the mean fruit of the design with modulus E [MPa], smooth and level; `changes` set other fields."""
         ranges = self.design.reading
-        R1, R2 = (float(np.mean(ends)) for ends in (ranges.radius_mm, ranges.radius_across_mm))
+        R1, R2 = float(np.mean(ranges.radius_mm)), float(np.mean(ranges.radius_across_mm))
         return replace(Fruit(E=E, R1=R1, R2=R2, poisson=self.design.fruit.poisson), **changes)
 
     def random_fruit(self, **changes: object) -> Fruit:
@@ -138,7 +141,8 @@ class Bench:
         """Return the reading of a press on a fruit, solved by independent boundary elements.
 
         The samples are at `fractions` (samples,) of the full travel [1]. If their times `t` (samples,) [s] are given,
-        the flesh relaxes as in `FLESH`. Otherwise it is elastic. `sensor` is by default the sensor of the design.
+        the flesh relaxes as in `FLESH`. Otherwise the flesh is elastic, and the speed is constant. `sensor` is by
+        default the sensor of the design.
         """
         sensor = sensor or self.sensor
         travels = self.design.press.travel_mm * fractions
@@ -161,22 +165,22 @@ class Bench:
 
 def value_at_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
     """Return a tuple with an entry for each of the four tips: `value` at the index `tip`, and `otherwise` elsewhere."""
-    return tuple(value if index == tip else otherwise for index in range(4))
+    return tuple(value if index == tip else otherwise for index in range(TIPS))
 
 
 def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightMap:
-    """Return a height map [mm]: the sum of 12 plane waves with random directions and phases.
+    """Return a height map [mm]: the sum of `WAVE_COUNT` plane waves with random directions and phases.
 
     `length` [mm] is the wavelength, and `rms` [mm] is the root mean square of the sum.
     """
-    angles, phases = rng.uniform(0.0, 2.0 * math.pi, (2, 12))
+    angles, phases = rng.uniform(0.0, 2.0 * math.pi, (2, WAVE_COUNT))
     k_x, k_y = 2.0 * math.pi / length * np.array([np.cos(angles), np.sin(angles)])  # wave vectors [1/mm]
 
     def heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         total = np.zeros(np.broadcast(x, y).shape)
         for wave_x, wave_y, phase in zip(k_x, k_y, phases, strict=True):
             total += np.cos(wave_x * x + wave_y * y + phase)
-        # The mean square of a cosine is 1/2, so the root mean square of the sum is sqrt(n / 2).
+        # The mean square of a cosine is 1/2, so the root mean square of the sum of n waves is sqrt(n / 2).
         return rms * math.sqrt(2.0 / len(phases)) * total
 
     return heights
@@ -185,16 +189,16 @@ def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightM
 def random_asymmetry(rng: np.random.Generator, largest: float = 0.3) -> HeightMap:
     """Return a height map [mm] with one random term r^3 cos(m a) and one r^4 cos(n a) in polar coordinates r, a.
 
-    m is 1 or 3, and n is 0, 2 or 4. The direction a = 0 of each term is random. Each term is at most `largest` [mm] at
-    a radius of 6 mm.
+    Such terms make a fruit asymmetric, because an ellipsoid has only terms of second order. m is 1 or 3, and n is 0, 2
+    or 4. The direction a = 0 of each term is random. Each term is at most `largest` [mm] at a radius of 6 mm.
     """
     cubic_height, quartic_height = rng.uniform(-largest, largest, 2)
-    directions = rng.uniform(0.0, 2.0 * math.pi, 2)
+    directions = rng.uniform(0.0, 2.0 * math.pi, 2)  # direction a = 0 of each term [rad]
     m = rng.choice([1, 3])
     n = rng.choice([0, 2, 4])
 
     def heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        r = np.hypot(x, y) / 6.0
+        r = np.hypot(x, y) / 6.0  # 1 at a radius of 6 mm
         angle = np.arctan2(y, x)
         cubic = cubic_height * r**3 * np.cos(m * (angle - directions[0]))
         return cubic + quartic_height * r**4 * np.cos(n * (angle - directions[1]))
@@ -203,7 +207,7 @@ def random_asymmetry(rng: np.random.Generator, largest: float = 0.3) -> HeightMa
 
 
 def rotate_heights(heights: HeightMap, degrees: float) -> HeightMap:
-    """Return a height map that is rotated about the axis of the sensor."""
+    """Return a height map that is rotated anticlockwise about the axis of the sensor by an angle in `degrees`."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     return lambda x, y: heights(c * x + s * y, c * y - s * x)
 
@@ -238,10 +242,11 @@ def single_bumps(bench: Bench) -> Iterator[Case]:
 
 
 def uneven_skins(bench: Bench) -> Iterator[Case]:
-    """Yield skins with random waves of 0.016 mm rms, three skins for each wavelength."""
+    """Yield skins with random waves of the height `UNEVEN_RMS`, three skins for each wavelength."""
     for length in (2.0, 4.0, 8.0):
-        for draw in range(3):
-            yield f"waves of {length:g} mm, {draw + 1}", {"bumps": random_waves(bench.rng, 0.016, length)}, bench.sensor
+        for number in (1, 2, 3):
+            waves = random_waves(bench.rng, UNEVEN_RMS, length)
+            yield f"waves of {length:g} mm, {number}", {"bumps": waves}, bench.sensor
 
 
 def dome_forms(bench: Bench) -> Iterator[Case]:
@@ -270,6 +275,7 @@ def extreme_cheeks(bench: Bench) -> Iterator[Case]:
         yield f"{radii[0]:g} by {radii[1]:g} mm", {"R1": radii[0], "R2": radii[1]}, bench.sensor
 
 
+# The function that yields the cases of each cause of error.
 SINGLE = {
     "bruise": bruises,
     "soft_tip": soft_flesh,
@@ -282,7 +288,7 @@ SINGLE = {
 
 
 def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
-    """Yield the readings of flesh that yields at a pressure, each with its name, compared with elastic flesh.
+    """Yield the name of each case of flesh that yields at a pressure, and its reading compared with elastic flesh.
 
     The yield pressure is 0.8 or 1.1 times the mean pressure under the most loaded tip, on elastic flesh at full travel.
     """
@@ -298,40 +304,44 @@ def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
 
 Pace = tuple[np.ndarray, np.ndarray]
 """The samples of a press: fractions of the travel [1], and times [s]."""
+PACE_FRACTIONS = np.linspace(0.1, 1.0, 19)  # fractions of the travel at which a press without a pause is sampled [1]
 
 
 def pace_with_pause(stop: float, seconds: float) -> Pace:
     """Return the samples of a press that pauses for `seconds` at the fraction `stop` of its travel."""
-    fractions = np.linspace(0.1, 1.0, 19)
-    t = PRESS_S * fractions
-    last = int(np.searchsorted(fractions, stop))  # the last sample before the pause
+    fractions = PACE_FRACTIONS
+    t = PRESS_S * fractions  # times without the pause
+    last = int(np.searchsorted(fractions, stop))  # index of the last sample before the pause
     pause_t = t[last] + seconds * np.arange(1, 5) / 4.0  # four samples in the pause
     pause_fractions = np.full(4, fractions[last])
-    return (
-        np.insert(fractions, last + 1, pause_fractions),
-        np.concatenate([t[: last + 1], pause_t, t[last + 1 :] + seconds]),
-    )
+    all_fractions = np.insert(fractions, last + 1, pause_fractions)
+    all_t = np.concatenate([t[: last + 1], pause_t, t[last + 1 :] + seconds])
+    return all_fractions, all_t
 
 
 def pace_with_change(start: float, factor: float) -> Pace:
     """Return the samples of a press that takes `factor` times as long per travel beyond the fraction `start`."""
-    fractions = np.linspace(0.1, 1.0, 19)
+    fractions = PACE_FRACTIONS
     return fractions, PRESS_S * (np.minimum(fractions, start) + factor * np.maximum(fractions - start, 0.0))
 
 
-STEADY_PACE = pace_with_change(1.0, 1.0)
+STEADY_PACE = pace_with_change(1.0, 1.0)  # the pace does not change before the end of the travel
 
 
 def uneven_paces(bench: Bench) -> Iterator[tuple[str, Comparison]]:
-    """Yield readings of presses at an uneven pace on flesh that relaxes, each compared with one at a steady pace."""
+    """Yield the name of each press at an uneven pace, and its reading compared with a press at a steady pace.
+
+    The flesh relaxes.
+    """
+    paces = (
+        ("pause of 2 s at 0.8", pace_with_pause(0.8, 2.0)),
+        ("a third as fast from 0.6", pace_with_change(0.6, 3.0)),
+        ("twice the time", pace_with_change(0.0, 2.0)),
+    )
     for E in MODULI:
         fruit = bench.mean_fruit(E)
         steady_E = bench.read(fruit, None, *STEADY_PACE).E
-        for name, pace in (
-            ("pause of 2 s at 0.8", pace_with_pause(0.8, 2.0)),
-            ("a third as fast from 0.6", pace_with_change(0.6, 3.0)),
-            ("twice the time", pace_with_change(0.0, 2.0)),
-        ):
+        for name, pace in paces:
             yield f"{name}, {E:g} MPa", bench.compare(steady_E, bench.read(fruit, None, *pace))
 
 
@@ -355,11 +365,12 @@ def random_paces(bench: Bench, count: int) -> Iterator[Comparison]:
 
 def is_hollow(bench: Bench, fruit: Fruit) -> bool:
     """Return whether a dome touches skin with a mean curvature below 0 (concave), or touches with its rim."""
-    x, y = Pressing(bench.sensor, fruit).touch.T
-    step = 0.05  # mm
+    x, y = Pressing(bench.sensor, fruit).touch.T  # points of first touch, one per tip [mm]
+    step = 0.05  # step of the difference quotients, and margin at the rim [mm]
     bumps = fruit.bumps(x, y)
     neighbours = sum(fruit.bumps(x + dx, y + dy) for dx, dy in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)))
-    # The mean curvature of a height map is half its Laplacian, here by the five-point formula.
+    # The mean curvature of a height map is half its Laplacian, here by the five-point formula. Heights are measured
+    # outwards, so a negative Laplacian makes the skin more convex.
     curvature = 0.5 * np.trace(fruit.curvature) - 0.5 * (neighbours - 4.0 * bumps) / step**2
     off_axis = np.hypot(*(np.stack([x, y], axis=1) - bench.sensor.positions).T)
     return bool((curvature < 0.0).any() or (off_axis > bench.sensor.rim - step).any())
@@ -368,19 +379,19 @@ def is_hollow(bench: Bench, fruit: Fruit) -> bool:
 def asymmetric_fruit(bench: Bench, count: int) -> Iterator[Comparison]:
     """Yield `count` readings of fruit with terms of third and fourth order in its shape.
 
-    Fruit that is concave under a tip, or that touches the rim of a dome, is not counted. Its readings are printed in a
-    row of their own.
+    Fruit that is concave under a tip, or that touches the rim of a dome, is not counted. After the last reading, the
+    readings of such fruit are printed in a row of their own.
     """
     hollow: list[Comparison] = []
-    yielded = 0
-    bench.cells = HOLLOW_CELLS
-    while yielded < count:
+    yielded_count = 0
+    bench.cells = HOLLOW_CELLS  # finer grids, restored below
+    while yielded_count < count:
         fruit = bench.random_fruit(bumps=random_asymmetry(bench.rng))
         comparison = bench.compare(fruit.E, bench.read(fruit))
         if is_hollow(bench, fruit):
             hollow.append(comparison)
         else:
-            yielded += 1
+            yielded_count += 1
             yield comparison
     bench.cells = CELLS
     if hollow:
@@ -390,22 +401,25 @@ def asymmetric_fruit(bench: Bench, count: int) -> Iterator[Comparison]:
 def read_three_presses(bench: Bench, fruit: Fruit, changes: list[dict]) -> Comparison:
     """Return the modulus from three presses on a fruit, compared with the true modulus.
 
-    Between the presses the fruit is rotated as in `TURNS`. `changes` has the changed fields of the fruit in each press.
+    Between the presses the fruit is rotated as in `TURNS`. `changes` holds the changed fields of the fruit in each
+    press. The error is infinite if no modulus was read.
     """
     readings = []
     for turn, changed_fields in zip(TURNS, changes, strict=True):
-        readings.append(bench.read(replace(fruit, azimuth=fruit.azimuth + turn, **changed_fields)))
+        turned_fruit = replace(fruit, azimuth=fruit.azimuth + turn, **changed_fields)
+        readings.append(bench.read(turned_fruit))
     answer = fruit_answer(bench.unit, readings, "1")
-    return Comparison(math.inf if answer.E is None else answer.E / fruit.E - 1.0, answer.u or 0.0, answer.flags)
+    error = math.inf if answer.E is None else answer.E / fruit.E - 1.0
+    return Comparison(error, answer.u or 0.0, answer.flags)
 
 
 def three_uneven(bench: Bench, count: int) -> Iterator[Comparison]:
-    """Yield `count` answers from three presses each, on skins with random waves of 0.016 mm rms.
+    """Yield `count` answers from three presses each, on skins with random waves of the height `UNEVEN_RMS`.
 
-    The wavelength of a skin is random, from 2 to 8 mm.
+    The wavelength of a skin is random, from 2 to 8 mm. The skin turns with the fruit.
     """
     for _ in range(count):
-        heights = random_waves(bench.rng, 0.016, bench.rng.uniform(2.0, 8.0))
+        heights = random_waves(bench.rng, UNEVEN_RMS, bench.rng.uniform(2.0, 8.0))
         changes = [{"bumps": rotate_heights(heights, turn)} for turn in TURNS]
         yield read_three_presses(bench, bench.random_fruit(), changes)
 
@@ -413,26 +427,27 @@ def three_uneven(bench: Bench, count: int) -> Iterator[Comparison]:
 def bruised_fruit(bench: Bench, count: int, tip_steps: tuple[int | None, ...]) -> Iterator[Comparison]:
     """Yield `count` answers from three presses each, on random fruit with a bruise.
 
-    The bruise is a hemisphere of radius 6 mm with half the modulus. `tip_steps` says for each press which tip is over
-    the bruise, counted from a random tip. None means no tip.
+    The bruise is a hemisphere of radius 6 mm with half the modulus. `tip_steps` states for each press which tip is over
+    the bruise, counted from a random tip. None means that no tip is over it.
     """
     for _ in range(count):
-        first_tip = int(bench.rng.integers(4))
+        first_tip = int(bench.rng.integers(TIPS))
         changes = []
         for step in tip_steps:
             if step is None:
                 changes.append({})
             else:
-                softness = value_at_tip((first_tip + step) % 4, 2.0, 1.0)
-                changes.append({"softness": softness, "soft_radius": (6.0,) * 4})
+                tip = (first_tip + step) % TIPS  # the tips are numbered around the square
+                changes.append({"softness": value_at_tip(tip, 2.0, 1.0), "soft_radius": (6.0,) * TIPS})
         yield read_three_presses(bench, bench.random_fruit(), changes)
 
 
 def real_cheeks(bench: Bench, count: int) -> Iterator[Comparison]:
     """Yield readings of real fruit whose principal radii are outside the ranges of the design.
 
-    `count` fruits are drawn, all with a stone. Those with radii within the ranges are not yielded but printed in a row
-    of their own. A further row repeats the other presses with the mean radius known to the unit.
+    `count` fruits with a stone are drawn. Fruits with radii within the ranges are not yielded. After the last reading,
+    they are printed in a row of their own. A further row repeats the other presses with the mean radius known to the
+    unit.
     """
     design = bench.design
     unit = bench.unit
@@ -445,12 +460,12 @@ def real_cheeks(bench: Bench, count: int) -> Iterator[Comparison]:
         fruit = bench.random_fruit(R1=radii[0], R2=radii[1], layer=stone)
         comparison = bench.compare(fruit.E, bench.read(fruit))
         ranges = (design.reading.radius_mm, design.reading.radius_across_mm)
-        if all(ends[0] <= radius <= ends[1] for radius, ends in zip(radii, ranges, strict=True)):
+        if all(low <= radius <= high for radius, (low, high) in zip(radii, ranges, strict=True)):
             within_ranges.append(comparison)
             continue
         yield comparison
         mean_radius = 2.0 / (1.0 / radii[0] + 1.0 / radii[1])  # the radius of the mean curvature
-        bench.unit = replace(unit, radii_mm=(mean_radius, mean_radius))
+        bench.unit = replace(unit, radii_mm=(mean_radius, mean_radius))  # only for the next reading
         known_radius.append(bench.compare(fruit.E, bench.read(fruit)))
         bench.unit = unit
     if within_ranges:
@@ -458,7 +473,7 @@ def real_cheeks(bench: Bench, count: int) -> Iterator[Comparison]:
     print_many("real cheeks outside these ranges, with the mean radius known", known_radius)
 
 
-# The order of these rows seeds their random numbers.
+# The position of a row in this dict seeds its random numbers, so the order must not change.
 MANY: dict[str, tuple[Callable[[Bench, int], Iterator[Comparison]], int]] = {
     "paces": (random_paces, 60),
     "shapes": (asymmetric_fruit, 300),
@@ -470,10 +485,14 @@ MANY: dict[str, tuple[Callable[[Bench, int], Iterator[Comparison]], int]] = {
 }
 """The function that yields the readings of each row, and the usual number of readings."""
 LISTS = {"yields": yielding_flesh, "pace": uneven_paces}
+"""The function that yields the name and the comparison of each case of a row."""
 
 
 def print_single(bench: Bench, name: str) -> None:
-    """Print the change in E due to each case of the cause called `name`, for each modulus."""
+    """Print the change in E due to each case of the cause called `name`, for each modulus.
+
+    The change is relative to the reading of the mean fruit without this cause.
+    """
     for E in MODULI:
         smooth_E = bench.read(bench.mean_fruit(E)).E
         for case, changes, sensor in SINGLE[name](bench):
@@ -482,46 +501,52 @@ def print_single(bench: Bench, name: str) -> None:
 
 
 def print_row(name: str, comparison: Comparison) -> None:
-    """Print the row of one reading: its error, its error bar, whether the error is within the bar, and its flags."""
+    """Print the row of one reading: its error, its error bar, whether the error is within the bar, and its flags.
+
+    An error outside its bar without a flag is a failure of the reading, so it stands out in capitals.
+    """
     error, bar, flags = comparison
-    outcome = "inside" if comparison.is_inside else "flagged" if flags else "OUTSIDE"
+    outcome = "flagged" if flags else "OUTSIDE"
+    if comparison.is_inside:
+        outcome = "inside"
     print(f"| {name} | {100.0 * error:+.1f} % | {100.0 * bar:.1f} % | {outcome} | {', '.join(flags)} |", flush=True)
 
 
 def print_many(name: str, comparisons: Iterable[Comparison]) -> None:
-    """Print the row of many presses, after a row for each press that is outside its error bar without a flag.
+    """Print the row of many presses, after a row for each press that is outside its error bar without a flag."""
+    presses = []
+    for number, comparison in enumerate(comparisons, start=1):
+        presses.append(comparison)
+        if not comparison.is_inside and not comparison.flags:
+            print_row(f"{name}: press {number}", comparison)
+    print(summary_row(name, presses) if presses else f"| {name} | none |", flush=True)
+
+
+def summary_row(name: str, presses: Sequence[Comparison]) -> str:
+    """Return the row of many presses, with at least one.
 
     The row shows how many errors are within their error bars, how many readings have a flag and how many have no
     modulus. The mean, the median and the largest error follow, and the median of the error bars.
     """
-    readings = []
-    for number, comparison in enumerate(comparisons, start=1):
-        readings.append(comparison)
-        if not comparison.is_inside and not comparison.flags:
-            print_row(f"{name}: press {number}", comparison)
-    if not readings:
-        print(f"| {name} | none |", flush=True)
-        return
-    inside = sum(reading.is_inside for reading in readings)
-    flagged_outside = sum(bool(reading.flags) and not reading.is_inside for reading in readings)
-    flagged = sum(bool(reading.flags) for reading in readings)
-    largest_ratio = max((abs(reading.error) / reading.bar for reading in readings if not reading.flags), default=0.0)
+    inside = sum(press.is_inside for press in presses)
+    flagged_outside = sum(bool(press.flags) and not press.is_inside for press in presses)
+    flagged = sum(bool(press.flags) for press in presses)
+    largest_ratio = max((abs(press.error) / press.bar for press in presses if not press.flags), default=0.0)
     # The error is infinite if no modulus was read.
-    errors = 100.0 * np.array([reading.error for reading in readings if math.isfinite(reading.error)])
+    errors = 100.0 * np.array([press.error for press in presses if math.isfinite(press.error)])
     absolute_errors = np.abs(errors)
-    median_bar = 100.0 * np.median([reading.bar for reading in readings])
-    print(
-        f"| {name} | {len(readings)} | {inside} inside, {flagged_outside} flagged outside, {flagged} flagged in all, "
-        f"{len(readings) - len(errors)} without a modulus | "
+    median_bar = 100.0 * np.median([press.bar for press in presses])
+    return (
+        f"| {name} | {len(presses)} | {inside} inside, {flagged_outside} flagged outside, {flagged} flagged in all, "
+        f"{len(presses) - len(errors)} without a modulus | "
         f"largest error without a flag {largest_ratio:.2f} times its bar | "
         f"mean error {errors.mean():+.1f} %, median {np.median(absolute_errors):.1f} % and largest "
-        f"{absolute_errors.max():.1f} % in magnitude, median bar {median_bar:.1f} % |",
-        flush=True,
+        f"{absolute_errors.max():.1f} % in magnitude, median bar {median_bar:.1f} % |"
     )
 
 
 def main() -> int:
-    """Print the rows that the command line requests, and return the exit code 0."""
+    """Print the rows that the command line requests, by default all rows, and return the exit code 0."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("design", nargs="?", default="mango")
     names = [*SINGLE, *LISTS, *MANY]
@@ -537,9 +562,9 @@ def main() -> int:
             for case, comparison in LISTS[name](bench):
                 print_row(f"{name}: {case}", comparison)
         else:
-            comparisons, count = MANY[name]
+            comparisons, usual_count = MANY[name]
             bench.rng = np.random.default_rng([options.seed, list(MANY).index(name)])  # independent of earlier rows
-            print_many(name, comparisons(bench, options.count or count))
+            print_many(name, comparisons(bench, options.count or usual_count))
     return 0
 
 

@@ -57,14 +57,14 @@ class Comparison:
 
 
 def comparisons() -> Iterator[Comparison]:
-    """Yield the comparison of each preset, process and mount that can be made."""
+    """Yield the comparison of each preset, process and mount whose springs can be made; print each as it is ready."""
     for preset in PRESETS:
         for process in PROCESSES:
             for mount in MOUNTS:
-                found = comparison(preset, process, mount)
-                print(found, file=sys.stderr, flush=True)
-                if found is not None:
-                    yield found
+                compared = comparison(preset, process, mount)
+                print(compared, file=sys.stderr, flush=True)
+                if compared is not None:
+                    yield compared
 
 
 def comparison(preset: str, process: str, mount: str) -> Comparison | None:
@@ -75,18 +75,21 @@ def comparison(preset: str, process: str, mount: str) -> Comparison | None:
         return None
     changes = mount_changes(springs.housing, springs.process.E_MPa, springs.process.poisson)
     other = max(changes, key=lambda name: max(map(abs, changes[name])))
-    largest = tuple(max(map(abs, of_spring)) for of_spring in zip(*changes.values(), strict=True))
+    changes_by_spring = zip(*changes.values(), strict=True)
+    largest = tuple(max(map(abs, spring_changes)) for spring_changes in changes_by_spring)
     return Comparison(preset=preset, process=process, mount=mount, other=other, changes=changes[other], largest=largest)
 
 
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
-    """Return the relative change of the stiffness of each spring [1] in each other mount, by its name; E in MPa.
+    """Return the relative changes of the stiffnesses of the springs [1] in each other mount, by its name.
 
-    The other mounts are the other choice in a design, covers that press only near the screws, and screws so loose that
-    they only bend. The mesh is coarse, which changes the result by a tenth. Raises SolveError.
+    `E` [MPa] and `poisson` are the elastic constants of the plate. The other mounts are the other choice in a design,
+    covers that press only near the screws, and screws so loose that they only bend. If two plates are mounted back to
+    back, the other plate may also be loose. The mesh is coarse, which changes the result by a tenth. Raises SolveError
+    if a mount cannot be solved.
     """
     half = coarse_half(housing, E, poisson, rough=False)
-    own_K = np.array(_tip_stiffness(half))
+    own_K = np.array(_tip_stiffness(half))  # in the mount of the design
     mounts = {"screws so loose that they bend": (_screw_layer(housing, E, poisson),), **_other_mounts(housing)}
     changes = {}
     for name, layers in mounts.items():
@@ -96,12 +99,18 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
 
 
 def _tip_stiffness(half: ClampedHalf) -> tuple[float, ...]:
-    """Return the stiffness of each tip of a clamped half along the press [N/mm]; raises SolveError."""
+    """Return the stiffness of each tip of a clamped half along the press [N/mm].
+
+    Raises SolveError if the half cannot be solved.
+    """
     return tip_stiffnesses(tip_means(half.basis, PRESS_AXIS).T @ displacements(half))
 
 
 def _remount(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
-    """Return the same half with the elastic `layers` as its mount, for a load along the press; E in MPa."""
+    """Return the same half with the elastic `layers` as its mount, for a load along the press.
+
+    `E` [MPa] and `poisson` are the elastic constants of the plate. No node is clamped.
+    """
     without_mount = half.matrix if half.ground is None else half.matrix - half.ground
     ground = layer_matrix(half.basis, layers, E, poisson)
     free = replace(half, matrix=csc_matrix(without_mount + ground), ground=ground, clamped=np.zeros(0, dtype=np.int64))
@@ -113,8 +122,10 @@ def _other_mounts(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
     others = {}
     if housing.mount == "covers":
         others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
-        pressed = discs_at(housing, WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD)
-        near_screws = tuple(replace(layer, discs=pressed) for layer in mount_layers(housing))
+        # The pressure under a washer spreads over the thickness of the cover on both sides of its diameter.
+        pressed_diameter = WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD
+        pressed_discs = discs_at(housing, pressed_diameter)
+        near_screws = tuple(replace(layer, discs=pressed_discs) for layer in mount_layers(housing))
         others["covers that press near the screws alone"] = near_screws
     elif housing.mount == "washers":
         others["covers between frame and washers"] = mount_layers(replace(housing, mount="covers"))
@@ -124,24 +135,26 @@ def _other_mounts(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
 
 
 def _screw_layer(housing: Housing, E: float, poisson: float) -> ElasticLayer:
-    """Return a layer in the holes that is as stiff in shear as loose screws are in bending, 192 EI / L^3.
+    """Return a layer in the holes that is as stiff in shear as loose screws are in bending.
 
-    S. P. Timoshenko, Strength of Materials, part I, 1955: a beam with both ends built in, loaded at its middle.
+    A screw is a beam with both ends built in and loaded at its middle, whose stiffness is 192 EI / L^3 (S. P.
+    Timoshenko, Strength of Materials, part I, 1955). It spans the frame and its covers, if any.
     """
     span = housing.stack + (2.0 * (PLATE_MM + RECESS_MM) if housing.mount == "covers" else 0.0)
-    bending = 192.0 * STEEL_MPA * math.pi / 64.0 * SCREW_CORE_MM**4 / span**3
-    inside = math.pi * housing.hole_diameter * housing.stack
-    return ElasticLayer(name=HOLES, thickness=0.5 * E / (1.0 + poisson) * inside / bending)
+    bending_stiffness = 192.0 * STEEL_MPA * math.pi / 64.0 * SCREW_CORE_MM**4 / span**3  # [N/mm]
+    hole_area = math.pi * housing.hole_diameter * housing.stack  # inner surface of a hole [mm^2]
+    # A layer of thickness h has the shear stiffness G A / h, with G = E / (2 (1 + nu)).
+    return ElasticLayer(name=HOLES, thickness=0.5 * E / (1.0 + poisson) * hole_area / bending_stiffness)
 
 
 def main() -> None:
     """Compare every design and write the page."""
-    found = list(comparisons())
+    compared = list(comparisons())
     rows = [
         [row.preset, row.process, row.mount, row.other, *(f"{100.0 * change:+.2g}" for change in row.changes)]
-        for row in found
+        for row in compared
     ]
-    K_l, K_h = (max(of_spring) for of_spring in zip(*(row.largest for row in found), strict=True))
+    K_l, K_h = map(max, zip(*(row.largest for row in compared), strict=True))  # largest changes [1]
     note = f"largest by any other mount: K_l {100.0 * K_l:.2g} %, K_h {100.0 * K_h:.2g} %"
     page = section("Changes of stiffness", HEADS, rows, [note])
     write_section("Other mounts", INTRODUCTION, [page])

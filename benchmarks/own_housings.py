@@ -1,4 +1,9 @@
-"""Ten housings, drawn as a user would draw them: each differs from the housing of a design in one way."""
+"""Ten housings, drawn as a user would draw them: each differs from the housing of a design in one way.
+
+The plate lies in the xz plane, z points upwards, and y is its depth. `HOUSING.arms` holds the low arm and the high
+arm. The levels of an arm are z of its lower and its upper leaf, and its roots are x of the two ends of the leaves, the
+smaller one first. The wall of the low arm is on the left.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,16 +35,20 @@ def _through(x: tuple[float, float], z: tuple[float, float]) -> cq.Workplane:
 
 def _strip(path: cq.Workplane, thickness: float) -> cq.Workplane:
     """Return a leaf of this `thickness` [mm] along an open path in the xz plane, as deep as the plate."""
-    wire = path.wire().val()
-    outline = wire.offset2D(0.5 * thickness)[0]
+    centre_line = path.wire().val()
+    outline = centre_line.offset2D(0.5 * thickness)[0]
     face = cq.Face.makeFromWires(outline)
     depth = HOUSING.depth
     solid = cq.Solid.extrudeLinear(face, cq.Vector(0.0, depth, 0.0))
-    return cq.Workplane(solid.translate(cq.Vector(0.0, -0.5 * depth - solid.BoundingBox().ymin, 0.0)))
+    shift_to_plate = -0.5 * depth - solid.BoundingBox().ymin
+    return cq.Workplane(solid.translate(cq.Vector(0.0, shift_to_plate, 0.0)))
 
 
 def _plane() -> cq.Workplane:
-    """Return the workplane on the back of the plate, from which sketches are extruded towards its front."""
+    """Return the workplane on the back of the plate, from which sketches are extruded towards its front.
+
+    Its coordinates are x and z [mm].
+    """
     return cq.Workplane("XZ", origin=(0.0, 0.5 * HOUSING.depth, 0.0))
 
 
@@ -47,9 +56,9 @@ def _without_low_leaves(level: float | None = None) -> cq.Workplane:
     """Return the plate without its low leaves and their fillets, or without only the leaf at `level` [mm]."""
     low = HOUSING.arms[0]
     plate = _plate(HOUSING)
-    half = 0.5 * low.flexure.thickness + low.flexure.fillet
+    half_height = 0.5 * low.flexure.thickness + low.flexure.fillet
     for z in low.levels if level is None else (level,):
-        plate = plate.cut(_through(low.roots, (z - half, z + half)))
+        plate = plate.cut(_through(low.roots, (z - half_height, z + half_height)))
     return plate
 
 
@@ -64,21 +73,25 @@ def ribs() -> cq.Workplane:
 
 
 def folded_leaf() -> cq.Workplane:
-    """Return the housing with its upper low leaf folded once on its way to the wall."""
+    """Return the housing with its upper low leaf folded on its way to the wall, like the letter S.
+
+    The leaf runs in three passes, 2 mm apart: from the shuttle towards the wall, back, and to the wall. Its ends are
+    1 mm inside the shuttle and the wall.
+    """
     low = HOUSING.arms[0]
     level = low.levels[1]
     wall, shuttle = low.roots
-    turn = wall + 6.0
+    turn = wall + 6.0  # x of the first turn [mm]
     path = _plane().moveTo(shuttle + 1.0, level).lineTo(turn + 1.0, level)
-    path = path.threePointArc((turn, level - 1.0), (turn + 1.0, level - 2.0)).lineTo(shuttle - 5.0, level - 2.0)
-    path = path.threePointArc((shuttle - 4.0, level - 3.0), (shuttle - 5.0, level - 4.0)).lineTo(
-        wall - 1.0, level - 4.0
-    )
+    path = path.threePointArc((turn, level - 1.0), (turn + 1.0, level - 2.0))
+    path = path.lineTo(shuttle - 5.0, level - 2.0)
+    path = path.threePointArc((shuttle - 4.0, level - 3.0), (shuttle - 5.0, level - 4.0))
+    path = path.lineTo(wall - 1.0, level - 4.0)
     return _without_low_leaves(level).union(_strip(path, 1.0))
 
 
 def cut_leaf() -> cq.Workplane:
-    """Return the housing with its upper low leaf cut in two."""
+    """Return the housing with its upper low leaf cut in two by a gap of 1 mm in its middle."""
     low = HOUSING.arms[0]
     middle = 0.5 * sum(low.roots)
     level = low.levels[1]
@@ -89,8 +102,8 @@ def thinner_leaf() -> cq.Workplane:
     """Return the housing with its lower high leaf 0.2 mm thinner between its fillets."""
     high = HOUSING.arms[1]
     start, end = high.roots
-    level = high.levels[0] + 0.5 * high.flexure.thickness
-    return _plate(HOUSING).cut(_through((start + 0.5, end - 0.5), (level - 0.2, level + 0.5)))
+    top = high.levels[0] + 0.5 * high.flexure.thickness  # upper side of the lower leaf
+    return _plate(HOUSING).cut(_through((start + 0.5, end - 0.5), (top - 0.2, top + 0.5)))
 
 
 def thick_fillets() -> cq.Workplane:
@@ -114,16 +127,17 @@ def three_leaves() -> cq.Workplane:
     low = HOUSING.arms[0]
     start, end = low.roots
     level = 0.5 * sum(low.levels)
-    depth = 0.5 * HOUSING.depth
-    return _plate(HOUSING).union(_box((start - 0.5, end + 0.5), (level - 0.4, level + 0.4), (-depth, depth)))
+    half_depth = 0.5 * HOUSING.depth
+    third_leaf = _box((start - 0.5, end + 0.5), (level - 0.4, level + 0.4), (-half_depth, half_depth))
+    return _plate(HOUSING).union(third_leaf)
 
 
 def notch() -> cq.Workplane:
-    """Return the housing with a round notch in its lower low leaf."""
+    """Return the housing with a round notch in the upper side of its lower low leaf."""
     low = HOUSING.arms[0]
-    level = low.levels[0] + 0.5 * low.flexure.thickness
+    top = low.levels[0] + 0.5 * low.flexure.thickness  # upper side of the lower leaf
     x = low.roots[0] + 6.0
-    return _plate(HOUSING).cut(_plane().center(x, level + 0.1).circle(0.4).extrude(HOUSING.depth))
+    return _plate(HOUSING).cut(_plane().center(x, top + 0.1).circle(0.4).extrude(HOUSING.depth))
 
 
 def curved_leaf() -> cq.Workplane:
@@ -137,17 +151,21 @@ def curved_leaf() -> cq.Workplane:
 
 
 def hinge() -> cq.Workplane:
-    """Return the housing with high leaves of 3 mm, each with a round hinge at either end."""
+    """Return the housing with high leaves of 3 mm, each with a hinge at either end.
+
+    A hinge is the thin part of the leaf between two round cuts, one above and one below its mid-plane.
+    """
     high = HOUSING.arms[1]
     start, end = high.roots
     plate = _plate(HOUSING)
-    depth = 0.5 * HOUSING.depth
+    half_depth = 0.5 * HOUSING.depth
     for level in high.levels:
-        plate = plate.union(_box((start - 0.5, end + 0.5), (level - 1.5, level + 1.5), (-depth, depth)))
+        thick_leaf = _box((start - 0.5, end + 0.5), (level - 1.5, level + 1.5), (-half_depth, half_depth))
+        plate = plate.union(thick_leaf)
         for x in (start + 2.0, end - 2.0):
-            for side in (-1.0, 1.0):
-                round_ = _plane().center(x, level + side * 1.7).circle(1.4).extrude(HOUSING.depth)
-                plate = plate.cut(round_)
+            for side in (-1.0, 1.0):  # below and above the mid-plane
+                round_cut = _plane().center(x, level + side * 1.7).circle(1.4).extrude(HOUSING.depth)
+                plate = plate.cut(round_cut)
     return plate
 
 

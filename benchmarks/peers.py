@@ -32,7 +32,7 @@ DEADLINE = 1200.0  # maximum wall-clock time of one task [s]
 
 @dataclass(frozen=True, kw_only=True)
 class Peer:
-    """A program that solves the same tasks: its name in the tables, and the CalculiX types of its elements."""
+    """A program that solves the same tasks: its name in the tables, and the CalculiX types of elements that it has."""
 
     name: str
     kinds: tuple[str, ...] = ("C3D10",)
@@ -118,43 +118,48 @@ def absent_peers() -> list[str]:
 
 
 def _solve_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
-    """Return a peer's results on a deck, and its CPU time [s]; displacements outside the set `printed_set` are 0."""
+    """Return a peer's results on a deck, one per step, and its CPU time [s].
+
+    The displacements are those of all nodes; outside the set `printed_set` they are 0. A peer may leave them out.
+    Raises SolveError if the peer fails, or if it returns a wrong number of displacements.
+    """
     answer = peer_answer(peer, deck_task(deck))
-    on_nodes = []
+    printed_nodes = deck.sets[deck.printed_set]
+    results = []
     for result in answer.results:
         displacements = np.zeros(deck.node_count)
-        if len(result.displacements) not in (0, len(deck.sets[deck.printed_set])):
-            raise _failure(
-                peer, f"{len(result.displacements)} displacements of {len(deck.sets[deck.printed_set])} nodes"
-            )
+        if len(result.displacements) not in (0, len(printed_nodes)):
+            raise _failure(peer, f"{len(result.displacements)} displacements of {len(printed_nodes)} nodes")
         if len(result.displacements):
-            displacements[deck.sets[deck.printed_set]] = result.displacements
-        on_nodes.append(StepResult(forces=result.forces, displacements=displacements))
-    return on_nodes, answer.cpu
+            displacements[printed_nodes] = result.displacements
+        results.append(StepResult(forces=result.forces, displacements=displacements))
+    return results, answer.cpu
 
 
 def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
-    """Return a peer's answer to a task [N, mm].
+    """Run a peer on a task, and return its answer [N, mm].
 
-    Raises SolveError if the peer is absent, fails, or takes too long, or if its answer is wrong. An answer must have
-    the forces of every step, reactions that balance, and no more CPU time than the process used.
+    The peer reads the task from a temporary file, and prints its answer in the last line. An answer must have the
+    forces of every step, reactions that balance, and no more CPU time than the process used. Raises SolveError if it
+    does not, and if the peer is absent, fails, or takes longer than `DEADLINE`.
     """
     interpreter = peer.interpreter
     if interpreter is None:
         msg = f"{peer.name} = absent: an interpreter must have it; run make bench-peers"
         raise SolveError(msg)
-    with tempfile.TemporaryDirectory() as name:
-        path = Path(name) / "task.npz"
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "task.npz"
         task.write(path)
         # A symbolic link must not be resolved here: Python finds its virtual environment by the path of the
         # interpreter.
         command = [str(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]
-        usage = resource_usage(command, Path(name), ONE_THREAD, deadline=DEADLINE)
+        usage = resource_usage(command, Path(folder), ONE_THREAD, deadline=DEADLINE)
     if usage.wall >= DEADLINE:
         raise _failure(peer, f"still at work after {DEADLINE:g} s")
     if usage.exit_code:
         raise _failure(peer, f"exit code {usage.exit_code}, {usage.last_line}")
-    return _parse_answer(peer, task, (usage.out.strip().splitlines() or [""])[-1], usage.cpu)
+    last_line = (usage.out.strip().splitlines() or [""])[-1]
+    return _parse_answer(peer, task, last_line, usage.cpu)
 
 
 def _failure(peer: Peer, reason: str) -> SolveError:
@@ -162,10 +167,11 @@ def _failure(peer: Peer, reason: str) -> SolveError:
     return SolveError(f"{peer.name}: {reason}: must answer each step with reactions that balance; look at its script")
 
 
-def _parse_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
-    """Return the answer in `line`, the last one of a peer's output; `used` is the CPU time of its whole process [s].
+def _parse_answer(peer: Peer, task: PeerTask, line: str, process_cpu: float) -> PeerAnswer:
+    """Return the answer in the last `line` of a peer's output, after checking it.
 
-    Raises SolveError if the line is not an answer, or if its numbers are impossible.
+    `process_cpu` is the CPU time of the peer's whole process [s]. The peer itself counts the time after its imports.
+    Raises SolveError if the line is not an answer, if its numbers are impossible, or if its forces do not balance.
     """
     try:
         answer = json.loads(line)
@@ -175,8 +181,8 @@ def _parse_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAns
         raise _failure(peer, f"not an answer, {line[:60]!r}") from error
     if len(results) != len(task.steps):
         raise _failure(peer, f"{len(results)} results, but the task has {len(task.steps)} steps")
-    if not 0.0 < cpu <= used:
-        raise _failure(peer, f"{cpu:g} CPU s counted, {used:g} used")
+    if not 0.0 < cpu <= process_cpu:
+        raise _failure(peer, f"{cpu:g} CPU s counted, {process_cpu:g} used")
     for number, (step, result) in enumerate(zip(task.steps, results, strict=True)):
         if set(result.forces) != {*step.pressed, f"support{number}"} or not _is_finite(result):
             raise _failure(peer, f"forces {result.forces}")
@@ -198,7 +204,10 @@ def _is_finite(result: StepResult) -> bool:
 
 @lru_cache
 def _interpreter(package: str, interpreters: tuple[Path, ...]) -> Path | None:
-    """Return the first interpreter that can import a package, or None."""
+    """Return the first interpreter that can import a package, or None.
+
+    Each interpreter is started for this test, so the result is cached. An interpreter that does not start is skipped.
+    """
     program = f"import importlib.util, sys; sys.exit(importlib.util.find_spec({package!r}) is None)"
     for interpreter in interpreters:
         if interpreter.is_file():

@@ -18,9 +18,10 @@ _COLOURS = mpl.color_sequences["tab20"]
 
 
 def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
-    """Return an SVG of the largest error [1] against CPU seconds [s], with a panel per title and a curve per method.
+    """Return an SVG of the largest error [1] against CPU time [s], with a panel per title and a curve per method.
 
-    Formulas have no dofs and are left out, and so are errors of 0, which a logarithmic axis cannot show.
+    `panels` maps the title of each panel to its measurements. Formulas, which have no dofs, are left out. So are
+    methods that failed, and errors of 0, which a logarithmic axis cannot show.
     """
     drawing = io.StringIO()
     with mpl.rc_context(STYLE):
@@ -29,7 +30,7 @@ def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
             axes = figure.add_subplot(1, len(panels), number)
             axes.set(title=title, xlabel="CPU seconds, one thread", ylabel="relative error")
             _draw_curves(axes, [row for row in rows if row.dofs and row.errors and row.worst])
-        figure.savefig(drawing, format="svg", metadata={"Date": None})
+        figure.savefig(drawing, format="svg", metadata={"Date": None})  # a date would change the file in each run
     return drawing.getvalue()
 
 

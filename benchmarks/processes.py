@@ -31,66 +31,60 @@ make them, in the mount that the design asks for. Each stiffness is compared wit
 both springs."""
 
 
-def rows_of(name: str) -> tuple[list[list[str]], bool]:
-    """Return the rows of both springs of a process, and whether they meet all goals.
+def spring_rows(process: str) -> tuple[list[list[str]], bool]:
+    """Return the table rows of both springs that a process makes, and whether they meet all goals.
 
     A process that cannot make the springs has no rows.
     """
-    design = Design(print=Print(process=name))
+    design = Design(print=Print(process=process))
     options = RunOptions()
     sizing = spring_sizing(design, fruit_compliance(design, options), options)
     springs, cpu = time_call(partial(springs_for, design, sizing, "fitted"))
     if springs.housing is None:
         return [], True
-    peer = calculix_stiffnesses(springs) if is_installed() else None
+    peer_stiffnesses = calculix_stiffnesses(springs) if is_installed() else None
     rows = []
     meets_goals = True
     for index, (spring, arm) in enumerate(zip(springs.springs.values(), springs.housing.arms, strict=True)):
         target_error = spring.stiffness / spring.target - 1.0
         meets_goals = meets_goals and abs(target_error) <= TARGET
-        calculix_cell, difference_cell = "-", "-"
-        if peer is not None:
-            difference = peer[index] / spring.stiffness - 1.0
+        calculix_cells = ["-", "-"]
+        if peer_stiffnesses is not None:
+            difference = peer_stiffnesses[index] / spring.stiffness - 1.0
             meets_goals = meets_goals and abs(difference) <= SAME_MESH
-            calculix_cell, difference_cell = f"{1e3 * peer[index]:.6g}", signed_percent(difference)
-        numbers = [f"{1e3 * spring.target:.6g}", f"{arm.flexure.length:.3f}", f"{1e3 * spring.stiffness:.6g}"]
-        bar = percent(spring.error / spring.stiffness)
-        rows.append(
-            [
-                f"{name} {arm.name}",
-                *numbers,
-                signed_percent(target_error),
-                bar,
-                calculix_cell,
-                difference_cell,
-                f"{cpu:.2g}",
-            ]
-        )
+            calculix_cells = [f"{1e3 * peer_stiffnesses[index]:.6g}", signed_percent(difference)]
+        # Stiffnesses are shown in N/m, and computed in N/mm.
+        fit_cells = [f"{1e3 * spring.target:.6g}", f"{arm.flexure.length:.3f}", f"{1e3 * spring.stiffness:.6g}"]
+        error_cells = [signed_percent(target_error), percent(spring.error / spring.stiffness)]
+        rows.append([f"{process} {arm.name}", *fit_cells, *error_cells, *calculix_cells, f"{cpu:.2g}"])
     return rows, meets_goals
 
 
 def calculix_stiffnesses(springs: FittedSprings) -> tuple[float, ...]:
-    """Return CalculiX's stiffness of each spring of a housing in its mount [N/mm]; raises SolveError if it fails."""
+    """Return CalculiX's stiffness of each spring of a housing in its mount [N/mm].
+
+    It is the inverse of the displacement of a tip under a unit force. Raises SolveError if CalculiX fails.
+    """
     process = springs.process
     half = clamped_half(flexure_mesh(springs.housing), process.E_MPa, process.poisson, mount_layers(springs.housing))
     deck = flexure_deck(half, process.E_MPa, process.poisson)
-    results, _ = calculix(deck)
-    rows = zip(results, deck.mean_nodes.values(), strict=True)
-    return tuple(1.0 / float(result.displacements[node]) for result, node in rows)
+    results, _ = calculix(deck)  # one result per tip
+    tips = zip(results, deck.mean_nodes.values(), strict=True)
+    return tuple(1.0 / float(result.displacements[node]) for result, node in tips)
 
 
 def main() -> int:
-    """Write and print the table."""
-    table = []
-    missed = []
-    for name in PROCESSES:
-        rows, meets_goals = rows_of(name)
-        table += rows
+    """Write and print the table; the exit code is 1 if a process misses a goal."""
+    all_rows = []
+    missed = []  # names of the processes that miss a goal
+    for process in PROCESSES:
+        rows, meets_goals = spring_rows(process)
+        all_rows += rows
         if not meets_goals:
-            missed.append(name)
+            missed.append(process)
     goals = f"Goals: {percent(TARGET)} against target, {percent(SAME_MESH)} between CalculiX and FE. "
     goals += f"Missed by: {', '.join(missed) or 'none'}."
-    page = section("Default design", HEADS, table, [goals])
+    page = section("Default design", HEADS, all_rows, [goals])
     write_section("Springs of each process", INTRODUCTION, [page])
     return 1 if missed else 0
 

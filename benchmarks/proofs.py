@@ -25,20 +25,23 @@ column is the root mean square of the error over the standard deviation that its
 as wide as the errors, and less if they are wider."""
 
 
-def row_of(proof: ProvedDesign) -> list[str]:
+def proof_row(proof: ProvedDesign) -> list[str]:
     """Return the table row of a design.
 
-    Its errors and error bars are root mean squares over the readings without a flag.
+    Its errors and error bars are root mean squares over the readings without a flag. The last cell divides the errors
+    by the standard deviations that the error bars represent, which are the bars divided by `COVERAGE`.
     """
-    unflagged = [each for each in proof.readings if each.error is not None and not each.is_flagged]
-    errors, bars = (np.array([getattr(each, name) for each in unflagged]) for name in ("error", "u"))
+    unflagged = [reading for reading in proof.readings if reading.error is not None and not reading.is_flagged]
+    errors = np.array([reading.error for reading in unflagged])  # relative [1]
+    bars = np.array([reading.u for reading in unflagged])
     return [
         f"`{proof.design}`",
         str(proof.presses - proof.outside - proof.flagged),
         str(proof.outside),
         str(proof.flagged),
         f"{proof.farthest:.2f}",
-        *(f"{100.0 * np.sqrt(np.square(each).mean()):.1f} %" for each in (errors, bars)),
+        f"{100.0 * np.sqrt(np.square(errors).mean()):.1f} %",
+        f"{100.0 * np.sqrt(np.square(bars).mean()):.1f} %",
         f"{COVERAGE * np.sqrt(np.square(errors / bars).mean()):.2f}",
     ]
 
@@ -53,9 +56,9 @@ def main() -> int:
     proofs = []
     for folder in options.folders:
         proofs.append(prove(read_report(folder), options.count, options.seed))
-        print(row_of(proofs[-1]), file=sys.stderr, flush=True)
+        print(proof_row(proofs[-1]), file=sys.stderr, flush=True)
     introduction = INTRODUCTION.format(count=options.count, seed=options.seed, most=proofs[0].most_outside)
-    write_section(TITLE, introduction, [section("Presets for fruit", HEADS, map(row_of, proofs))])
+    write_section(TITLE, introduction, [section("Presets for fruit", HEADS, map(proof_row, proofs))])
     return 0 if all(proof.passed for proof in proofs) else 1
 
 

@@ -9,14 +9,16 @@ from dataclasses import replace
 from benchmarks.harness import section, write_section
 from pipeline.options import load_design
 from pipeline.sensor import Sensor
+from sensor.design.parameters import Design
 from sensor.quantity import InputError
 from solve.linear import SolveError
 
 DESIGN = "mango"
-RADII = (7.0, 9.8, 14.0)
-SPACINGS = (6.3, 9.0, 12.0)
-TRAVELS = (1.13, 1.6)
-PAD_GAP = 0.5  # gap between the plates of two tips [mm], for their pads
+RADII = (7.0, 9.8, 14.0)  # of the domes [mm]
+SPACINGS = (6.3, 9.0, 12.0)  # of the tips [mm]
+TRAVELS = (1.13, 1.6)  # of a press [mm]
+SIDE_PER_RADIUS = 1.9  # side of the face of a dome divided by its radius, so that the face includes the contact [1]
+PAD_GAP = 0.5  # smallest gap between the plates of two tips [mm], for their pads
 PIECE = {6.3: 24.0, 9.0: 26.0, 12.0: 30.0}  # side of the modelled piece of fruit [mm], by spacing
 HEADS = [
     *("dome mm", "spacing mm", "travel mm", "skin %", "flesh %", "one press %", "three presses %"),
@@ -34,37 +36,44 @@ domes, more travel and more spacing help, but the first two bruise the fruit, an
 cost least."""
 
 
-def row_of(radius: float, spacing: float, travel: float) -> list[str]:
+def dome_row(radius: float, spacing: float, travel: float) -> list[str]:
     """Return the table row for a dome radius, a spacing and a travel [mm]; it has dashes if the design is rejected."""
-    design = load_design(DESIGN)
-    cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
+    size_cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
+    dashes = ["-" for _ in HEADS[len(size_cells) :]]
     try:
-        wide = replace(
-            design,
-            tips=replace(
-                design.tips, dome_radius_mm=radius, side_mm=min(1.9 * radius, spacing - PAD_GAP), spacing_mm=spacing
-            ),
-            press=replace(design.press, travel_mm=travel),
-            fruit=replace(design.fruit, length_mm=PIECE[spacing], width_mm=PIECE[spacing]),
-        )
-        readings = Sensor(design=wide, springs_as="sized").readings
+        readings = Sensor(design=changed_design(radius, spacing, travel), springs_as="sized").readings
     except (InputError, SolveError) as error:
         print(error)
-        return [*cells, *("-" for _ in HEADS[3:])]
+        return [*size_cells, *dashes]
     if readings is None or not readings.moduli:
-        return [*cells, *("-" for _ in HEADS[3:])]
+        return [*size_cells, *dashes]
     uneven = [row.uneven for row in readings.moduli if row.uneven is not None]
     numbers = (
-        max(each.skin_percent for each in uneven),
-        max(each.flesh_percent for each in uneven),
-        max(each.one_press_percent for each in uneven),
-        max(each.presses_percent for each in uneven),
+        max(errors.skin_percent for errors in uneven),
+        max(errors.flesh_percent for errors in uneven),
+        max(errors.one_press_percent for errors in uneven),
+        max(errors.presses_percent for errors in uneven),
         100.0 * max(row.sources.total for row in readings.moduli),
         max(pressure.over_limit for pressure in readings.pressures),
         100.0 * (readings.bias.value if readings.bias else 0.0),
         readings.touch.value,
     )
-    return [*cells, *(f"{number:.2g}" for number in numbers)]
+    return [*size_cells, *(f"{number:.2g}" for number in numbers)]
+
+
+def changed_design(radius: float, spacing: float, travel: float) -> Design:
+    """Return the design with another dome radius, spacing and travel [mm], on a piece of fruit of sufficient size.
+
+    Raises InputError if the design is impossible.
+    """
+    design = load_design(DESIGN)
+    side = min(SIDE_PER_RADIUS * radius, spacing - PAD_GAP)
+    return replace(
+        design,
+        tips=replace(design.tips, dome_radius_mm=radius, side_mm=side, spacing_mm=spacing),
+        press=replace(design.press, travel_mm=travel),
+        fruit=replace(design.fruit, length_mm=PIECE[spacing], width_mm=PIECE[spacing]),
+    )
 
 
 def main() -> int:
@@ -73,7 +82,7 @@ def main() -> int:
     for radius in RADII:
         for spacing in SPACINGS:
             for travel in TRAVELS:
-                rows.append(row_of(radius, spacing, travel))
+                rows.append(dome_row(radius, spacing, travel))
                 print(rows[-1], flush=True)
     write_section("Uneven skin and flesh", INTRODUCTION, [section("Domes of mango", HEADS, rows)])
     return 0

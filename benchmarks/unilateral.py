@@ -58,7 +58,7 @@ def tip_plane() -> tuple[float, float]:
 
 def half_mesh(part: Part, scale: float) -> SkfemMesh:
     """Return straight tetrahedra of half the fruit [mm]; `scale` multiplies the size at the edges of the tips."""
-    smooth = scale**0.25
+    smooth = scale**0.25  # factor on the sizes away from the edges, where the solution is smooth
     size = SizeField(
         smallest_mm=edge_size(TIPS, scale),
         growth=0.5 * smooth,
@@ -79,23 +79,27 @@ def half_deck(mesh: SkfemMesh) -> Deck:
 
 
 def contact_task(deck: Deck) -> PeerTask:
-    """Return the task of a peer: to press the tips, in the plane of their faces, on half the fruit."""
+    """Return the task of a peer to press the tips on half the fruit, with the plane of the tip faces."""
     task = deck_task(deck)
     return replace(task, kind="contact", scene={**task.scene, "plane": tip_plane()})
 
 
 def product_rows() -> Iterator[Measurement]:
-    """Yield the rows of the product's forces with their error bars; the cost includes the compliance."""
+    """Yield the rows of the product's forces with their error bars, at two tolerances.
 
-    def forces(tolerance: float) -> SensorResponse:
-        """Return the response of rigid springs, solved to a relative tolerance [1]."""
-        rigid = np.zeros((len(FACES), len(FACES)))
+    The CPU time includes the compliance of the fruit. The error bar adds the error due to the slope of the skin.
+    """
+
+    def press_rigid_tips(tolerance: float) -> SensorResponse:
+        """Return the response of tips without springs, solved to a relative tolerance [1]."""
+        no_compliance = np.zeros((len(FACES), len(FACES)))
         compliance = contact_compliance(FRUIT, TIPS, tolerance=CONTACT_FRACTION * tolerance)
-        return scene_response(SCENE, compliance, rigid, [E_MPA], [TRAVEL_MM])
+        return scene_response(SCENE, compliance, no_compliance, [E_MPA], [TRAVEL_MM])
 
-    forces(ROUGH_TOLERANCE)  # This solve is not counted: the first one in a process loads libraries.
+    press_rigid_tips(ROUGH_TOLERANCE)  # This solve is not measured, because the first one in a process loads libraries.
     for tolerance in (ROUGH_TOLERANCE, DEFAULT_TOLERANCE):
-        response, cpu = time_call(partial(forces, tolerance))
+        response, cpu = time_call(partial(press_rigid_tips, tolerance))
+        # The first indices are the only modulus and the only travel.
         bar = float(response.F_error[0, 0]) + SMALL_SLOPE
         name = f"--tol {tolerance:g}"
         answer = Solved(values=response.F[0, 0], cpu=cpu, dofs=response.info.dofs, error_bar=bar)

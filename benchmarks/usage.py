@@ -9,7 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+# Environment variables that keep a program on one thread.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+# The launcher runs a command, kills it after a deadline, and writes its usage into a file: FILE DEADLINE COMMAND ...
 _LAUNCHER = """
 import json, os, signal, sys, time
 start = time.perf_counter()
@@ -28,7 +30,7 @@ with open(sys.argv[1], "w") as file:
 class ResourceUsage:
     """The exit code and output of a program, its wall-clock and CPU time [s], and its peak memory [MiB].
 
-    CPU time includes children, and the peak memory is that of the largest process.
+    CPU time includes children. The peak memory is the memory of the largest process.
     """
 
     exit_code: int
@@ -52,13 +54,13 @@ def resource_usage(
     *,
     deadline: float = 0.0,
 ) -> ResourceUsage:
-    """Run a program and return its usage; `environment` is added to the environment of this process.
+    """Run a program in a `folder` and return its usage; `environment` is added to the environment of this process.
 
     The program is killed after `deadline` [s]; 0 means no deadline. It is started by a small launcher, because a forked
     child inherits the peak memory of its parent. Raises OSError if the program does not start.
     """
-    with tempfile.TemporaryDirectory() as name:
-        record = Path(name) / "usage.json"
+    with tempfile.TemporaryDirectory() as temporary_folder:
+        record = Path(temporary_folder) / "usage.json"
         launcher = subprocess.run(
             [sys.executable, "-I", "-S", "-c", _LAUNCHER, str(record), str(deadline), *command],
             cwd=folder,

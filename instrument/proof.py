@@ -51,7 +51,7 @@ class ProvedReading:
     radii: tuple[float, float] = report_field("mm", "principal radii of the fruit", key="radii_mm")
     thickness: float | None = report_field("mm", "flesh over the stone; null without a stone", key="thickness_mm")
     tilt: float = report_field("deg", "tilt at the first touch, against the normal of the skin", key="tilt_deg")
-    told: float | None = report_field("MPa", "modulus that was read; null if there is none", key="told_MPa")
+    E_read: float | None = report_field("MPa", "modulus that was read; null if there is none", key="told_MPa")
     u: float | None = report_field("%", "half width at 95 % of the modulus that was read", key="u_percent", times=100.0)
     error: float | None = report_field(
         "%", "error of the modulus that was read, divided by the true modulus", key="error_percent", times=100.0
@@ -64,14 +64,14 @@ class ProvedReading:
 
         Flags for a bruise or for a modulus out of range cast no doubt on the modulus.
         """
-        return self.told is None or not ACCEPTED_FLAGS.issuperset(self.flags)
+        return self.E_read is None or not ACCEPTED_FLAGS.issuperset(self.flags)
 
     @property
-    def bars(self) -> float:
+    def error_in_bars(self) -> float:
         """Return the absolute error of the reading divided by its half width [1]; infinite without a modulus."""
-        if self.told is None or not self.u:
+        if self.E_read is None or not self.u:
             return math.inf
-        return abs(self.E / self.told - 1.0) / self.u
+        return abs(self.E / self.E_read - 1.0) / self.u
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +95,7 @@ class ProvedDesign:
 
     @property
     def failures(self) -> list[str]:
-        """Return a sentence for each condition that is not met."""
+        """Return a clause for each condition that is not met; the list is empty if the design passes."""
         texts = []
         if self.outside > self.most_outside:
             bound = f"at most {self.most_outside} may be"
@@ -121,7 +121,7 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
     for number in range(count):
         for attempt in range(MAX_DRAWS):
             # Each draw has its own seed, so that a repeated draw does not change the other presses.
-            draw_seed = [seed, number] if not attempt else [seed, number, attempt]
+            draw_seed = [seed, number, attempt] if attempt else [seed, number]
             try:
                 readings.append(_simulate_reading(report, np.random.default_rng(draw_seed)))
                 break
@@ -140,7 +140,8 @@ def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], re
     replaced by another random press, because they failed.
     """
     readings = tuple(readings)
-    relative_errors = [reading.bars for reading in readings if not reading.is_flagged]  # errors divided by half widths
+    # The error of each reading without a flag, divided by its half width; above 1, it is outside its error bar.
+    relative_errors = [reading.error_in_bars for reading in readings if not reading.is_flagged]
     proof = ProvedDesign(
         design=design,
         seed=seed,
@@ -162,16 +163,16 @@ def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading
     Raises InputError if the press has no solution or the unit cannot be calibrated.
     """
     real_unit = draw_unit(report, rng)
-    unit = MeasuringUnit(report=report, unit=_calibrate_unit(report, real_unit, rng))
+    calibrated_unit = MeasuringUnit(report=report, unit=_calibrate_unit(report, real_unit, rng))
     fruit = draw_fruit(report, rng)
     # The temperature during the press differs from the temperature during the calibration.
-    reading = read_by(unit, real_unit.at_other_temperature(report, rng), fruit, rng)
+    reading = read_by(calibrated_unit, real_unit.at_other_temperature(report, rng), fruit, rng)
     return ProvedReading(
         E=fruit.E,
         radii=fruit.radii,
         thickness=fruit.thickness,
         tilt=math.hypot(*fruit.tilt),
-        told=reading.E,
+        E_read=reading.E,
         u=reading.u,
         error=None if reading.E is None else float(reading.E / fruit.E - 1.0),
         flags=reading.flags,
@@ -183,14 +184,15 @@ def read_by(
 ) -> FruitReading:
     """Simulate a press of `real_unit` on a fruit, and return the reading of its log.
 
-    The log is read with `unit`, the sensor as it was calibrated. If `rng` is given, the log has noise. Raises
-    InputError if the press has no solution.
+    The log is read with `unit`, the sensor as it was calibrated. If `rng` is given, the log has noise. Noise may look
+    like additional short presses, so the reading with the most samples is returned. Raises InputError if the press has
+    no solution.
     """
     report = unit.report
     press = press_curve(real_unit, fruit, hand_of(report))
     lines = log_lines(report, real_unit, [press], usual_rate(report), rng)
     readings = list(readings_of(unit, Signal(Rows(lines, "the simulated log"), len(report.tips))))
-    return max(readings, key=lambda reading: reading.samples or 0)  # noise may look like additional short presses
+    return max(readings, key=lambda reading: reading.samples or 0)
 
 
 def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Generator) -> PrintedUnit:
@@ -201,17 +203,19 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     it. Raises InputError if that press does not determine a correction.
     """
     requirements = report.design.reading or ReadingRequirements()
-    spring_errors, gain_errors = _calibration_percent(report)
+    spring_percent, gain_percent = _calibration_percent(report)
     true_K = real_unit.domes.K  # [N/mm]
-    K = true_K * (1.0 + 0.01 * spring_errors * rng.normal(size=len(true_K)))
+    K = true_K * (1.0 + 0.01 * spring_percent * rng.normal(size=len(true_K)))
     base_K = K if requirements.on_plate else true_K  # the stiffness by which forces follow from deflections
-    newtons_per_mm = (1.0 + 0.01 * gain_errors * rng.normal(size=len(true_K))) * base_K
-    drifts = UNIFORM_DEVIATION * np.array(report.read_out.channels.gain_drift_percent)
-    unit = unit_of(report, stiffnesses=K.tolist(), percent=spring_errors.tolist(), method="drawn")
+    newtons_per_mm = (1.0 + 0.01 * gain_percent * rng.normal(size=len(true_K))) * base_K
+    drift_percent = UNIFORM_DEVIATION * np.array(report.read_out.channels.gain_drift_percent)
+    unit = unit_of(report, stiffnesses=K.tolist(), percent=spring_percent.tolist(), method="drawn")
+    # In a random unit, the counts of a channel depend only on the deflection of its own tip.
+    newtons_per_count = np.diag(newtons_per_mm / np.diag(real_unit.per_mm))
     unit = replace(
         unit,
-        gain_percent=tuple(np.hypot(gain_errors, drifts).tolist()),
-        newtons_per_count=tuple(map(tuple, np.diag(newtons_per_mm / np.diag(real_unit.per_mm)).tolist())),
+        gain_percent=tuple(np.hypot(gain_percent, drift_percent).tolist()),
+        newtons_per_count=tuple(map(tuple, newtons_per_count.tolist())),
         zero_counts=tuple(real_unit.zeros.tolist()),
         saturation_counts=real_unit.saturation or 0,
         calibrated_by="plate" if requirements.on_plate else "weights",
@@ -226,7 +230,7 @@ def _correct_by_ball(
     """Return a copy of the calibrated `unit` with a correction from a simulated press on a reference ball.
 
     `real_unit` is the simulated sensor that presses the ball. `rng` draws the error of the ball's stated modulus, which
-    multiplies the correction. Raises InputError if that press does not determine a correction.
+    multiplies the correction. Raises InputError if the press does not determine a correction.
     """
     requirements = report.design.reading or ReadingRequirements()
     ball = usual_ball(report)
@@ -241,7 +245,11 @@ def _correct_by_ball(
 
 
 def _calibration_percent(report: Report) -> tuple[Floats, Floats]:
-    """Return the standard deviations [%] of the stiffnesses (tips,) and gains (tips,) after the calibration."""
+    """Return the standard deviations [%] of the stiffnesses (tips,) and gains (tips,) after the calibration.
+
+    They come from the error analysis of the report. Without one, the design states them, or `_UNSTATED_PERCENT` is used
+    for the stiffnesses.
+    """
     requirements = report.design.reading or ReadingRequirements()
     calibration = None if report.reading is None else report.reading.calibration
     if calibration is not None:

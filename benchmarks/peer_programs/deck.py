@@ -1,8 +1,8 @@
 """The format of tasks and answers that the benchmarks and a peer exchange.
 
-The peer's own interpreter runs this file, so it needs only numpy. A task is a file of arrays in N, mm and MPa. With a
-mesh it has `nodes` (n, 3), `cells` (m, k) in the order of VTK, and node numbers `set NAME`. Each step has the held
-components and the prescribed u_z by set, and forces along z (n,).
+The peer's own interpreter runs this file, so it needs only numpy. A task is a file of arrays in N, mm and MPa. A task
+with a mesh has `nodes` (n, 3), `cells` (m, k) in the order of VTK, and the node numbers of each set as `set NAME`. Each
+step has the held components and the prescribed u_z by set, and forces along z (n,).
 """
 
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-VERTICAL = 3  # components count from 1
+VERTICAL = 3  # number of the component along z; components are counted from 1
 _TETRA = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _HEXA = tuple((x, y, z) for z in (0.0, 1.0) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
 _TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
@@ -34,7 +34,10 @@ FACES = {
 
 @dataclass(frozen=True)
 class Step:
-    """A load step: held components and prescribed u_z [mm] by set, forces along z (nodes,) [N], and the support set."""
+    """A load step: held components and prescribed u_z [mm] by set, forces along z (nodes,) [N], and the support set.
+
+    Components are counted from 1. `loads` is empty if no node is loaded.
+    """
 
     held: dict
     pressed: dict
@@ -44,7 +47,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Deck:
-    """A body of one material, with node sets and load steps; the answer has displacements on the set `printed_set`."""
+    """A body of one material, with node sets and load steps.
+
+    `kind` is the CalculiX type of the elements. The answer has the displacements of the node set `printed_set`.
+    """
 
     nodes: np.ndarray
     cells: np.ndarray
@@ -57,7 +63,10 @@ class Deck:
     plane: tuple = (0.0, 0.0)  # height at x = 0 of the plane of rigid tips [mm], and its slope along x
 
     def prescribed(self, step):
-        """Return the dofs with prescribed displacements, 3 * node + axis (0 to 2), and their values [mm]."""
+        """Return the numbers of the dofs with prescribed displacements, in increasing order, and their values [mm].
+
+        The number of a dof is 3 * node + axis, with the axes 0 to 2.
+        """
         values = {}
         for name, components in step.held.items():
             values |= {3 * int(node) + c - 1: 0.0 for node in self.sets[name] for c in components}
@@ -71,26 +80,30 @@ class Deck:
 
         A face is on the boundary if it belongs to only one cell.
         """
-        corners = 4 if len(self.cells[0]) == 10 else 8
-        faces = np.concatenate([self.cells[:, list(face)] for face in FACES[corners]])
+        corner_count = 4 if len(self.cells[0]) == 10 else 8  # a tetrahedron has 10 nodes, a hexahedron 20
+        faces = np.concatenate([self.cells[:, list(face)] for face in FACES[corner_count]])
+        # Sorted corners make the same face of two cells equal.
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-        outer = faces[first[count == 1]]
-        return outer[np.isin(outer, self.sets[name]).all(axis=1)]
+        boundary_faces = faces[first[count == 1]]
+        return boundary_faces[np.isin(boundary_faces, self.sets[name]).all(axis=1)]
 
     def answer_of(self, step, u, reaction):
-        """Return the answer of a step from displacements [mm] and reactions [N], both (nodes, 3)."""
+        """Return the answer of a step from displacements `u` [mm] and reactions [N], both (nodes, 3).
+
+        It holds the total vertical force on each pressed set and on the support, and the vertical displacements.
+        """
         forces = {name: float(reaction[self.sets[name], VERTICAL - 1].sum()) for name in (*step.pressed, step.support)}
         return {"forces": forces, "displacements": u[self.sets[self.printed_set], VERTICAL - 1].tolist()}
 
 
 @dataclass
 class Clock:
-    """The CPU time since this clock was created; scripts create it after their imports."""
+    """The CPU time since this clock was created. Scripts create it after their imports, which are not measured."""
 
     start: float = field(default_factory=time.process_time)
 
     def print_answer(self, dofs, steps):
-        """Print the answer in one line of JSON."""
+        """Print the answer in one line of JSON: the CPU time [s], the number of dofs and the answers of all steps."""
         print(json.dumps({"cpu": time.process_time() - self.start, "dofs": int(dofs), "steps": steps}))
 
 

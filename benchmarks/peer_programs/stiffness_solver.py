@@ -13,7 +13,10 @@ class StiffnessSolver:
         self._free = None
 
     def displacements(self, prescribed, values, loads):
-        """Return the displacements (dofs,) [mm] under `loads` (dofs,) [N], with `values` [mm] at `prescribed` dofs."""
+        """Return the displacements (dofs,) [mm] under `loads` (dofs,) [N], with `values` [mm] at `prescribed` dofs.
+
+        The factor of the matrix is stored for the next call with the same dofs.
+        """
         u = np.zeros(self.K.shape[0])
         u[prescribed] = values
         free = np.setdiff1d(np.arange(len(u)), prescribed)

@@ -22,7 +22,10 @@ def region(deck):
 
 
 def solve(deck):
-    """Return the number of dofs, and the results of all steps."""
+    """Return the number of dofs, and the answers of all steps.
+
+    The dofs of a node are x, y and z, so the loads along z are at every third dof.
+    """
     mesh, elements = region(deck)
     field = felupe.FieldContainer([felupe.Field(elements, dim=3)])
     body = felupe.SolidBody(umat=felupe.LinearElastic(E=deck.E, nu=deck.poisson), field=field)

@@ -13,39 +13,55 @@ KINDS = {
     "C3D20R": ("GT_Q2_INCOMPLETE(3)", "FEM_Q2_INCOMPLETE(3)", "IM_GAUSS_PARALLELEPIPED(3,3)"),
     "C3D20": ("GT_Q2_INCOMPLETE(3)", "FEM_Q2_INCOMPLETE(3)", "IM_GAUSS_PARALLELEPIPED(3,5)"),
 }
-STIFF = 1e7  # penalty stiffness of a plane of symmetry, over E [1/mm]
+STIFF = 1e7  # penalty stiffness of a plane of symmetry, divided by E [1/mm]
+TIP_REGION = 100  # number of the region of the pressed faces, larger than the numbers of the supports
+NEAR = 1e-7  # largest distance between a node and its counterpart [mm]
 
 
 def elements(deck):
     """Return the mesh, displacement space and quadrature of a deck, and GetFEM's number of each of its nodes.
 
-    Ends the program if a node has no counterpart.
+    GetFEM numbers the nodes anew, so they are found by their positions. Ends the program if a node has no counterpart.
     """
     geometry, fem, rule = KINDS[deck.kind]
     # GetFEM orders the nodes of a cell by their local coordinates z, then y, then x.
     order = np.lexsort(np.array(REFERENCE[deck.cells.shape[1]]).T)
+    cell_positions = deck.nodes[deck.cells[:, order]].transpose(2, 1, 0)  # (3, nodes of a cell, cells) [mm]
     mesh = getfem.Mesh("empty", 3)
-    mesh.add_convex(getfem.GeoTrans(geometry), np.asfortranarray(deck.nodes[deck.cells[:, order]].transpose(2, 1, 0)))
+    mesh.add_convex(getfem.GeoTrans(geometry), np.asfortranarray(cell_positions))
     displacement = getfem.MeshFem(mesh, 3)
     displacement.set_fem(getfem.Fem(fem))
-    positions = displacement.basic_dof_nodes()[:, ::3]
+    positions = displacement.basic_dof_nodes()[:, ::3]  # (3, nodes) [mm]; each node has three dofs
     distance, node = cKDTree(deck.nodes).query(positions.T)
-    if distance.max() > 1e-7:
+    if distance.max() > NEAR:
         sys.exit(f"a node is missing by {distance.max():.1e} mm")
     number = np.empty(len(deck.nodes), dtype=int)
     number[node] = np.arange(len(node))
     return mesh, displacement, getfem.MeshIm(mesh, getfem.Integ(rule)), number
 
 
-def solve(deck):
-    """Return the number of dofs, and the results of all linear steps."""
-    mesh, displacement, rule, number = elements(deck)
-    data = getfem.MeshFem(mesh, 1)
+def lame_constants(deck):
+    """Return the Lame constants lambda and mu of a deck's material [MPa]."""
+    lam = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
+    return lam, 0.5 * deck.E / (1.0 + deck.poisson)
+
+
+def stiffness_matrix(deck, mesh, displacement, rule):
+    """Return the stiffness matrix (dofs, dofs) [N/mm] of a deck, from linear elasticity."""
+    data = getfem.MeshFem(mesh, 1)  # the material is constant in each cell
     data.set_fem(getfem.Fem("FEM_PK(3,0)" if deck.kind == "C3D10" else "FEM_QK(3,0)"))
     ones = np.ones(data.nbdof())
-    lam = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
-    mu = 0.5 * deck.E / (1.0 + deck.poisson)
-    K = getfem.asm_linear_elasticity(rule, displacement, data, lam * ones, mu * ones)
+    lam, mu = lame_constants(deck)
+    return getfem.asm_linear_elasticity(rule, displacement, data, lam * ones, mu * ones)
+
+
+def solve(deck):
+    """Return the number of dofs, and the answers of all linear steps.
+
+    A dof is 3 * node + axis, both in the deck and in GetFEM. Only the numbers of the nodes differ.
+    """
+    mesh, displacement, rule, number = elements(deck)
+    K = stiffness_matrix(deck, mesh, displacement, rule)
     count = displacement.nbdof()
     answers = []
     for step in deck.steps:
@@ -53,7 +69,7 @@ def solve(deck):
         fixed = 3 * number[dofs // 3] + dofs % 3
         free = np.setdiff1d(np.arange(count), fixed)
         loads = np.zeros(count)
-        loads[3 * number[np.arange(len(step.loads))] + 2] = step.loads
+        loads[3 * number[np.arange(len(step.loads))] + 2] = step.loads  # along z
         u = np.zeros(count)
         u[fixed] = values
         right = (loads - K.mult(u))[free]
@@ -64,42 +80,48 @@ def solve(deck):
 
 
 def contact(deck):
-    """Return the number of dofs, and the result for unilateral contact with rigid tips whose faces lie in one plane.
+    """Return the number of dofs, and the answer for unilateral contact with rigid tips whose faces lie in one plane.
 
-    The contact is solved by the augmented Lagrangian of Alart and Curnier, without friction.
+    The contact is solved by the augmented Lagrangian of Alart and Curnier, without friction. The mesh must consist of
+    tetrahedra. Ends the program if Newton's method does not converge.
     """
     (step,) = deck.steps
     mesh, displacement, rule, number = elements(deck)
     model = getfem.Model("real")
     model.add_fem_variable("u", displacement)
-    lam = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
-    model.add_initialized_data("first", lam)
-    model.add_initialized_data("shear", 0.5 * deck.E / (1.0 + deck.poisson))
-    model.add_isotropic_linearized_elasticity_brick(rule, "u", "first", "shear")
+    lam, mu = lame_constants(deck)
+    model.add_initialized_data("lambda", lam)
+    model.add_initialized_data("mu", mu)
+    model.add_isotropic_linearized_elasticity_brick(rule, "u", "lambda", "mu")
     add_supports(model, mesh, deck, step)
-    height, slope = deck.plane
-    scalar = getfem.MeshFem(mesh, 1)
-    scalar.set_fem(getfem.Fem("FEM_PK(3,2)"))
-    x, _, z = scalar.basic_dof_nodes()
-    model.add_initialized_fem_data("obstacle", scalar, (height + slope * x - z) / np.hypot(1.0, slope))
-    model.add_initialized_data("augmentation", 10.0 * deck.E)
-    pressure = getfem.MeshFem(mesh, 1)
-    pressure.set_fem(getfem.Fem("FEM_PK(3,1)"))
-    region, count = 100, displacement.nbdof()
-    mesh.set_region(region, np.hstack([faces_on(mesh, deck, name) for name in step.pressed]))
-    model.add_filtered_fem_variable("pressure", pressure, region)
-    model.add_integral_contact_with_rigid_obstacle_brick(
-        getfem.MeshIm(mesh, getfem.Integ("IM_TETRAHEDRON(6)")), "u", "pressure", "obstacle", "augmentation", region, 1
-    )
+    add_contact(model, mesh, deck, step)
     _, converged = model.solve("max_iter", 60, "max_res", 1e-9, "lsolver", "mumps")
     if not converged:
         sys.exit("Newton's method does not converge")
     u = model.variable("u")
-    data = getfem.MeshFem(mesh, 1)
-    data.set_fem(getfem.Fem("FEM_PK(3,0)"))
-    ones = np.ones(data.nbdof())
-    K = getfem.asm_linear_elasticity(rule, displacement, data, lam * ones, 0.5 * deck.E / (1.0 + deck.poisson) * ones)
-    return count, [deck.answer_of(step, *(values.reshape(-1, 3)[number] for values in (u, K.mult(u))))]
+    reaction = stiffness_matrix(deck, mesh, displacement, rule).mult(u)
+    answer = deck.answer_of(step, u.reshape(-1, 3)[number], reaction.reshape(-1, 3)[number])
+    return displacement.nbdof(), [answer]
+
+
+def add_contact(model, mesh, deck, step):
+    """Add the contact between the pressed sets and the plane of the tips to a model."""
+    height, slope = deck.plane
+    scalar = getfem.MeshFem(mesh, 1)
+    scalar.set_fem(getfem.Fem("FEM_PK(3,2)"))
+    x, _, z = scalar.basic_dof_nodes()
+    gap = (height + slope * x - z) / np.hypot(1.0, slope)  # distance along the normal of the plane [mm]
+    model.add_initialized_fem_data("obstacle", scalar, gap)
+    model.add_initialized_data("augmentation", 10.0 * deck.E)
+    pressure = getfem.MeshFem(mesh, 1)
+    pressure.set_fem(getfem.Fem("FEM_PK(3,1)"))
+    mesh.set_region(TIP_REGION, np.hstack([faces_on(mesh, deck, name) for name in step.pressed]))
+    model.add_filtered_fem_variable("pressure", pressure, TIP_REGION)
+    rule = getfem.MeshIm(mesh, getfem.Integ("IM_TETRAHEDRON(6)"))
+    option = 1  # GetFEM's number of the non-symmetric version of Alart and Curnier
+    model.add_integral_contact_with_rigid_obstacle_brick(
+        rule, "u", "pressure", "obstacle", "augmentation", TIP_REGION, option
+    )
 
 
 def add_supports(model, mesh, deck, step):
@@ -110,12 +132,12 @@ def add_supports(model, mesh, deck, step):
     rule = getfem.MeshIm(mesh, getfem.Integ("IM_TETRAHEDRON(5)"))
     for number, (name, components) in enumerate(step.held.items(), start=1):
         mesh.set_region(number, faces_on(mesh, deck, name))
-        if len(components) == 3:
+        if len(components) == 3:  # all components are held
             model.add_Dirichlet_condition_with_simplification("u", number)
         else:
-            axes = np.diag([float(axis in components) for axis in (1, 2, 3)])
+            held_axes = np.diag([float(axis in components) for axis in (1, 2, 3)])
             model.add_initialized_data("zero", np.zeros(3))
-            model.add_initialized_data("axes", axes.ravel(), (3, 3))
+            model.add_initialized_data("axes", held_axes.ravel(), (3, 3))
             model.add_generalized_Dirichlet_condition_with_penalization(
                 rule, "u", STIFF * deck.E, number, "zero", "axes"
             )
@@ -123,7 +145,7 @@ def add_supports(model, mesh, deck, step):
 
 def faces_on(mesh, deck, name):
     """Return the faces whose nodes are all in a node set, as element and local face numbers (2, faces)."""
-    points = mesh.pid_from_coords(np.asfortranarray(deck.nodes[deck.sets[name]].T), 1e-7)
+    points = mesh.pid_from_coords(np.asfortranarray(deck.nodes[deck.sets[name]].T), NEAR)
     return mesh.faces_from_pid(points)
 
 

@@ -24,19 +24,26 @@ def elastic_form(space, E, poisson, *, condensed=False):
 
 
 def held_space(mesh, order, held, pressed):
-    """Return the space of displacements; `held` names the fixed components, counted from 1, of each boundary.
+    """Return the space of displacements of the given polynomial `order`.
 
-    The vertical component is also fixed on the boundaries in `pressed`, where its value is prescribed.
+    `held` maps the name of each boundary to its fixed components, counted from 1. The vertical component is also fixed
+    on the boundaries in `pressed`, where its value is prescribed. NGSolve joins the names of boundaries by `|`.
     """
-    names = {f"dirichlet{axis}": [name for name, c in held.items() if AXES.index(axis) + 1 in c] for axis in AXES}
-    names["dirichletz"] = names["dirichletz"] + list(pressed)
-    return ngs.VectorH1(mesh, order=order, **{key: "|".join(found) for key, found in names.items() if found})
+    dirichlet = {}
+    for component, axis in enumerate(AXES, start=1):
+        names = [name for name, components in held.items() if component in components]
+        if component == VERTICAL:
+            names += list(pressed)
+        if names:
+            dirichlet[f"dirichlet{axis}"] = "|".join(names)
+    return ngs.VectorH1(mesh, order=order, **dirichlet)
 
 
 def solve_free_dofs(form, u, right=None):
-    """Solve for the free dofs of u by Cholesky factorisation; the other dofs keep their prescribed values.
+    """Solve for the free dofs of u by Cholesky factorisation, and change u in place.
 
-    `right` is the load vector, or None for no load. With static condensation the interior dofs are found last.
+    The other dofs keep their prescribed values. `right` is the load vector, or None for no load. With static
+    condensation, only the dofs that elements share are factorised. The dofs inside the elements follow from them.
     """
     space = u.space
     residual = u.vec.CreateVector()
@@ -59,20 +66,22 @@ def boundary_force(form, u, names):
     """Return the force along z on the boundaries `names` [N]: the work of the residual on their unit displacement."""
     residual = u.vec.CreateVector()
     form.Apply(u.vec, residual)
-    unit = ngs.GridFunction(u.space)
-    unit.components[2].Set(1.0, definedon=u.space.mesh.Boundaries("|".join(names)))
-    return float(ngs.InnerProduct(residual, unit.vec))
+    unit_displacement = ngs.GridFunction(u.space)
+    unit_displacement.components[2].Set(1.0, definedon=u.space.mesh.Boundaries("|".join(names)))  # along z
+    return float(ngs.InnerProduct(residual, unit_displacement.vec))
 
 
 def solve_step(mesh, step, task):
-    """Return the number of dofs, and the forces of a step with prescribed displacements.
+    """Return the number of dofs, and the answer of a step with prescribed displacements and no loads.
 
-    `task` holds the polynomial `order`, `E` [MPa] and `poisson`.
+    `step` holds the components that are held and the displacements that are pressed, by boundary. `task` holds the
+    polynomial `order`, `E` [MPa] and `poisson`. The answer has only forces.
     """
     space = held_space(mesh, task["order"], step["held"], step["pressed"])
     u = ngs.GridFunction(space)
     for name, shift in step["pressed"].items():
         u.components[2].Set(shift, definedon=mesh.Boundaries(name))
+    # Tetrahedra of order 2 have no dofs inside, so condensation would eliminate nothing.
     form = elastic_form(space, task["E"], task["poisson"], condensed=task["order"] > 2)
     solve_free_dofs(form, u)
     support = [name for name, components in step["held"].items() if VERTICAL in components]
@@ -82,13 +91,17 @@ def solve_step(mesh, step, task):
 
 
 def answer_steps(mesh, steps, task):
-    """Return the number of dofs, and the results of all steps."""
+    """Return the number of dofs, and the answers of all steps."""
     answers = [solve_step(mesh, step, task) for step in steps]
     return answers[0][0], [answer for _, answer in answers]
 
 
 def mesh_of_deck(deck):
-    """Return the mesh of a deck as straight tetrahedra, with the node sets of the deck as boundaries."""
+    """Return the mesh of a deck as straight tetrahedra, with the node sets of the deck as boundaries.
+
+    Only the corners of the cells are used. The sets of the supports are left out, because their nodes are also in other
+    sets.
+    """
     mesh = netgen.meshing.Mesh(3)
     corners = np.unique(deck.cells[:, :4])
     points = {int(node): mesh.Add(netgen.meshing.MeshPoint(netgen.meshing.Pnt(*deck.nodes[node]))) for node in corners}
@@ -112,22 +125,23 @@ def deck_task(path):
 
 
 def block_task(path):
-    """Press the quarter of a block on a mesh that is refined towards the edges of the tip `levels` times."""
-    task = scene_of(path)
+    """Press the quarter of a block on a mesh that is refined towards the edges of the tip `levels` times.
+
+    The planes x = 0 and y = 0 are planes of symmetry, and the tip lies on the top at z = 0.
+    """
+    task = read_scene(path)
     length, width, height = task["size"]
     (start, end), side = task["tip_x"], task["tip_y"]
     block = occ.Box(occ.Pnt(0, 0, -height), occ.Pnt(length, width, 0))
     tip = occ.WorkPlane(occ.Axes((start, 0, 0), n=occ.Z, h=occ.X)).Rectangle(end - start, side).Face()
     shape = occ.Glue([block, tip])
     for face in shape.faces:
-        x, y, z = face.center
-        name = {abs(x) < NEAR: "symmetry_x", abs(y) < NEAR: "symmetry_y", abs(z + height) < NEAR: "base"}.get(True)
-        inside = abs(z) < NEAR and start < x < end and y < side
-        face.name = name or ("high_tip" if inside else "free")
-        if inside:
+        name = block_face_name(face.center, height, task)
+        face.name = name
+        if name == "high_tip":
             face.maxh = task["tip_size"]
             for edge in face.edges:
-                if edge.center[1] > NEAR:
+                if edge.center[1] > NEAR:  # not an edge in the plane of symmetry
                     edge.hpref = 1
             for vertex in face.vertices:
                 vertex.hpref = 1
@@ -137,8 +151,22 @@ def block_task(path):
     return answer_steps(mesh, task["steps"], task)
 
 
-def scene_of(path):
-    """Return the numbers and names of a task."""
+def block_face_name(centre, height, task):
+    """Return the name of the face of a block of this height [mm], from the position of its centre [mm]."""
+    x, y, z = centre
+    if abs(z + height) < NEAR:
+        return "base"
+    if abs(y) < NEAR:
+        return "symmetry_y"
+    if abs(x) < NEAR:
+        return "symmetry_x"
+    (start, end), side = task["tip_x"], task["tip_y"]
+    is_under_tip = abs(z) < NEAR and start < x < end and y < side
+    return "high_tip" if is_under_tip else "free"
+
+
+def read_scene(path):
+    """Return the numbers and names of a task, without its arrays."""
     with np.load(path) as file:
         return json.loads(str(file["scene"]))
 

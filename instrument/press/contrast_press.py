@@ -35,8 +35,9 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = S
     pair, or the apparent modulus in the hold of flesh that relaxes. The half width of E is increased if a single sample
     changes E by more than this half width, or if the pace of the press was uneven.
     """
-    relaxes = press.channels.shape[1] > press.tips  # then the forces of elastic flesh are further channels
-    law = sensor.rise_law.relaxing_law if relaxes else sensor.rise_law
+    # A press on flesh that relaxes has further channels after the forces of the tips: the forces of elastic flesh.
+    flesh_relaxes = press.channels.shape[1] > press.tips
+    law = sensor.rise_law.relaxing_law if flesh_relaxes else sensor.rise_law
     spike_flags = ["spike"] if press.lines_left_out else []
 
     def reading_without_modulus(flag: str) -> FruitReading:
@@ -46,7 +47,10 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = S
         seated = seated_reading(sensor, law, press, timing.lag)
     except RiseError as error:
         return reading_without_modulus(error.flag)
-    second_reading = _held_reading(sensor, press, seated.found) if relaxes else _ratio_reading(sensor, press, seated)
+    if flesh_relaxes:
+        second_reading = _held_reading(sensor, press, seated.reading)
+    else:
+        second_reading = _ratio_reading(sensor, press, seated)
     if second_reading is None:  # the hold ended before the reading time of the design
         return reading_without_modulus("released_early")
     reading = _evaluate_reading(sensor, law, press, timing, seated, second_reading)
@@ -61,24 +65,25 @@ def _evaluate_reading(
     seated: Seated,
     second_reading: "_SecondReading",
 ) -> FruitReading:
-    """Return the reading of a press whose modulus was found: correct the modulus, and determine its error and flags.
+    """Return the reading of a press that determines a modulus: the corrected modulus, its half width and its flags.
 
     `seated` holds the modulus that `law` reads from the part of the press in which the tips are seated. `timing` is the
     accuracy of the sampling times. `second_reading` is the result of another method for the same press.
     """
-    found = seated.found
+    uncorrected = seated.reading
     press_s = press.duration_s
-    E = sensor.correct_modulus(found.E, press_s)
-    unit_errors = sensor.channels_in(timing.deviation, press_s).press_uncertainty([found.slopes])
-    parts = _half_width_parts(sensor, E, found, unit_errors)
+    E = sensor.correct_modulus(uncorrected.E, press_s)
+    unit_errors = sensor.channels_in(timing.deviation, press_s).press_uncertainty([uncorrected.slopes])
+    parts = _half_width_parts(sensor, E, uncorrected, unit_errors)
     u = parts.total  # half width of E [1]
     tilt, direction = _tilt_and_direction(sensor, law, seated)
     # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
-    deepest_forces = sensor.press_stiffness_ratio(press_s) * seated.deepest[: press.tips]
+    deepest_forces = sensor.press_stiffness_ratio(press_s) * seated.deepest_channels[: press.tips]
     flags = flags_of_modulus(sensor, E, u, deepest_forces, tilt)
     sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
     shift_by_pace = pace_shift(sensor, press)
     widened_u = _widened_half_width(u, sample_shift, shift_by_pace)
+    # The keys are flags, and the values state whether they apply.
     causes = {
         "uncertain": u <= UNCERTAIN < widened_u,  # if u is larger, `flags` already contains this flag
         "one_sample": sample_shift > u,
@@ -86,8 +91,9 @@ def _evaluate_reading(
         "read_outs_disagree": second_reading.disagrees,
         "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
     }
-    noise = COVERAGE * sensor.steepness(E) * found.noise  # part of the half width due to noise
-    offset, offset_u = (None, None) if sensor.report.read_out.is_pair else _offset_of_high_tips(found, u, noise)
+    noise = COVERAGE * sensor.steepness(E) * uncorrected.noise  # part of the half width due to noise [1]
+    # The offset of a pair is reported as its tilt instead.
+    offset, offset_u = (None, None) if sensor.report.read_out.is_pair else _offset_of_high_tips(uncorrected, u, noise)
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -96,7 +102,7 @@ def _evaluate_reading(
         direction=direction,
         flags=(*flags, *(flag for flag, applies in causes.items() if applies)),
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
-        samples=found.samples,
+        samples=uncorrected.samples,
         noise=noise,
         bend=parts.bend,
         offset=offset,
@@ -112,38 +118,43 @@ def _evaluate_reading(
 
 
 def _half_width_parts(
-    sensor: MeasuringUnit, E: float, found: RiseReading, unit_errors: Mapping[str, float]
+    sensor: MeasuringUnit, E: float, uncorrected: RiseReading, unit_errors: Mapping[str, float]
 ) -> HalfWidth:
     """Return the parts of the half width of the corrected modulus E [MPa].
 
-    `found` is the uncorrected reading with its noise and slopes. `unit_errors` maps each cause of errors in channels
-    and springs to a relative standard deviation of the reading [1].
+    `uncorrected` is the reading before its correction, with its noise and slopes. `unit_errors` maps each cause of
+    errors in channels and springs to a relative standard deviation of the reading [1].
     """
-    bend = sensor.bend_error(found.slopes.channel_bends, found.slopes.spring_bends)
-    deviations = Deviations.with_unit([found.noise], unit_errors, _shape_deviations(sensor, found.slopes))
+    slopes = uncorrected.slopes
+    bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)
+    deviations = Deviations.with_unit([uncorrected.noise], unit_errors, _shape_deviations(sensor, slopes))
     return half_width(sensor, E, deviations, bend)
 
 
 def _widened_half_width(u: float, sample_shift: float, shift_by_pace: float) -> float:
-    """Return the half width `u` of E [1], increased by doubts about a single sample and about the pace of the press.
+    """Return the half width `u` of E [1], widened for a sample that may be bad and for an uneven pace of the press.
 
-    `sample_shift` [1] is the change of E without one sample. If it is larger than u, the sample may be bad.
-    `shift_by_pace` [1] is the change of E due to an uneven pace. Small changes are ignored.
+    `sample_shift` [1] is the largest change of E when one sample is left out. It is added if it exceeds u, because that
+    sample may then be bad. `shift_by_pace` [1] is the change of E due to an uneven pace. It is added if it exceeds
+    `LARGEST_BY_PACE`.
     """
     widened_u = u + sample_shift if sample_shift > u else u
     return widened_u + shift_by_pace if shift_by_pace > LARGEST_BY_PACE else widened_u
 
 
-def _offset_of_high_tips(found: RiseReading, u: float, noise: float) -> tuple[float, float]:
+def _offset_of_high_tips(uncorrected: RiseReading, u: float, noise: float) -> tuple[float, float]:
     """Return how much nearer to the skin the high tips are than the low tips [mm], and the half width of this offset.
 
-    `u` is the half width of E [1], and `noise` its part due to noise [1]. Noise changes the offset directly. All other
-    errors change it through the error of E. This function is not used for a pair, whose offset is reported as a tilt.
+    `u` is the half width of E [1], and `noise` is its part due to noise [1]. Noise changes the offset directly. All
+    other errors change it through the error of E. This function is not used for a pair, whose offset is reported as a
+    tilt.
     """
+    # Round-off may make the noise of E slightly larger than its half width, hence the lower bound of 0.
     other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
-    half_width_mm = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
-    # The offset that was found is the gap under the high tips minus the gap under the low tips, so its sign changes.
-    return -found.offset, half_width_mm
+    half_width_mm = math.hypot(COVERAGE * uncorrected.offset_noise, uncorrected.offset_per_log_E * other_errors)
+    # The offset in the law is the gap under the high tips minus the gap under the low tips. A tip nearer to the skin
+    # has a smaller gap, so the sign changes.
+    return -uncorrected.offset, half_width_mm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,39 +173,40 @@ class _SecondReading:
 def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _SecondReading:
     """Return the modulus from the force ratio in the deepest sample of a pair of flat tips.
 
-    For other tips, the result contains no modulus. This modulus and the modulus from the rise of the contrast differ if
-    the sensor is tilted. They disagree if they differ by more than noise and the error of the contact model can
-    explain, or if no modulus yields the force ratio.
+    For other tips, the result contains no modulus. A tilt of the sensor changes this modulus, but not the modulus from
+    the rise of the contrast. The two moduli disagree if they differ by more than noise and the error of the contact
+    model can explain. They also disagree if no modulus yields the force ratio.
     """
     if not sensor.reads_moments:
         return _SecondReading()
-    found = seated.found
+    uncorrected = seated.reading
     try:
-        modulus, noise = ratio_modulus_and_noise(sensor, seated.deepest)
+        ratio_modulus, ratio_noise = ratio_modulus_and_noise(sensor, seated.deepest_channels)
     except ReadingError:
         return _SecondReading(disagrees=True)
-    allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
+    allowed_difference = COVERAGE * math.hypot(ratio_noise, uncorrected.noise) + sensor.model_error
     return _SecondReading(
-        others={"force_ratio": sensor.correct_modulus(modulus, press.duration_s)},
-        disagrees=abs(modulus / found.E - 1.0) > allowed,
+        others={"force_ratio": sensor.correct_modulus(ratio_modulus, press.duration_s)},
+        disagrees=abs(ratio_modulus / uncorrected.E - 1.0) > allowed_difference,
     )
 
 
-def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> _SecondReading | None:
+def _held_reading(sensor: MeasuringUnit, press: PressSamples, uncorrected: RiseReading) -> _SecondReading | None:
     """Return the apparent modulus and the relaxation in the hold of a press on flesh that relaxes.
 
-    The result is None if the hold ended before the reading time of the design. It is empty if the forces in the
-    hold do not determine a modulus.
+    The offset of the press is taken from its `uncorrected` reading, because it does not change in the hold. The result
+    is None if the hold ended before the reading time of the design. It is empty if the forces in the hold do not
+    determine a modulus.
     """
     press_s = press.duration_s
+    law_at_offset = sensor.rise_law.with_offset(uncorrected.offset)
 
-    def stiffening(held_s: float) -> float:  # stiffness after a hold of held_s [s], relative to calibration weights
+    def stiffness_ratio(held_s: float) -> float:
+        """Return the stiffness of the springs after a hold of `held_s` [s], relative to calibration weights [1]."""
         return sensor.press_stiffness_ratio(press_s) * sensor.softening_in_hold(held_s, press_s)
 
     try:
-        held = held_moduli(
-            sensor.report.design, press, sensor.rise_law.with_offset(found.offset), found.offset, stiffening
-        )
+        held = held_moduli(sensor.report.design, press, law_at_offset, uncorrected.offset, stiffness_ratio)
     except ReadingError:
         return _SecondReading()
     if held is None:
@@ -205,14 +217,18 @@ def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading
 def _largest_sample_shift(
     sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None
 ) -> float:
-    """Return the largest relative change of E [1] when one sample is left out; 1 if no modulus remains.
+    """Return the largest relative change of E [1] when one sample is left out.
 
     `lag` consecutive samples are left out together, because one bad conversion affects all of them. `press_s` [s] is
-    the duration of the press.
+    the duration of the press. The change is counted as 1 if the other samples do not determine a modulus. The result is
+    0 for a long press, in which one sample hardly changes E.
     """
-    E = sensor.correct_modulus(seated.found.E, press_s)
-    moduli = [sensor.correct_modulus(modulus, press_s) for modulus in moduli_without(law, seated.rise, lag)]
-    return max((1.0 if math.isnan(modulus) else abs(modulus / E - 1.0) for modulus in moduli), default=0.0)
+    E = sensor.correct_modulus(seated.reading.E, press_s)
+    shifts = [0.0]
+    for uncorrected_modulus in moduli_without(law, seated.rise, lag):  # yields nothing for a long press
+        modulus = sensor.correct_modulus(uncorrected_modulus, press_s)
+        shifts.append(1.0 if math.isnan(modulus) else abs(modulus / E - 1.0))
+    return max(shifts)
 
 
 def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
@@ -222,28 +238,32 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
     sensor, and is measured from +x towards +y. It is None if the layout does not determine it, as for tips in a line.
     """
     tips = sensor.report.design.tips
-    found = seated.found
-    if sensor.report.read_out.is_pair:  # then the offset is the travel of the low tip minus the travel of the high tip
-        pair_tilt = abs(math.degrees(math.atan(found.offset / tips.spacing_mm)))
-        pair_direction = 0.0 if found.offset <= 0.0 else 180.0
+    uncorrected = seated.reading
+    if sensor.report.read_out.is_pair:
+        # The offset is the travel of the low tip minus the travel of the high tip. The high tip lies at +x.
+        pair_tilt = abs(math.degrees(math.atan(uncorrected.offset / tips.spacing_mm)))
+        pair_direction = 0.0 if uncorrected.offset <= 0.0 else 180.0
         return pair_tilt, pair_direction
-    # The law of flesh that relaxes has two channels per tip; the depths follow from the second half of the channels.
-    depths = lowered_tips(law.with_offset(found.offset), seated.deepest.tolist(), found.E)[-len(tips.places_mm) :]
-    _, along, across = plane_through(tips.places_mm, depths)
+    law_at_offset = law.with_offset(uncorrected.offset)
+    channel_depths = lowered_tips(law_at_offset, seated.deepest_channels.tolist(), uncorrected.E)
+    # The law of flesh that relaxes has two channels per tip, and its second half holds the depths of the tips.
+    depths = channel_depths[-len(tips.places_mm) :]
+    _, slope_x, slope_y = plane_through(tips.places_mm, depths)
     # A dome of radius r rolls on a fruit of radius R. A tilt that lowers a fixed point of the sensor by 1 mm therefore
     # lowers the contact of the dome by only R / (r + R) mm.
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
-    tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
-    return tilt, None if across is None else math.degrees(math.atan2(across, along))
+    tilt = math.degrees(math.atan(rolling * math.hypot(slope_x, slope_y or 0.0)))
+    return tilt, None if slope_y is None else math.degrees(math.atan2(slope_y, slope_x))
 
 
 def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return the relative standard deviations of E [1] due to errors of the fruit's mean curvature and of the heights.
 
     The first deviation is due to the curvature. It is followed by one deviation for each tip, due to the error of the
-    tip's height. Height errors act like a saddle-shaped skin, which moves the points of contact.
+    tip's height. A height error changes the offset of the press, and is mistaken for a saddle of the skin. This moves
+    the points of contact in the law. `slopes` are the slopes of ln E against each cause of error.
     """
-    weights = np.array(sensor.rise_law.contrast.weights)
+    weights = np.array(sensor.rise_law.contrast.weights)  # change of the offset per change of each gap [1]
     domes = sensor.domes
     curvature_error = 0.0
     if domes is not None:

@@ -20,11 +20,12 @@ def signed_counts(
     """Return the signed counts of one row of a table, one per channel.
 
     `counts_as` is the notation of the counts `written`: "unsigned" for two's complement read as unsigned integers,
-    "offset" for offset binary, or None for signed counts. `saturation` is the largest signed count. Raises InputError
-    for a count at or beyond the end of the converter's range. `place` maps the index of a channel to the name of its
-    cell in the message.
+    "offset" for offset binary, or None for signed counts. `saturation` is the largest signed count. `place` maps the
+    index of a channel to the name of its cell in messages. Raises InputError for a count at or beyond an end of the
+    converter's range.
     """
     half_range = saturation + 1  # 2^(n-1) for a converter with n bits
+    # Codes without signs run from 0 to 2^n - 1.
     lowest, highest = (-saturation, saturation) if counts_as is None else (0, 2 * saturation + 1)
     signed = []
     for channel, count in enumerate(written):
@@ -46,11 +47,12 @@ def with_signed_counts(
 ) -> MeasuredTable:
     """Return a copy of the table with signed counts in the columns `keys`; raises InputError like `signed_counts`."""
     rows = zip(*(table.numbers[key].tolist() for key in keys), strict=True)
-    signed = []
+    signed_rows = []
     for line, row in zip(table.lines, rows, strict=True):
         places = [place_of(table.source, line, key) for key in keys]
-        signed.append(signed_counts(row, counts_as, saturation, places.__getitem__))
-    return replace(table, numbers={**table.numbers, **dict(zip(keys, np.array(signed).T, strict=True))})
+        signed_rows.append(signed_counts(row, counts_as, saturation, places.__getitem__))
+    signed_columns = dict(zip(keys, np.array(signed_rows).T, strict=True))
+    return replace(table, numbers={**table.numbers, **signed_columns})
 
 
 def refuse_without_counts(counts_as: str | None, source: object) -> None:

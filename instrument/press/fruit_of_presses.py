@@ -128,14 +128,17 @@ FRUIT_LINE = ("fruit", "presses", "E", "shared", "scatter", "firmness", "ripenes
 
 
 def chi_square_limit(presses: int) -> float:
-    """Return the limit of chi-squared [1] that consistent presses of a fruit exceed with probability `FALSE_ALARMS`."""
+    """Return the limit of chi-squared [1] that consistent presses of a fruit exceed with probability `FALSE_ALARMS`.
+
+    Chi-squared has one degree of freedom less than there are `presses`, because their mean is estimated.
+    """
     from scipy.special import chdtri  # SciPy is slow to import, and a single press does not need it
 
     return float(chdtri(presses - 1, FALSE_ALARMS))
 
 
 def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
-    """Return the standard deviations that presses of a fruit do not share, for the firmware and for `fruit_answer`.
+    """Return the table of errors that presses of a fruit do not share, for the firmware and for `fruit_answer`.
 
     The dict has two keys. `own_logs` are the logarithms of moduli [MPa] over the range of the design, and
     `own_deviations` are the standard deviations of ln E between presses at these moduli, without noise. They are due to
@@ -144,11 +147,12 @@ def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
     softest, firmest = sensor.range_MPa
     # A design may have only one modulus; 1.01 keeps the logarithms distinct.
     moduli = np.geomspace(softest, max(firmest, 1.01 * softest), TABLE_ROWS)
-    rows = sensor.report.moduli  # empty if the design has no error analysis
+    rows = sensor.report.moduli  # one row per modulus of the error analysis; empty if the design has none
+    varying_sources = ("pose", "zero_drift", "times") if rows else ()
     deviations = []
     for E in moduli.tolist():
         contributions = list(sensor.unevenness_deviations(E))
-        for source in ("pose", "zero_drift", "times") if rows else ():
+        for source in varying_sources:
             percent = [row.sources.get(f"{source}_percent", 0.0) for row in rows]
             contributions.append(sensor.interpolate_percent(E, percent))
         deviations.append(max(math.hypot(*contributions), MIN_PRESS_DEVIATION))
@@ -160,23 +164,24 @@ def fruit_answers(
 ) -> Iterator[FruitAnswer]:
     """Yield one answer per fruit from consecutive readings.
 
-    `presses` is the number of presses per fruit, or 0 for any number. With `named`, a new fruit also begins where the
-    fruit's name in the readings changes. The answer then has that name. It has a running number instead if `named` is
-    False, or if the fruit ended because all its `presses` were read.
+    A fruit ends after `presses` readings; if `presses` is 0, it may have any number of them. With `named`, a fruit also
+    ends where the fruit's name in the readings changes. A fruit that ends there, or with the last reading, keeps that
+    name in its answer. All other answers have a running number, which begins with 1.
     """
-    number = 0  # number of fruits that ended because all their presses were read
-    group: list[FruitReading] = []
+    complete_fruits = 0  # number of fruits that ended because all their presses were read
+    fruit_readings: list[FruitReading] = []
     for reading in readings:
-        if named and group and reading.fruit != group[0].fruit:
-            yield fruit_answer(sensor, group, group[0].fruit)
-            group = []
-        group.append(reading)
-        if len(group) == presses:
-            number += 1
-            yield fruit_answer(sensor, group, str(number), presses)
-            group = []
-    if group:
-        yield fruit_answer(sensor, group, group[0].fruit if named else str(number + 1), presses)
+        if named and fruit_readings and reading.fruit != fruit_readings[0].fruit:
+            yield fruit_answer(sensor, fruit_readings, fruit_readings[0].fruit)
+            fruit_readings = []
+        fruit_readings.append(reading)
+        if len(fruit_readings) == presses:
+            complete_fruits += 1
+            yield fruit_answer(sensor, fruit_readings, str(complete_fruits), presses)
+            fruit_readings = []
+    if fruit_readings:  # the last fruit, which ends with the readings
+        last_name = fruit_readings[0].fruit if named else str(complete_fruits + 1)
+        yield fruit_answer(sensor, fruit_readings, last_name, presses)
 
 
 def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, required: int = 0) -> FruitAnswer:
@@ -189,24 +194,32 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     """
     with_modulus = [press for press in presses if press.E is not None]
     own_deviations = _own_deviations(sensor, with_modulus)
-    indices = press_core.counted_presses(own_deviations) if with_modulus else []
-    counted = [with_modulus[index] for index in indices]
-    turn = sensor.report.design.tips.tip_layout.turn_deg
-    causes = {"few_presses": len(counted) < (required or 2)}
+    counted_indices = press_core.counted_presses(own_deviations) if with_modulus else []
+    counted = [with_modulus[index] for index in counted_indices]
+    turn = sensor.report.design.tips.tip_layout.turn_deg  # None if the layout is moved instead of turned
+    causes = {"few_presses": len(counted) < (required or 2)}  # maps each flag to whether it applies
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
-        answer, modulus_causes = _read_modulus(sensor, answer, counted, [own_deviations[index] for index in indices])
+        counted_deviations = [own_deviations[index] for index in counted_indices]
+        answer, modulus_causes = _with_modulus(sensor, answer, counted, counted_deviations)
         causes |= modulus_causes
     fruit_flags = [flag for flag, applies in causes.items() if applies]
     # Flags that depend on the modulus are evaluated for the fruit, so the same flags of its presses are left out.
     press_flags = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
+    return replace(answer, flags=(*fruit_flags, *press_flags), hint=_hint_of(fruit_flags, turn))
+
+
+def _hint_of(fruit_flags: Sequence[str], turn: float | None) -> str | None:
+    """Return the advice for the most important flag of a fruit, or None if no flag has advice.
+
+    `turn` [deg] is the angle between two presses, or None if the sensor is moved instead.
+    """
     advice = next((text for flag, text in PRESS_AGAIN.items() if flag in fruit_flags), None)
     second_press = TURN[turn is not None].format(turn=turn)  # how to place the second press
-    hint = None if advice is None else advice.format(turn=second_press)
-    return replace(answer, flags=(*fruit_flags, *press_flags), hint=hint)
+    return None if advice is None else advice.format(turn=second_press)
 
 
-def _read_modulus(
+def _with_modulus(
     sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], own_deviations: Sequence[float]
 ) -> tuple[FruitAnswer, dict[str, bool]]:
     """Return a copy of the answer with the modulus of the `counted` presses, and its flags.
@@ -216,15 +229,17 @@ def _read_modulus(
     share.
     """
     causes = {}
+    # The conditions below hold for all counted presses. They only narrow the types.
     ln_moduli = [math.log(press.E) for press in counted if press.E is not None]
     E = math.exp(press_core.hodges_lehmann(ln_moduli))
     # The half width of a press may be larger than its parts imply, for instance after an uneven pace.
     parts = [press.parts.with_total(press.u) for press in counted if press.parts and press.u is not None]
-    u = parts[0].total  # the half width, if there is only one press
     shared = _root_mean_square([part.largest_shared for part in parts])
     bend = math.fsum(part.bend for part in parts) / len(parts)
-    scatter = None
-    if len(counted) > 1:
+    if len(counted) == 1:
+        u = parts[0].total  # half width of E [1]
+        scatter = None
+    else:
         scatter = press_core.standard_deviation(ln_moduli)
         disagree = _presses_disagree(ln_moduli, parts, own_deviations)
         causes["presses_disagree"] = disagree
@@ -249,11 +264,10 @@ def _read_modulus(
 def _presses_disagree(ln_moduli: Sequence[float], parts: Sequence[HalfWidth], own_deviations: Sequence[float]) -> bool:
     """Return whether the moduli of presses differ by more than their errors allow.
 
-    `ln_moduli`, `parts` and `own_deviations` hold one value per press: ln E, the parts of its half width, and the
-    standard deviation of ln E that the firmware uses [1].
+    The arguments hold one value per press: ln E, the parts of its half width, and the standard deviation of ln E that
+    the firmware uses [1]. The last one does not include all errors of a press, for instance if its sampling times are
+    unknown. So the error that a press states is used if it is larger.
     """
-    # `own_deviations` do not include all errors of a press, for instance if its sampling times are unknown. So the
-    # error that a press states is used if it is larger.
     stated = [part.largest_independent / COVERAGE for part in parts]
     deviations = list(map(max, stated, own_deviations))
     return press_core.are_inconsistent(list(ln_moduli), deviations, chi_square_limit(len(ln_moduli)))
@@ -282,9 +296,9 @@ def _half_width_by_scatter(scatter: float, prior: float, presses: int, *, disagr
 
     `prior` [1] is the standard deviation that the presses themselves state. It has `PRIOR_FREEDOM` degrees of freedom,
     and is pooled with the scatter. If the presses disagree, the stated value is too small. The half width is then at
-    least the value that follows only from the scatter.
+    least the value that follows only from the scatter. The module docstring gives the formula and its source.
     """
-    freedom = presses - 1  # degrees of freedom
+    freedom = presses - 1  # degrees of freedom of the scatter
     pooled_freedom = freedom + PRIOR_FREEDOM
     deviation = math.sqrt((PRIOR_FREEDOM * prior**2 + freedom * scatter**2) / pooled_freedom)
     half_width = student(pooled_freedom) * deviation

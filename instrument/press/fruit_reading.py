@@ -29,8 +29,8 @@ def _tilt_text(reading: "FruitReading") -> str:
 
 
 def _zero_text(reading: "FruitReading") -> str:
-    """Return the zero error after a press as text; empty if it is too small to be mistaken for a touch."""
-    # Both fields are None if the springs do not creep; None is read as 0 here.
+    """Return the zero error after a press as text; the text is empty if the error is too small to look like a touch."""
+    # Both fields are None if the springs do not creep. The zero error is then 0.
     if (reading.zero_left_of_touch or 0.0) <= SHOWN_ZERO_ERROR:
         return ""
     zero = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
@@ -52,7 +52,7 @@ def _flags_text(reading: "FruitReading") -> str:
 
 
 def _noise_data(reading: "FruitReading") -> Plain:
-    """Return the part of the half width due to noise, and the remaining part, both in percent."""
+    """Return the part of the half width due to noise, and the remaining part, in percent, under their keys in JSON."""
     parts = {"u_noise_percent": reading.noise, "u_left_percent": reading.left}
     return {key: None if part is None else 100.0 * part for key, part in parts.items()}
 
@@ -232,7 +232,10 @@ LINE = (
 
 
 def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
-    """Return `bad_force` if a force (tips,) [N] is implausible, and `lift_off` if a tip does not touch."""
+    """Return the flags of one sample with the `forces` (tips,) [N].
+
+    They are `bad_force` if a force is implausible, and `lift_off` if a tip is out of contact.
+    """
     flags = []
     if not sensor.are_plausible(forces).all():
         flags.append("bad_force")
@@ -247,11 +250,12 @@ def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, 
     `forces` (tips,) [N] are the forces of the deepest sample. The `tilt` [deg] is checked only if it is known.
     """
     modulus_causes = causes_of_modulus(sensor, E, u)
-    # This flag is listed first, and the other flags of the modulus last.
+    # The flag `out_of_range` is listed first, and the other flags of the modulus last.
     out_of_range = modulus_causes.pop("out_of_range")
+    largest_tilt_deg = sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg  # with its own error bar
     causes = {
         "out_of_range": out_of_range,
-        "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg,
+        "tilt_beyond_design": tilt is not None and tilt > largest_tilt_deg,
         "press_over_bruise_limit": sensor.bruises(forces, E),
         **modulus_causes,
     }
@@ -259,7 +263,10 @@ def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, 
 
 
 def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bool]:
-    """Return the flags that depend only on E [MPa] and its relative half width u [1], and whether each applies."""
+    """Return each flag that depends only on E [MPa] and its relative half width u [1], and whether it applies.
+
+    A unit with a firmness scale has the flag `beyond_scale` if the scale does not cover E.
+    """
     least, largest = sensor.range_MPa
     scale = sensor.unit.scale
     return {

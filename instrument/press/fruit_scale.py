@@ -10,7 +10,7 @@ CURVES = ("factor", "power", "rising")
 """Forms of the function: a constant factor on E (only version 0.2), a power of E, or any increasing curve."""
 _HINT = "take the numbers that pipeline calibrate wrote"
 _POSITIVE = Bounds(above=0.0, at_most=1e6)
-_RANGE_TOLERANCE = 1e-6  # relative tolerance for E at an end of the curve
+_RANGE_TOLERANCE = 1e-6  # relative tolerance for E at an end of the curve, because of round-off
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +27,13 @@ class FruitScale:
     firmness: tuple[float, ...] = quantity("", _POSITIVE, hint=_HINT)
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, and unless the two lists increase and have the same length."""
+        """Raise InputError for an invalid field, for lists of different lengths, and for a list that decreases."""
         check_fields(self, "unit.scale")
         if len(self.firmness) != len(self.E_MPa):
             bound = f"a list of {len(self.E_MPa)} numbers, one for each modulus"
             raise validation_error("unit.scale.firmness", list(self.firmness), self.unit, bound, _HINT)
         for name, values in (("unit.scale.E_MPa", self.E_MPa), ("unit.scale.firmness", self.firmness)):
-            if list(values) != sorted(values):
+            if list(values) != sorted(values):  # equal numbers are allowed
                 raise validation_error(name, list(values), "", "a list of increasing numbers", _HINT)
 
     def firmness_of(self, E: float) -> Estimate | None:

@@ -11,8 +11,8 @@ from sensor.quantity import COVERAGE, UNIFORM_DEVIATION
 UNKNOWN_CORRELATION = ("zero_drift", "times")
 """Errors of channels and springs that may vary from press to press or be the same in all presses.
 
-The zero may have been wrong since the tare, or drift between two presses. The converter may be late by the same time in
-every press, or by a different time in each.
+The zero may have been wrong since the tare, or it may drift between two presses. The delay of the converter may be the
+same in every press, or different in each.
 """
 
 
@@ -21,7 +21,7 @@ class Deviations:
     """Relative standard deviations of the reading of a press [1], by their correlation between presses.
 
     `independent` errors vary from press to press on the same fruit, and `shared` errors are the same in all presses.
-    The correlation of `undetermined` errors is unknown, so they may be either.
+    The correlation of `undetermined` errors is unknown, so they may belong to either group.
     """
 
     independent: Sequence[float] = ()
@@ -32,9 +32,10 @@ class Deviations:
     def with_unit(
         cls, independent: Sequence[float], unit_errors: Mapping[str, float], shared: Sequence[float] = ()
     ) -> "Deviations":
-        """Return the deviations with the errors of channels and springs added.
+        """Return the deviations with the errors of channels and springs added to the group that fits their cause.
 
-        `unit_errors` maps each cause of these errors to a relative standard deviation [1].
+        `unit_errors` maps each cause of these errors to a relative standard deviation [1]. Causes that are not in
+        `UNKNOWN_CORRELATION` are the same in all presses.
         """
         undetermined = [unit_errors[cause] for cause in UNKNOWN_CORRELATION if cause in unit_errors]
         constant = [error for cause, error in unit_errors.items() if cause not in UNKNOWN_CORRELATION]
@@ -69,7 +70,10 @@ class HalfWidth:
         return math.hypot(self.undetermined, self.shared)
 
     def with_total(self, u: float) -> "HalfWidth":
-        """Return half widths whose total is `u` [1] if that is larger; `independent` accounts for the difference."""
+        """Return half widths with the total `u` [1], in which `independent` is increased to account for the difference.
+
+        If `u` does not exceed the present total, the half widths are returned unchanged.
+        """
         if u <= self.total:
             return self
         return replace(self, independent=math.sqrt((u - self.bend) ** 2 - self.largest_shared**2))
@@ -84,14 +88,15 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     itself.
     """
     steepness = sensor.steepness(E)
-    fruit_errors = sensor.fruit_deviations(E)  # keyed by cause
+    fruit_errors = sensor.fruit_deviations(E)  # maps each cause to a relative standard deviation [1]
     temperature_errors = heat_uncertainty(sensor.report.read_out.signal).values()
 
     def half_width_due_to(reading_errors: Sequence[float], *modulus_errors: float) -> float:
+        """Return the half width due to relative standard deviations of the uncorrected reading and of E [1]."""
         return COVERAGE * math.hypot(steepness * math.hypot(*reading_errors), *modulus_errors)
 
-    # The tilt varies from press to press and the shape from fruit to fruit, so the error due to the pose may be shared.
-    # It is removed from `fruit_errors`, whose other entries are all shared.
+    # The error due to the pose varies with the tilt from press to press. It also varies with the shape from fruit to
+    # fruit, which all presses on a fruit share. So its correlation is undetermined, and all other entries are shared.
     pose = fruit_errors.pop("pose", 0.0)
     model_error = UNIFORM_DEVIATION * sensor.model_error  # uniform within its bound (JCGM 100:2008, 4.3.7)
     shared_errors_of_E = [*temperature_errors, *fruit_errors.values(), *sensor.form_deviations(E)]

@@ -23,7 +23,7 @@ from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import EFFECTIVE, CreepLaw
 from solve.contact.domes.large_strain import large_strain
 
-PAIR_TILT_DEG = 2.0  # tilt [deg] above which a press is flagged, if the design states no largest tilt
+PAIR_TILT_DEG = 2.0  # largest tilt of a press without a flag [deg], if the design states none
 LEAST_CURVATURE_SPREAD = 0.25
 """Smallest relative standard deviation of the skin's mean curvature [1], if the radii of the fruit are not given.
 
@@ -31,7 +31,7 @@ The cheek of a mango has principal radii of about 47 and 110 mm, so its mean cur
 than for a design with a radius of 35 mm: two standard deviations.
 """
 _NOISE_FACTOR = 2.0  # noise does not exceed this multiple of the smallest force of a tip in contact
-_MAX_FULL_SCALES = 20.0  # a force of more full scales comes from another sensor, or is in another unit
+_MAX_FULL_SCALES = 20.0  # a force above this multiple of full scale comes from another sensor, or is in another unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,8 +63,9 @@ class MeasuringUnit:
         else:
             printed_unit = unit
             refuse_other_design(printed_unit, report)
-        text, flag = (classes, "--classes") if classes else (printed_unit.classes, "unit.classes")
-        parsed_classes = ripeness_classes(text, flag) if text else None
+        # An error in the classes is reported under the name of the place where they are stated.
+        text, place = (classes, "--classes") if classes else (printed_unit.classes, "unit.classes")
+        parsed_classes = ripeness_classes(text, place) if text else None
         return cls(report=report, unit=printed_unit, classes=parsed_classes)
 
     @cached_property
@@ -110,7 +111,7 @@ class MeasuringUnit:
         is_in_pose = bool(self.report.moduli) and requirements is not None and requirements.radius_mm is not None
         if self.radii_mm is not None or is_in_pose:
             return 0.0
-        # Radii are distributed uniformly within the stated spread.
+        # Radii are distributed uniformly within the stated spread, which is relative to the radius of the design.
         stated_spread = 0.0 if requirements is None else UNIFORM_DEVIATION * requirements.radius_spread
         mean_curvature = 0.5 * math.fsum(design_curvatures(self.report.design))
         return mean_curvature * max(stated_spread, LEAST_CURVATURE_SPREAD)
@@ -135,15 +136,15 @@ class MeasuringUnit:
         read_out = self.report.read_out
         full_scale = np.array(read_out.full_scale_N)
         designed = designed_channels(self.report.design.reading or ReadingRequirements(), full_scale, read_out.signal)
-        gains = {"gain": 0.01 * np.array(self.unit.gain_percent)}
+        gain_error = 0.01 * np.array(self.unit.gain_percent)  # relative standard deviation of each gain [1]
+        gains = {"gain": gain_error}
         on_ball = None
         if self.unit.ball is not None:
-            slopes = (self.unit.ball.spring_slopes, self.unit.ball.gain_slopes)
-            on_ball = SlopesOnBall(*map(np.array, slopes))
+            on_ball = SlopesOnBall(np.array(self.unit.ball.spring_slopes), np.array(self.unit.ball.gain_slopes))
             # Gains drift between the presses on the ball and on fruit, so the drift is separated from `gain_percent`.
             # A drift is uniform within its bound, so UNIFORM_DEVIATION turns the bound into a standard deviation.
-            drift = np.minimum(0.01 * UNIFORM_DEVIATION * np.array(read_out.channels.gain_drift_percent), gains["gain"])
-            gains = {"gain": np.sqrt(gains["gain"] ** 2 - drift**2), DRIFT_SOURCE: drift}
+            drift = np.minimum(0.01 * UNIFORM_DEVIATION * np.array(read_out.channels.gain_drift_percent), gain_error)
+            gains = {"gain": np.sqrt(gain_error**2 - drift**2), DRIFT_SOURCE: drift}
         return replace(
             designed,
             gains=gains,
@@ -210,13 +211,14 @@ class MeasuringUnit:
         error that the unit does not state is taken as 0.
         """
         unit = self.unit
-        error = 0.0
-        for slopes, at_zero, per_N in (
+        stated_bends = (
             (channels, unit.force_bend, unit.force_bend_per_N),
             (springs, unit.deflection_bend, unit.deflection_bend_per_N),
-        ):
-            if at_zero is not None and per_N is not None:
-                error += float(np.dot(slopes.at_zero, at_zero) + np.dot(slopes.per_N, per_N))
+        )
+        error = 0.0
+        for slopes, error_at_zero, error_per_N in stated_bends:
+            if error_at_zero is not None and error_per_N is not None:
+                error += float(np.dot(slopes.at_zero, error_at_zero) + np.dot(slopes.per_N, error_per_N))
         return abs(error)
 
     @cached_property
@@ -254,9 +256,9 @@ class MeasuringUnit:
         """
         if self.report.read_out.is_pair:
             return 0.0
-        positions = np.array(self.report.design.tips.places_mm)
-        # Along x and along y; the larger value is used, because tips in a line have no spread across it.
-        spread = float(np.sqrt(np.square(positions - positions.mean(axis=0)).sum(axis=0)).max())
+        positions = np.array(self.report.design.tips.places_mm)  # (tips, 2) [mm]
+        spreads = np.sqrt(np.square(positions - positions.mean(axis=0)).sum(axis=0))  # along x and along y [mm]
+        spread = float(spreads.max())  # tips in a line have no spread across the line
         # A dome rolls on a round fruit, so a tilt changes the height of its contact less than the height of its axis.
         rolling = 1.0 if self.domes is None else self.domes.rolling_factor
         return math.degrees(math.atan(rolling * self.height_deviation / spread))
@@ -274,33 +276,37 @@ class MeasuringUnit:
         """Return the factor by which a reference ball corrects all readings [1]; 1 without a ball."""
         return 1.0 if self.unit.ball is None else self.unit.ball.factor
 
-    def correct_modulus(self, read: float, press_s: float | None = None) -> float:
-        """Return the modulus [MPa] of a fruit for which a level press yields `read` [MPa] before any correction.
+    def correct_modulus(self, uncorrected: float, press_s: float | None = None) -> float:
+        """Return the modulus [MPa] of a fruit from the `uncorrected` modulus [MPa] that a level press yields.
 
         Creep is corrected first, because a press is shorter than the time for which calibration weights hang. Then the
         level readings of the report correct the result, and last the factor of a reference ball. `press_s` [s] is the
         duration of the press. If it is None, the press lasts as long as the design states.
         """
-        without_creep = self.press_stiffness_ratio(press_s) * read
+        without_creep = self.press_stiffness_ratio(press_s) * uncorrected
         return self.ball_factor * correct_reading(without_creep, self.report.read_out.level_readings)
 
     def uncorrected_modulus(self, E: float) -> float:
-        """Return the modulus [MPa] before correction that a level press on a fruit of E [MPa] yields.
+        """Return the modulus [MPa] before correction that a level press on a fruit of modulus E [MPa] yields.
 
-        This is the inverse of `correct_modulus`.
+        This is the inverse of `correct_modulus` for a press that lasts as long as the design states.
         """
         before_ball = E / self.ball_factor  # modulus before the correction by the ball [MPa]
-        level = self.report.read_out.level_readings
+        level = self.report.read_out.level_readings  # without them, no level reading corrects E
         if not level:
             return before_ball / self.press_stiffness_ratio()
         true_logs, read_logs = np.log([(row.E_MPa, row.read_MPa) for row in level]).T
-        shift = np.interp(math.log(before_ball), true_logs, read_logs - true_logs)
+        shift = np.interp(math.log(before_ball), true_logs, read_logs - true_logs)  # ln(read / true)
         return before_ball * math.exp(shift) / self.press_stiffness_ratio()
 
     def steepness(self, E: float) -> float:
-        """Return d ln E / d ln(reading) at E [MPa], by which relative errors of the reading are multiplied."""
+        """Return the derivative of ln E with respect to ln(reading) at E [MPa].
+
+        It multiplies relative errors of the reading. It is 1 for a fruit without a skin, whose reading is proportional
+        to E.
+        """
         if self.report.design.fruit.skin_mm is None:
-            return 1.0  # the reading is proportional to E
+            return 1.0
         level = self.report.read_out.level_readings
         logs = np.log([row.E_MPa for row in level])
         slopes = np.gradient(logs, np.log([row.read_MPa for row in level]))
@@ -318,14 +324,15 @@ class MeasuringUnit:
     def fruit_deviations(self, E: float) -> dict[str, float]:
         """Return the relative standard deviation [1] of E [MPa] due to each property of the fruit and the pose.
 
-        The deviations come from the error analysis of the design, whose other sources of error depend on the unit.
-        Without an error analysis, the sensor is assumed to be level at the centre of the fruit, so that only Poisson's
-        ratio contributes. Raises InputError if the error analysis lacks one of the sources.
+        The keys are the sources of error. The deviations come from the error analysis of the design, whose other
+        sources depend on the unit. Without an error analysis, the sensor is assumed to be level at the centre of the
+        fruit, so that only Poisson's ratio contributes. Raises InputError if the error analysis lacks a source.
         """
-        rows = self.report.moduli
+        rows = self.report.moduli  # one row per modulus of the error analysis
         if not rows:
             fruit = self.report.design.fruit
-            # change of ln(1 - nu^2) with nu, times the standard deviation of nu, which is half of its spread
+            # E is proportional to 1 - nu^2. The derivative of ln(1 - nu^2) is 2 nu / (1 - nu^2) in magnitude. It is
+            # multiplied by the standard deviation of nu, which is half of its spread.
             return {"poisson": fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)}
         keys = {name: f"{name}_percent" for name in FRUIT_SOURCES}
         if not all(row.sources.keys() >= set(keys.values()) for row in rows):
@@ -338,10 +345,11 @@ class MeasuringUnit:
 
         They vary from press to press on the same fruit. The list is empty for reports of older versions.
         """
-        uneven = [row.fruit for row in self.report.moduli if row.fruit is not None]
-        if not uneven:
+        uneven_rows = [row.fruit for row in self.report.moduli if row.fruit is not None]
+        if not uneven_rows:
             return []
-        skin, flesh = [fruit.skin_percent for fruit in uneven], [fruit.flesh_percent for fruit in uneven]
+        skin = [row.skin_percent for row in uneven_rows]
+        flesh = [row.flesh_percent for row in uneven_rows]
         return [self.interpolate_percent(E, skin), self.interpolate_percent(E, flesh)]
 
     def interpolate_percent(self, E: float, percent: Sequence[float]) -> float:
@@ -359,18 +367,19 @@ class MeasuringUnit:
         a reference ball removes a part of these errors and adds its own error.
         """
         rows = [row.form_percent for row in self.report.moduli if row.form_percent]  # one row per modulus
-        errors = [self.interpolate_percent(E, percent) for percent in zip(*rows, strict=True)]
+        errors = [self.interpolate_percent(E, percent) for percent in zip(*rows, strict=True)]  # one per form error
         ball = self.unit.ball
         if ball is None:
             return errors
-        # The ball correction states a percentage for each form error, even if the report has none.
+        # The ball states a percentage for each form error, even if a report of an older version has none. The lengths
+        # must only agree if the report has form errors.
         corrections = zip(errors, ball.form_percent, strict=bool(errors))
-        remaining = [error - 0.01 * corrected_percent for error, corrected_percent in corrections]
-        return [*remaining, 0.01 * ball.percent]
+        remaining_errors = [error - 0.01 * corrected_percent for error, corrected_percent in corrections]
+        return [*remaining_errors, 0.01 * ball.percent]
 
     @property
     def lacks_form(self) -> bool:
-        """Return whether the report lacks the form errors of the sensor's domes, because an older version wrote it."""
+        """Return whether the error analysis of the report lacks the form errors of domes, as in older versions."""
         rows = self.report.moduli
         return self.domes is not None and bool(rows) and not any(row.form_percent for row in rows)
 
@@ -381,8 +390,9 @@ class MeasuringUnit:
     def bruises(self, forces: Floats, E: float) -> bool:
         """Return whether a contact pressure exceeds the bruise limit of a fruit of modulus E [MPa].
 
-        The result is False if the fruit has no bruise limit. `forces` (tips,) [N] are corrected for creep. The contact
-        area of a dome is corrected for large strain, as in the verdict `bruise`.
+        The result is False if the fruit has no bruise limit. The limit is interpolated at E from the table of the
+        design. `forces` (tips,) [N] are corrected for creep. The contact area of a dome is corrected for large strain,
+        as in the verdict `bruise`.
         """
         fruit = self.report.design.fruit
         if not fruit.bruise_limits_MPa:
@@ -390,8 +400,8 @@ class MeasuringUnit:
         tips = self.report.design.tips
         # radius of a sphere with the mean curvature of the fruit [mm]
         radius = 2.0 / math.fsum(self._given_curvatures or design_curvatures(self.report.design))
-        area_of = tips.tip_shape.contact_area_mm2
-        areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
+        contact_area = tips.tip_shape.contact_area_mm2
+        areas = np.array([contact_area(force, self.reduced(E), radius) for force in forces.tolist()])
         if tips.dome_radius_mm is not None:
             strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), fruit.poisson)
             # `edge` corrects the contact radius, and `factor` corrects the force of Hertz's law. By that law, the

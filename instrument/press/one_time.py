@@ -20,9 +20,9 @@ from sensor.quantity import validation_error
 MAX_LINES_APART = 64
 """Maximum number of lines between the earliest and the latest conversion of one line."""
 FIRST_SAMPLES = 9
-"""Number of samples at the start of a log that determine its sampling period, their median interval."""
-# Minimum interval of lines divided by the read-out's period [1]; the read-out may run faster than stated.
+"""Number of samples at the start of a log whose median interval is taken as its sampling period."""
 SHORTEST_INTERVAL = 0.9
+"""Minimum interval of lines divided by the read-out's period [1]; the read-out may run faster than stated."""
 
 
 class Timing(NamedTuple):
@@ -43,18 +43,19 @@ def simultaneous_samples(
 
     The log states one time per channel, or these times follow from the delays of the unit's read-out. Lines that arrive
     faster than the read-out converts come from another logger. They are not interpolated, because each channel may have
-    been converted at any moment between two lines. Raises InputError if the time does not increase although channels
-    are delayed. The iterator raises it if the times of one line are too many lines apart. `source` is the name of the
-    log in messages.
+    been converted at any moment between two lines.
+
+    `source` is the name of the log in messages. Raises InputError if the channels are delayed but the time does not
+    increase from line to line. The iterator raises InputError if the times of one line are too many lines apart.
     """
     iterator = iter(samples)
     first_samples = list(itertools.islice(iterator, FIRST_SAMPLES))
     all_samples = itertools.chain(first_samples, iterator)
-    if first_samples and first_samples[0].times:
+    if first_samples and first_samples[0].times:  # the log states one time per channel
         # An interpolated sample contains two conversions of a channel, so neighbouring samples share noise: lag 2.
         return Timing(lag=2), _interpolate_channels(all_samples, source)
     signal = sensor.report.read_out.signal
-    if signal is None:
+    if signal is None:  # a design without a read-out states no delays
         return Timing(), all_samples
     deviation = signal.time_deviation / signal.rate_Hz  # [s]
     if not any(signal.delay_ms):  # all channels are converted at the same time
@@ -69,10 +70,10 @@ def simultaneous_samples(
         # The time of a conversion is distributed uniformly between two lines (JCGM 100:2008, 4.3.7).
         return Timing(max(deviation, interval / math.sqrt(12.0))), all_samples
 
-    def with_times(sample: Sample) -> Sample:
+    def with_channel_times(sample: Sample) -> Sample:
         return sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms))
 
-    return Timing(deviation, lag=2), _interpolate_channels(map(with_times, all_samples), source)
+    return Timing(deviation, lag=2), _interpolate_channels(map(with_channel_times, all_samples), source)
 
 
 def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
@@ -88,12 +89,13 @@ def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sa
         t = min(sample.times)
         while len(window) > 1 and max(window[1].times) <= t:
             window.popleft()
-        if max(window[0].times) <= t:
-            forces = tuple(
-                float(np.interp(t, [other.times[tip] for other in window], [other.forces[tip] for other in window]))
-                for tip in range(len(sample.forces))
-            )
-            yield sample._replace(t=t, forces=forces, times=())
+        if max(window[0].times) <= t:  # each channel has a conversion at or before t, and one at or after t
+            forces = []
+            for tip in range(len(sample.forces)):
+                times_of_tip = [other.times[tip] for other in window]
+                forces_of_tip = [other.forces[tip] for other in window]
+                forces.append(float(np.interp(t, times_of_tip, forces_of_tip)))
+            yield sample._replace(t=t, forces=tuple(forces), times=())
         elif len(window) > MAX_LINES_APART:
             bound = f"less than {MAX_LINES_APART} lines"
             name = f"{source}, line {sample.line}: from the first time of a channel to the last"

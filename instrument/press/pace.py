@@ -1,7 +1,7 @@
 """Estimate how much an uneven pace changes the modulus that is read from a press on flesh that relaxes.
 
-The pace is uneven if the speed of a press is not constant. A pause late in a press lowers its last forces, which looks
-like softer flesh. If the law of relaxation is known, the forces and times of a log determine the forces of elastic
+The pace is uneven if the speed of a press is not constant. A pause late in a press lowers its last forces, as if the
+flesh were softer. If the law of relaxation is known, the forces and times of a log determine the forces of elastic
 flesh, and so the displacement of each tip. The forces are then computed for the same displacement at a constant speed.
 The intended speed is unknown. So two speeds are tried: the upper and the lower quartile of the speeds in equal parts of
 the travel. The larger change of E is returned.
@@ -18,8 +18,8 @@ from sensor.theory.relaxation import ASSUMED_RELAXATION, STATED_SPREAD, Relaxati
 from solve.contact.relaxing import forces_over_time
 from solve.solve_error import SolveError
 
-LARGEST_BY_PACE = 0.02  # relative change of E that raises a standard uncertainty of 5 % to 5.4 %
-MAX_SAMPLES = 64  # maximum number of samples that are used, spread evenly over a press; a pause contains several
+LARGEST_BY_PACE = 0.02  # largest relative change of E that is ignored; it raises an uncertainty of 5 % to 5.4 %
+MAX_SAMPLES = 64  # maximum number of samples that are used, spread evenly over a press; several lie in a pause
 PARTS = 8  # number of equal parts of the travel, each with its mean speed; a pause lies in one or two of them
 
 
@@ -33,11 +33,11 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
     count = press.deepest + 1  # samples after the deepest one are not used in the reading
     indices = np.unique(np.linspace(0, count - 1, min(count, MAX_SAMPLES)).round().astype(int))
     t, forces = press.t[indices], press.forces[indices]
-    # A single sample has no time differences that could fail the second condition, but it fails the third one.
+    # The last condition excludes a single sample, which has no time differences.
     has_increasing_times = np.isfinite(t).all() and (np.diff(t) > 0.0).all() and t[-1] > t[0]
     if not has_increasing_times or press.duration_s is None:
         return 0.0
-    stated_relaxation = sensor.report.design.fruit.relaxation
+    stated_relaxation = sensor.report.design.fruit.relaxation  # None if the flesh is elastic
     flesh = ASSUMED_RELAXATION if stated_relaxation is None else Relaxation(stated_relaxation)
     try:
         uncorrected_shift = _largest_shift(sensor, flesh, t, forces, touch_interval=max(t[0] - press.touched_s, 0.0))
@@ -54,52 +54,65 @@ def _largest_shift(
 ) -> float:
     """Return the larger relative change of uncorrected E [1] if a press is repeated at two constant speeds.
 
-    In the repeated presses, each tip has the same displacement as in the real press. The change bounds the error due to
-    the uneven pace, because the intended speed is unknown. `forces` (samples, tips) [N] were measured at the times `t`
-    (samples,) [s]. `touch_interval` [s] is the time from the touch to the first sample. Raises RiseError if a press
-    does not determine a modulus, and SolveError if it has no solution.
+    In the repeated presses, each tip has the same displacement as in the real press. The intended speed is unknown, so
+    the larger change is an estimate of the error due to the uneven pace. `forces` (samples, tips) [N] were measured at
+    the times `t` (samples,) [s]. `touch_interval` [s] is the time from the touch to the first sample. Raises RiseError
+    if a press does not determine a modulus, and SolveError if it has no solution.
     """
     law = sensor.rise_law
     elastic_forces = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - touch_interval))
     channels = np.concatenate([forces, elastic_forces], axis=1)
     E = _modulus(sensor, law.relaxing_law, channels)  # instantaneous modulus
     displacements = _displacements(law, E, forces, elastic_forces)
-    travel = np.maximum.accumulate(displacements.mean(axis=1))  # noise does not make it decrease
+    # The running maximum keeps noise from decreasing the travel, because `progress` must increase below.
+    travel = np.maximum.accumulate(displacements.mean(axis=1))
     if not travel[-1] > travel[0]:
         return 0.0
-    # The travel is divided into equal parts. The quartiles of their durations correspond to a fast and a slow speed, at
-    # which the whole press lasts PARTS times as long as one part.
     progress = (travel - travel[0]) / (travel[-1] - travel[0])  # fraction of the travel, from 0 to 1
-    part_ends = np.interp(np.linspace(0.0, 1.0, PARTS + 1), progress, t)
-    durations = PARTS * np.sort(np.diff(part_ends))[[PARTS // 4, -1 - PARTS // 4]]
-    # Each press begins at the touch, where all displacements are 0.
+    durations = _durations_at_two_speeds(progress, t)
+    # Each press begins at the touch, where all displacements are 0. The axes of `times` are (speeds, samples), and the
+    # axes of `paths` are (speeds, samples, tips).
     times = np.insert(durations[:, None] * progress, 0, -touch_interval, axis=1)
     paths = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
     constant_speed_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, paths)
     measured_modulus = _modulus(sensor, law, forces)
-    return max(
-        abs(_modulus(sensor, law, forces_at_speed[1:]) / measured_modulus - 1.0)
-        for forces_at_speed in constant_speed_forces
-    )
+    shifts = []
+    for forces_at_speed in constant_speed_forces:
+        modulus = _modulus(sensor, law, forces_at_speed[1:])  # without the touch, which is not a sample
+        shifts.append(abs(modulus / measured_modulus - 1.0))
+    return max(shifts)
+
+
+def _durations_at_two_speeds(progress: Floats, t: Floats) -> Floats:
+    """Return the durations [s] that a whole press has at a fast and at a slow speed, in this order, shape (2,).
+
+    `progress` (samples,) is the fraction of the travel at the times `t` (samples,) [s]. The travel is divided into
+    `PARTS` equal parts. The two speeds are the quartiles of their speeds. The whole press lasts `PARTS` times as long
+    as a part at that speed.
+    """
+    part_ends = np.interp(np.linspace(0.0, 1.0, PARTS + 1), progress, t)
+    quartiles = [PARTS // 4, -1 - PARTS // 4]  # indices in the sorted durations: a short one and a long one
+    return np.asarray(PARTS * np.sort(np.diff(part_ends))[quartiles])
 
 
 def _modulus(sensor: MeasuringUnit, law: RiseLaw, channels: Floats) -> float:
-    """Return the modulus [MPa] that `law` reads from `channels` (samples, channels) [N].
+    """Return the modulus [MPa] that `law` reads from `channels` (samples, channels) [N], before any correction.
 
     Raises RiseError if the channels do not determine a modulus.
     """
     tips = len(sensor.least_forces)
-    least = np.concatenate([sensor.least_forces, np.zeros(channels.shape[1] - tips)])
-    return read_rise(law, rise_of(channels, tips, least), sensor.noises).E
+    # The channels after the tip forces are forces of elastic flesh, which only have to be positive.
+    least_forces = np.concatenate([sensor.least_forces, np.zeros(channels.shape[1] - tips)])
+    return read_rise(law, rise_of(channels, tips, least_forces), sensor.noises).E
 
 
 def _displacements(law: RiseLaw, E: float, forces: Floats, elastic_forces: Floats) -> Floats:
     """Return the displacement of each tip since its touch [mm], shape (samples, tips).
 
-    It is the deflection of the spring under the measured `forces` [N], plus the indentation of elastic flesh of modulus
-    E [MPa] under the `elastic_forces` [N].
+    It is the deflection of the spring under the measured `forces` (samples, tips) [N], plus the indentation of elastic
+    flesh of modulus E [MPa] under the `elastic_forces` (samples, tips) [N].
     """
-    _, C, S = law.contrast.arrays
+    _, C, S = law.contrast.arrays  # compliance of the springs [mm/N], and of the flesh times E [1/mm]
     return np.asarray(forces @ C.T + elastic_forces @ S.T / E + law.contrast.hertz * np.cbrt(elastic_forces / E) ** 2)
 
 
@@ -107,7 +120,7 @@ def _elastic_forces(flesh: Relaxation, forces: Floats, steps: Floats) -> Floats:
     """Return the forces (samples, tips) [N] that elastic flesh would have at the same indentation.
 
     `forces` (samples, tips) [N] were measured on flesh that relaxes. `steps` (samples,) [s] are the times since the
-    previous sample.
+    previous sample, or since the touch for the first sample.
     """
     memory = Memory(flesh)
     elastic_forces = np.empty_like(forces)

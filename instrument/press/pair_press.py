@@ -1,4 +1,4 @@
-"""A second way to read a pair of tips: the modulus from the ratio of the two forces at one moment."""
+"""A second method to read a pair of tips: the modulus from the ratio of the two forces at one moment."""
 
 import numpy as np
 
@@ -15,11 +15,11 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
 
     If the sensor is tilted, one tip touches first, which changes the ratio. The uncertainty includes the tilt that the
     design allows. The reading has flags but no modulus if a force is implausible, a tip is out of contact, or no
-    modulus yields this ratio.
+    modulus yields this ratio. The flag is then `out_of_range`.
     """
-    flags = flags_of_forces(sensor, forces)
-    if flags:
-        return FruitReading(flags=flags)
+    force_flags = flags_of_forces(sensor, forces)
+    if force_flags:
+        return FruitReading(flags=force_flags)
     try:
         E = sensor.correct_modulus(sensor.ratio_modulus(forces))
     except ReadingError:
@@ -28,21 +28,32 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     noise_error = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
     tilt_error = slopes.contrast * sensor.lead_deviation
     unit_errors = sensor.channels.moment_uncertainty(slopes, forces)
-    gain_slopes = np.multiply(slopes.forces, forces)  # d ln E / d ln(gain) of each channel
-    stiffness_slopes = np.array(slopes.springs)  # d ln E / d ln(stiffness) of each spring
-    bend = sensor.bend_error(_bend_slopes(gain_slopes, forces), _bend_slopes(stiffness_slopes, forces))
+    bend = _bend_error(sensor, slopes, forces)
+    # Noise and tilt vary from press to press.
     parts = half_width(sensor, E, Deviations.with_unit([noise_error, tilt_error], unit_errors), bend)
     u = parts.total
+    # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
+    true_forces = sensor.press_stiffness_ratio() * forces
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
         u=u,
-        flags=tuple(flags_of_modulus(sensor, E, u, sensor.press_stiffness_ratio() * forces)),
+        flags=tuple(flags_of_modulus(sensor, E, u, true_forces)),
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         bend=bend,
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
         parts=parts,
     )
+
+
+def _bend_error(sensor: MeasuringUnit, slopes: ReadingSlopes, forces: Floats) -> float:
+    """Return the absolute error of the uncorrected ln E [1] that nonlinear channels and springs cause.
+
+    `slopes` are the slopes of ln E against each cause of error, if it is read from the ratio of `forces` (2,) [N].
+    """
+    gain_slopes = np.multiply(slopes.forces, forces)  # d ln E / d ln(gain) of each channel
+    stiffness_slopes = np.array(slopes.springs)  # d ln E / d ln(stiffness) of each spring
+    return sensor.bend_error(_bend_slopes(gain_slopes, forces), _bend_slopes(stiffness_slopes, forces))
 
 
 def _bend_slopes(relative_slopes: Floats, forces: Floats) -> BendSlopes:

@@ -92,13 +92,16 @@ class Unit:
     chi_squares: list[float]  # upper limits of chi-squared for two presses, for three, and so on
 
     def __init__(self, constants: dict[str, object]) -> None:
-        """Store each constant as the attribute of the same name."""
+        """Store each constant as the attribute of the same name; `size` is the number of tips."""
         for name in constants:
             setattr(self, name, constants[name])
         self.size = len(self.gains)
 
     def forces_of(self, channels: list[float]) -> tuple[list[float], int]:
-        """Return the forces of the tips [N] from the channel readings [N], and their flags BAD_FORCE and LIFT_OFF."""
+        """Return the forces of the tips [N] from the channel readings [N], and flags.
+
+        The flags are the sum of BAD_FORCE if a force is implausible, and LIFT_OFF if a tip is out of contact.
+        """
         forces = []
         flags = 0
         for tip in range(self.size):
@@ -113,6 +116,7 @@ class Unit:
 
     def channels_of(self, above: list[float]) -> list[float]:
         """Return the channel readings [N] from the counts of all channels above tare."""
+        # `newtons` holds a square matrix, row by row.
         rows = [self.newtons[tip * self.size : (tip + 1) * self.size] for tip in range(self.size)]
         return [dot(row, above) for row in rows]
 
@@ -146,6 +150,7 @@ class Unit:
         Here w are the weights of the tips in the contrast, and S is the compliance matrix of the fruit times E.
         `offset` [mm] is the contrast of the gaps between the saddle and the tips. Domes roll on the skin. So their
         contacts are closer together than their axes, and a force on one contact lowers the skin under the others more.
+        For tips that do not roll, the weights do not depend on the offset.
         """
         if not self.places:
             return self.fruit
@@ -161,8 +166,10 @@ class Unit:
             weight = self.fixed_fruit_part[tip]
             for other in range(self.size):
                 if other != tip:
+                    # From the axis of this tip to the other axis [mm]; `places` alternates between x and y.
                     x = self.places[2 * other] - self.places[2 * tip]
                     y = self.places[2 * other + 1] - self.places[2 * tip + 1]
+                    # The inverse of [[c, s], [s, c]] is [[c, -s], [-s, c]] divided by the determinant.
                     along_x = self.rolled * x - saddle * y
                     along_y = self.rolled * y - saddle * x
                     # distance between the two contacts, times the determinant [mm]
@@ -174,16 +181,17 @@ class Unit:
     def contrast_point(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
         """Return the total force [N], the contrast [mm], its variance [mm^2], and its covariance with the total force.
 
-        `forces` [N] holds one force per tip. At a fixed modulus the contrast is nearly a linear function of the total
-        force, so that outliers can be found. The covariance [N mm] is not 0, because errors of the forces enter both
-        the total force and the contrast. The errors of different tips are independent.
+        `forces` [N] holds one positive force per tip. The contrast is computed at a fixed modulus. In a press it is
+        then nearly a linear function of the total force, so that outliers can be found. The covariance [N mm] is not
+        0, because errors of the forces enter both the total force and the contrast. The errors of different tips are
+        independent.
         """
         contrast = variance = covariance = 0.0
         for tip in range(self.size):
             cube_root = forces[tip] ** (1.0 / 3.0)
             # Derivative of the contrast with respect to the force. The derivative of F^(2/3) is F^(-1/3) / 1.5.
             slope = self.linear[tip] + self.line_domes[tip] / 1.5 / cube_root
-            error = self.errors[tip]
+            error = self.errors[tip]  # standard deviation of the force
             contrast += self.linear[tip] * forces[tip] + self.line_domes[tip] * cube_root * cube_root
             variance += (slope * error) ** 2
             covariance += slope * error * error
@@ -193,7 +201,8 @@ class Unit:
         """Return the variance [mm^2] of the contrast of a point minus the contrast of a line at the same total force.
 
         `variance` [mm^2] is the variance of the point's contrast, and `covariance` [N mm] its covariance with the
-        total force. `slope` [mm/N] is the slope of the line.
+        total force. `slope` [mm/N] is the slope of the line. An error of the total force moves the point along the
+        line, so it also changes the distance.
         """
         return variance - slope * (2.0 * covariance - slope * self.total_force_variance)
 
@@ -208,8 +217,11 @@ def dot(weights: list[float], values: list[float]) -> float:
 
 
 def interpolate(positions: list[float], values: list[float], position: float) -> float:
-    """Return `values` interpolated linearly between increasing `positions`, and held constant beyond both ends."""
-    row = 1
+    """Return `values` interpolated linearly at a `position`, and held constant beyond both ends.
+
+    `positions` increase, and there are at least two of them.
+    """
+    row = 1  # index of the upper end of the interval
     while row < len(positions) - 1 and positions[row] < position:
         row += 1
     fraction = min(max((position - positions[row - 1]) / (positions[row] - positions[row - 1]), 0.0), 1.0)
@@ -225,15 +237,15 @@ def smallest_root(rigid: float, dome: float, body: float) -> float | None:
     """
     end = -2.0 * dome / (3.0 * body) if body else 0.0  # extremum
     if not end > 0.0:
-        # Without an extremum, both terms have the same sign. So a root of the cubic with only one of them is an upper
-        # bound, and twice that root safely ends the interval.
-        ends = [abs(rigid / dome) ** 0.5] if dome else []
-        ends += [abs(rigid / body) ** (1.0 / 3.0)] if body else []
-        end = 2.0 * min(ends) if ends else 0.0
+        # Without an extremum, the dome term and the body term have the same sign. So a root of the cubic with only one
+        # of them is an upper bound, and twice that root safely ends the interval.
+        upper_bounds = [abs(rigid / dome) ** 0.5] if dome else []
+        upper_bounds += [abs(rigid / body) ** (1.0 / 3.0)] if body else []
+        end = 2.0 * min(upper_bounds) if upper_bounds else 0.0
     # At z = 0 the cubic equals `rigid`. There is a root if the cubic has the opposite sign at the end of the interval.
     if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         return None
-    start = 0.0
+    start = 0.0  # bisection: the cubic has the sign of `rigid` at the start, and the opposite sign at the end
     for _ in range(BISECTIONS):
         middle = 0.5 * (start + end)
         if rigid * (rigid + middle * middle * (dome + body * middle)) > 0.0:
@@ -248,58 +260,73 @@ class UnitTare:
 
     def __init__(self, unit: Unit) -> None:
         self.unit = unit
-        self.samples = 0  # number of samples
+        self.samples = 0  # number of samples in the sums
         self.sums = [0] * unit.size  # sum of the counts of each channel
 
     def add(self, counts: list[int]) -> int:
         """Add a sample of counts to the tare unless a count is saturated; return the flag SATURATED or 0."""
         if self.unit.is_saturated(counts):
             return SATURATED
-        self.sums = [a + b for a, b in zip(self.sums, counts)]
+        self.sums = [total + count for total, count in zip(self.sums, counts)]
         self.samples += 1
         return 0
 
     def above(self, counts: list[int]) -> tuple[list[float], int]:
-        """Return the counts minus the tare, and a flag; the list is empty if the flag is not 0."""
+        """Return the counts minus the tare, and a flag: 0, NOT_TARED or SATURATED.
+
+        The list is empty if the flag is not 0.
+        """
         if not self.samples:
             return [], NOT_TARED
         if self.unit.is_saturated(counts):
             return [], SATURATED
+        # The integers are subtracted before the division, so that only the result is rounded.
         return [(count * self.samples - total) / self.samples for count, total in zip(counts, self.sums)], 0
 
 
-class Rising:
+class RiseSums:
     """Running sums of one press, from which its modulus follows by a regression with an instrumental variable.
 
     The instrumental variable, or instrument, of a sample is the total force one or two samples earlier. It rises
     during the press, but its noise is independent of the sample's noise. A sample is used if the forces of the samples
     just before it exceed `least` [N], one limit per tip. A selection by its own forces would prefer positive noise.
+    A co-moment of two quantities is the sum of the products of their deviations from their means.
     """
 
     def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
         self.unit = unit
         self.least = least
-        self.deepest = 0.0  # largest total force [N]
+        self.largest_total = 0.0  # total force in the deepest sample [N]
         self.noise = 0.0  # standard deviation of ln E of the last reading
         self.begin_sums()
         self.save_sums()
 
     def begin_sums(self) -> None:
-        """Reset the sums to those of a press without samples, because samples after a lift belong to another press."""
+        """Reset all sums to 0, because samples after a lift belong to another press.
+
+        The saved sums are kept until a deeper sample arrives.
+        """
         size = self.unit.size
         self.forget_previous()
-        self.touch = 0.0  # instrument of the first sample that is used [N]
+        self.touch_force = 0.0  # instrument of the first sample that is used [N]
         self.count = 0  # number of samples in the sums
         self.mean_instrument = 0.0  # [N]
         self.spread = 0.0  # sum of the squared deviations of the instrument from its mean [N^2]
         self.means = [(0.0, 0.0, 0.0)] * size  # means of F, F^(2/3) and F^(-1/3) for each tip
-        self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3), for each tip
-        self.steps = [0.0] * size  # mean change of each force from one sample to the next [N]
-        self.rising_steps = [0.0] * size  # co-moments of the instrument with these changes [N^2]
+        self.comoments = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3), for each tip
+        self.mean_steps = [0.0] * size  # mean change of each force from one sample to the next [N]
+        self.step_comoments = [0.0] * size  # co-moments of the instrument with these changes [N^2]
 
     def save_sums(self) -> None:
-        """Save the sums up to the deepest sample so far; samples after the deepest one do not enter the reading."""
-        self.to_deepest = (self.count, self.touch, self.spread, self.means, self.rising, self.rising_steps)
+        """Save the sums at the deepest sample, because later samples do not enter the reading."""
+        self.saved_sums = (
+            self.count,
+            self.touch_force,
+            self.spread,
+            self.means,
+            self.comoments,
+            self.step_comoments,
+        )
 
     def forget_previous(self) -> None:
         """Forget the previous samples, because the next sample does not follow them directly."""
@@ -307,8 +334,11 @@ class Rising:
         self.previous = [0.0] * self.unit.spike_length
 
     def add(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Add the forces of a sample [N], all positive, and their changes since the previous sample [N]."""
-        if self.previous[0]:
+        """Add the forces of a sample [N], all positive, and their changes since the previous sample [N].
+
+        If one of the forces does not exceed its limit, the sums begin again.
+        """
+        if self.previous[0]:  # not 0, so the instrument of this sample is known
             self.add_to_sums(forces, steps)
         if all(force > least for force, least in zip(forces, self.least)):
             self.previous = self.previous[1:]
@@ -326,30 +356,32 @@ class Rising:
         instrument = self.previous[0]  # total force one or two samples earlier
         total = sum(forces)
         if not self.count:
-            self.touch = instrument
+            self.touch_force = instrument
         self.count += 1
         deviation = instrument - self.mean_instrument  # from the mean of the samples before this one
         self.mean_instrument += deviation / self.count
         self.spread += deviation * (instrument - self.mean_instrument)
         means = []
-        rising = []
-        for force, old_mean, moment in zip(forces, self.means, self.rising):
+        comoments = []
+        for force, old_means, old_comoments in zip(forces, self.means, self.comoments):
             power = force ** (2.0 / 3.0)
             inverse_root = force ** (-1.0 / 3.0)
-            mean_force = old_mean[0] + (force - old_mean[0]) / self.count
-            mean_power = old_mean[1] + (power - old_mean[1]) / self.count
-            mean_inverse_root = old_mean[2] + (inverse_root - old_mean[2]) / self.count
+            mean_force = old_means[0] + (force - old_means[0]) / self.count
+            mean_power = old_means[1] + (power - old_means[1]) / self.count
+            mean_inverse_root = old_means[2] + (inverse_root - old_means[2]) / self.count
             means.append((mean_force, mean_power, mean_inverse_root))
-            # co-moments of the instrument with F and F^(2/3)
-            rising.append((moment[0] + deviation * (force - mean_force), moment[1] + deviation * (power - mean_power)))
+            force_comoment = old_comoments[0] + deviation * (force - mean_force)
+            power_comoment = old_comoments[1] + deviation * (power - mean_power)
+            comoments.append((force_comoment, power_comoment))
         self.means = means
-        self.rising = rising
-        self.steps = [mean + (step - mean) / self.count for mean, step in zip(self.steps, steps)]
-        self.rising_steps = [
-            moment + deviation * (step - mean) for moment, step, mean in zip(self.rising_steps, steps, self.steps)
+        self.comoments = comoments
+        self.mean_steps = [mean + (step - mean) / self.count for mean, step in zip(self.mean_steps, steps)]
+        self.step_comoments = [
+            comoment + deviation * (step - mean)
+            for comoment, step, mean in zip(self.step_comoments, steps, self.mean_steps)
         ]
-        if total >= self.deepest:  # samples after the deepest one do not enter the reading
-            self.deepest = total
+        if total >= self.largest_total:
+            self.largest_total = total
             self.save_sums()
 
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
@@ -370,24 +402,25 @@ class Rising:
         With `whole`, the flag NO_RISE is set if the last tip touches late, or if the force hardly rises afterwards.
         """
         unit = self.unit
-        count, touch, spread, means, rising, rising_steps = self.to_deepest
+        count, touch_force, spread, means, comoments, step_comoments = self.saved_sums
         if count < unit.fewest:
             return None, 0.0, FEW_SAMPLES
         # standard deviation of a force that is distributed uniformly between the touch and the maximum [N]
-        rise = (self.deepest - touch) / math.sqrt(12.0)
-        if whole and (touch / self.deepest > unit.latest_touch or not rise > unit.least_rise):
+        rise = (self.largest_total - touch_force) / math.sqrt(12.0)
+        if whole and (touch_force / self.largest_total > unit.latest_touch or not rise > unit.least_rise):
             return None, 0.0, NO_RISE
-        # The co-moments are the coefficients of the cubic.
-        moments = [moment[0] for moment in rising]
-        rigid = dot(unit.springs, moments)
-        dome = dot(unit.domes, [moment[1] for moment in rising])
-        z, offset, fruit = self.solve_contrast(rigid, dome, moments, means)
+        force_comoments = [comoment[0] for comoment in comoments]
+        power_comoments = [comoment[1] for comoment in comoments]
+        rigid = dot(unit.springs, force_comoments)
+        dome = dot(unit.domes, power_comoments)
+        z, offset, fruit = self.solve_contrast(rigid, dome, force_comoments, means)
         if z is None:
             return None, 0.0, OUT_OF_RANGE
         # An error of ln E is the error of the cubic divided by the slope of the cubic.
-        slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # derivative with respect to -ln E
+        body = dot(fruit, force_comoments)
+        slope = z * z * (2.0 * dome + 3.0 * body * z) / 3.0  # derivative with respect to -ln E
         force_slopes = self.force_slopes(z, fruit, [mean[2] for mean in means])
-        noise_error, delay_error = self.cubic_errors(force_slopes, spread, rising_steps)
+        noise_error, delay_error = self.cubic_errors(force_slopes, spread, step_comoments)
         if noise_error > unit.largest_noise * abs(slope):
             return None, 0.0, NO_RISE
         self.noise = noise_error / abs(slope)
@@ -395,12 +428,13 @@ class Rising:
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
 
     def solve_contrast(
-        self, rigid: float, dome: float, moments: list[float], means: list[tuple[float, float, float]]
+        self, rigid: float, dome: float, force_comoments: list[float], means: list[tuple[float, float, float]]
     ) -> tuple[float | None, float, list[float]]:
         """Return z = E^(-1/3), the offset [mm], and the weights [1/mm] of F / E; z is None if there is no solution.
 
-        `rigid` and `dome` are coefficients of the cubic for z, and `moments` are the co-moments of the instrument with
-        the forces. `means` holds the means of F, F^(2/3) and F^(-1/3) for each tip, from which the offset follows.
+        `rigid` and `dome` are coefficients of the cubic for z, and `force_comoments` are the co-moments of the
+        instrument with the forces. `means` holds the means of F, F^(2/3) and F^(-1/3) for each tip, from which the
+        offset follows.
         """
         unit = self.unit
         mean_forces = [mean[0] for mean in means]
@@ -412,7 +446,7 @@ class Rising:
         # and the offset.
         for _ in range(unit.saddle_steps):
             fruit = unit.fruit_weights(offset)
-            root = smallest_root(rigid, dome, dot(fruit, moments))
+            root = smallest_root(rigid, dome, dot(fruit, force_comoments))
             if root is None:
                 return None, 0.0, fruit
             z = root
@@ -423,11 +457,13 @@ class Rising:
             return None, 0.0, fruit
         return z, offset, fruit
 
-    def cubic_errors(self, force_slopes: list[float], spread: float, rising_steps: list[float]) -> tuple[float, float]:
+    def cubic_errors(
+        self, force_slopes: list[float], spread: float, step_comoments: list[float]
+    ) -> tuple[float, float]:
         """Return the standard deviations of the cubic [N mm] due to noise, and due to random delays of the channels.
 
         The delays have a standard deviation of one sampling period. `force_slopes` [mm/N] are the derivatives of the
-        contrast. `spread` [N^2] is the sum of the squared deviations of the instrument, and `rising_steps` [N^2] are
+        contrast. `spread` [N^2] is the sum of the squared deviations of the instrument, and `step_comoments` [N^2] are
         its co-moments with the changes of the forces in one sampling period.
         """
         unit = self.unit
@@ -435,7 +471,7 @@ class Rising:
         time_variance = 0.0  # variance of the cubic [N^2 mm^2]
         for tip in range(unit.size):
             noise_variance += (force_slopes[tip] * unit.noises[tip]) ** 2
-            time_variance += (force_slopes[tip] * rising_steps[tip]) ** 2
+            time_variance += (force_slopes[tip] * step_comoments[tip]) ** 2
         return math.sqrt(noise_variance * spread), math.sqrt(time_variance)
 
     def force_slopes(self, z: float, fruit: list[float], inverse_roots: list[float]) -> list[float]:
@@ -453,10 +489,10 @@ class Rising:
 
 
 class ContrastLine:
-    """A least-squares line of the contrast [mm] against the total force [N]."""
+    """A least-squares line of the contrast [mm] against the total force [N], from which outliers deviate."""
 
     def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
-        """Fit the line to points from `Unit.contrast_point`, with a slope that the range of moduli allows."""
+        """Fit the line to points from `Unit.contrast_point`; its slope is limited to the range of moduli."""
         self.unit = unit
         # Means over the points: the total force, the contrast, the variance of the contrast, and their covariance.
         self.mean_force = sum(point[0] for point in points) / len(points)
@@ -467,9 +503,9 @@ class ContrastLine:
         deviations = [(point[0] - self.mean_force, point[1] - self.mean_contrast) for point in points]
         self.spread = sum(u * u for u, _ in deviations)  # [N^2]
         self.moment = sum(u * y for u, y in deviations)  # [N mm]
-        # If all points have the same total force, the slope is unknown and set to 0.
-        slope = self.moment / self.spread if self.spread > 0.0 else 0.0
-        self.slope = min(max(slope, unit.least_slope), unit.most_slope) if self.spread > 0.0 else 0.0
+        self.slope = 0.0  # [mm/N]; it is unknown if all points have the same total force
+        if self.spread > 0.0:
+            self.slope = min(max(self.moment / self.spread, unit.least_slope), unit.most_slope)
         self.squares = sum((y - self.slope * u) ** 2 for u, y in deviations)  # sum of the squared residuals [mm^2]
 
     def distance_variance(self, slope: float) -> float:
@@ -479,9 +515,9 @@ class ContrastLine:
     def residual(self, point: tuple[float, float, float, float], slope: float) -> float:
         """Return the residual of a point that was not fitted [standard deviations].
 
-        The line passes through the mean of the fitted points and has the given `slope` [mm/N].
+        The residual is the distance from a line with the given `slope` [mm/N] through the mean of the fitted points.
+        Its variance combines the error of the point with the error of that mean.
         """
-        # The residual has the error of the point and the error of the mean of the fitted points.
         point_variance = self.unit.distance_variance(point[2], point[3], slope)
         variance = point_variance + self.distance_variance(slope) / self.unit.fitted_samples
         return (point[1] - self.mean_contrast - slope * (point[0] - self.mean_force)) / math.sqrt(variance)
@@ -503,7 +539,7 @@ class TouchSample:
 class Touch:
     """A touch of all tips, from which outliers are dropped.
 
-    A sample is accepted or dropped only after the samples that follow it have arrived.
+    The samples wait in a window. A sample is accepted or dropped only after the samples that follow it have arrived.
     """
 
     def __init__(
@@ -540,19 +576,22 @@ class Touch:
         of contact. It was also lifted if none of the `forces` [N] is firm in a second sample out of contact.
         """
         self.number += 1
-        if self.window:
-            self.out_of_contact += 1
-        count = self.out_of_contact
-        return not self.window or count > self.unit.spike_length or (count > 1 and not any(self.unit.are_firm(forces)))
+        if not self.window:  # no sample in contact came before
+            return True
+        self.out_of_contact += 1
+        if self.out_of_contact > self.unit.spike_length:
+            return True
+        return self.out_of_contact > 1 and not any(self.unit.are_firm(forces))
 
     def is_bad_conversion(self, forces: "Sequence[float]") -> bool:
         """Return whether a bad conversion caused the samples out of contact, instead of a lift.
 
-        It did if the contact before and after them is firm. `forces` [N] are the forces of the first sample in contact
-        after them.
+        This is the case if the contact before and after them is firm. `forces` [N] are the forces of the first sample
+        in contact after them.
         """
         unit = self.unit
-        # Interpolation spreads a bad conversion over two samples, so the next sample may be affected too.
+        # Interpolation spreads a bad conversion over two samples, so the samples just before and after may be affected
+        # too. Then a single firm sample before them is sufficient.
         if unit.spike_length > 1:
             return any(all(unit.are_firm(sample.forces)) for sample in self.window[-unit.spike_length :])
         return all(unit.are_firm(forces)) and all(unit.are_firm(self.window[-1].forces))
@@ -560,10 +599,10 @@ class Touch:
     def add(self, forces: "Sequence[float]") -> None:
         """Add the forces [N] of a sample in which all tips touch, and drop the samples out of contact just before."""
         for number in range(self.number - self.out_of_contact, self.number):
-            self.drop(number + 1)
+            self.drop(number + 1)  # samples are counted from 1
         self.number += 1
         self.out_of_contact = 0
-        self.window = self.window[1 - self.length :]
+        self.window = self.window[1 - self.length :]  # leaves space for one sample
         self.window.append(TouchSample(self.unit, forces, self.number))
         if len(self.window) == self.length:
             # Only runs that begin early in the window are dropped, and only its first samples are accepted. Later
@@ -572,15 +611,19 @@ class Touch:
             self.release(len(self.window) - self.unit.spike_length - (self.unit.neighbours - 1))
 
     def close(self) -> None:
-        """Accept or drop all pending samples, because the touch or the press is over."""
+        """Accept or drop all pending samples, because the touch or the press is over, and begin a new touch."""
         if len(self.window) == self.length:
             self.drop_outliers(len(self.window))
         self.release(len(self.window))
         self.begin()
 
     def release(self, count: int) -> None:
-        """Accept the pending samples among the first `count` samples of the window."""
-        for sample in self.window[: max(count, 0)]:
+        """Accept the pending samples among the first `count` samples of the window.
+
+        They are added to the means and passed to `take`. They stay in the window, because later samples are compared
+        with them.
+        """
+        for sample in self.window[: max(count, 0)]:  # no samples if `count` is negative
             if sample.is_pending:
                 sample.is_pending = False
                 self.accepted += 1
@@ -595,12 +638,14 @@ class Touch:
         accepted samples to these points. `scale` [1] multiplies the stated variance of the forces.
         """
         unit = self.unit
+        # limits by the range of moduli
         smallest = unit.least_slope
         largest = unit.most_slope
         variance = scale * max(line.distance_variance(smallest), line.distance_variance(largest))
-        noise = unit.largest_residual * math.sqrt(variance)
+        noise = unit.largest_residual * math.sqrt(variance)  # largest error of the contrast in one sample [mm]
         if line.spread > 0.0:
-            # The least-squares slope with its error. If it contradicts the range of moduli, that range is ignored.
+            # The fitted points limit the least-squares slope to within its error. If they contradict the range of
+            # moduli, that range is ignored.
             slope = line.moment / line.spread
             error = noise / math.sqrt(line.spread)
             smallest = max(smallest, slope - error)
@@ -612,7 +657,7 @@ class Touch:
         if chord:
             smallest_by_chord = max(smallest, chord[0])
             largest_by_chord = min(largest, chord[1])
-            # A chord that contradicts the points of the line is ignored.
+            # A chord that contradicts the other limits is ignored.
             if smallest_by_chord <= largest_by_chord:
                 return smallest_by_chord, largest_by_chord
         return smallest, largest
@@ -622,7 +667,7 @@ class Touch:
 
         The chord runs from this mean to the mean of the points of `line`. `noise` [mm] is the largest error of the
         contrast in one sample. `unit.slope_tolerance` is the largest difference between the slopes of a chord and of
-        the press.
+        the press. The result is None if the two means do not determine a chord.
         """
         unit = self.unit
         if not self.accepted or line.mean_force == self.mean_force:
@@ -638,7 +683,8 @@ class Touch:
         One bad conversion makes `unit.spike_length` consecutive samples bad. Each such run is left out in turn, and a
         line of the contrast against the total force is fitted to the other samples. The run without which the residuals
         are smallest is the suspect. It is dropped if one of its samples is an outlier for every possible slope, which
-        means that its residual exceeds `unit.largest_residual` standard deviations.
+        means that its residual exceeds `unit.largest_residual` standard deviations. Samples that were accepted before
+        are not dropped. The window must be full.
         """
         unit = self.unit
         points = [sample.point for sample in self.window]
@@ -647,18 +693,11 @@ class Touch:
             ContrastLine(unit, points[:first] + points[first + length :]) for first in range(unit.fitted_samples + 1)
         ]
         squares = [line.squares for line in lines]
-        first = squares.index(min(squares))
+        first = squares.index(min(squares))  # index of the first sample of the suspected run
         line = lines[first]
         # If earlier residuals exceed the stated noise, the variance is scaled up to match them.
         scale = max(1.0, self.squares / self.fits) if self.fits else 1.0
-        smallest, largest = self.slope_limits(line, scale)
-        residual = 0.0  # largest residual in the run [standard deviations]
-        for point in points[first : first + length]:
-            # If the residuals at the two limits differ in sign, some slope between the limits passes through the point.
-            at_smallest = line.residual(point, smallest)
-            at_largest = line.residual(point, largest)
-            least_residual = 0.0 if at_smallest * at_largest < 0.0 else min(abs(at_smallest), abs(at_largest))
-            residual = max(residual, least_residual)
+        residual = self.least_residual(points[first : first + length], line, scale)
         self.squares += line.squares / line.distance_variance(line.slope)
         self.fits += 1
         if first < decided_count and residual > unit.largest_residual * math.sqrt(scale):
@@ -667,14 +706,32 @@ class Touch:
                 self.drop(sample.number)
             self.window = [sample for sample in self.window if sample not in outliers]
 
+    def least_residual(
+        self, points: list[tuple[float, float, float, float]], line: ContrastLine, scale: float
+    ) -> float:
+        """Return the largest residual of the `points` [standard deviations], each at the most favourable slope.
+
+        The slope lies within `slope_limits` for `line` and `scale`. The points are not fitted by the line.
+        """
+        smallest, largest = self.slope_limits(line, scale)
+        residual = 0.0
+        for point in points:
+            at_smallest = line.residual(point, smallest)
+            at_largest = line.residual(point, largest)
+            # If the residuals at the two limits differ in sign, some slope between the limits passes through the point.
+            least_residual = 0.0 if at_smallest * at_largest < 0.0 else min(abs(at_smallest), abs(at_largest))
+            residual = max(residual, least_residual)
+        return residual
+
 
 class UnitPress:
     """One press, stored as sums from each load at which flat tips may be seated, so that its memory does not grow."""
 
     def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
-        """Begin a press. `last` holds the channels of the sample just before it, if that sample is to be used.
+        """Begin a press.
 
-        These channels are needed to interpolate the first sample of the press.
+        `last` holds the channels of the sample just before the press, from which its first sample is interpolated. If
+        it is None, the first sample of a unit with delayed channels is not used.
         """
         self.unit = unit
         self.last = last
@@ -687,13 +744,16 @@ class UnitPress:
         self.forces: Sequence[float] = [0.0] * unit.size  # forces of the last accepted sample [N]
         self.number = 0  # number of that sample in the signal
         size = unit.size
-        # one set of sums for each load
-        self.rising = [
-            Rising(unit, unit.load_forces[size * index : size * (index + 1)]) for index in range(len(unit.loads))
+        # One set of sums for each load; `load_forces` holds the forces of all tips at one load after the other.
+        self.sums_by_load = [
+            RiseSums(unit, unit.load_forces[size * index : size * (index + 1)]) for index in range(len(unit.loads))
         ]
 
     def add(self, channels: list[float]) -> int:
-        """Add a sample of channel readings [N] unless it is bad; return its flags."""
+        """Add a sample of channel readings [N] unless it is bad; return its flags.
+
+        Channels that are converted in turn are interpolated to one time first. A bad sample cannot be interpolated.
+        """
         _, flags = self.unit.forces_of(channels)
         if flags & BAD_FORCE and self.unit.later:
             return self.forget_last(flags)
@@ -701,21 +761,25 @@ class UnitPress:
         return self.add_simultaneous(simultaneous) if simultaneous else flags
 
     def add_counts(self, tare: UnitTare, counts: list[int]) -> int:
-        """Add a sample of counts unless it is bad; return its flags."""
-        above, flags = tare.above(counts)
+        """Add a sample of counts unless it is bad; return its flags.
+
+        Channels that are converted in turn are interpolated to one time first. A bad sample cannot be interpolated.
+        """
+        above_tare, flags = tare.above(counts)
         if flags:
             return self.forget_last(flags) if self.unit.later else flags
-        _, flags = self.unit.forces_of(self.unit.channels_of(above))
+        _, flags = self.unit.forces_of(self.unit.channels_of(above_tare))
         if flags & BAD_FORCE and self.unit.later:
             return self.forget_last(flags)
-        simultaneous = self.interpolate_channels(above)
+        simultaneous = self.interpolate_channels(above_tare)
         return self.add_simultaneous(self.unit.channels_of(simultaneous)) if simultaneous else flags
 
     def interpolate_channels(self, sample: list[float]) -> list[float]:
         """Return the channels of a sample at the time of its first conversion; empty if there is no previous sample.
 
         The converter reads the channels in turn. So each channel is interpolated between its last two conversions.
-        `unit.later` is the delay of a channel in sampling periods.
+        `unit.later` holds the delay of each channel in sampling periods. It is empty if all channels are converted at
+        once. The sample is stored for the next interpolation.
         """
         if not self.unit.later:
             return sample
@@ -734,7 +798,7 @@ class UnitPress:
     def add_simultaneous(self, channels: list[float]) -> int:
         """Add a sample of simultaneous channel readings [N] unless it is bad; return its flags."""
         forces, flags = self.unit.forces_of(channels)
-        self.touched = self.touched or not flags
+        self.touched = self.touched or not flags  # without flags, all tips are in contact
         if flags & BAD_FORCE:
             self.touch.number += 1  # the sample is counted, but not used
             self.forget_previous()
@@ -742,7 +806,7 @@ class UnitPress:
             if self.touch.add_out_of_contact(forces):
                 self.end_touch()
         else:
-            # Only this sample shows whether the samples out of contact before it were a lift.
+            # This sample, in contact again, shows whether the samples out of contact before it were a lift.
             if self.touch.out_of_contact and not self.touch.is_bad_conversion(forces):
                 self.end_touch()
             self.touch.add(forces)
@@ -751,14 +815,17 @@ class UnitPress:
     def forget_previous(self) -> None:
         """Forget the previous samples, because the next sample does not follow them directly."""
         self.touch.close()
-        for rising in self.rising:
-            rising.forget_previous()
+        for sums in self.sums_by_load:
+            sums.forget_previous()
 
     def end_touch(self) -> None:
-        """Close the touch and reset the sums, because samples after a lift belong to another press."""
+        """Close the touch and reset the sums, because samples after a lift belong to another press.
+
+        The press is over if more samples were firm than one bad conversion can affect.
+        """
         self.touch.close()
-        for rising in self.rising:
-            rising.begin_sums()
+        for sums in self.sums_by_load:
+            sums.begin_sums()
         self.over = self.over or self.firm_samples > self.unit.spike_length
         self.firm_samples = 0
 
@@ -771,42 +838,44 @@ class UnitPress:
         if all(self.unit.are_firm(forces)):
             self.firm_samples += 1
         elif self.firm_samples <= self.unit.spike_length:
-            self.firm_samples = 0  # they were too few, because one bad conversion may have caused them
+            self.firm_samples = 0  # one bad conversion may have caused so few firm samples
         # If samples between these two were dropped, the change is divided by the number of steps.
         steps = [(force - previous) / (number - self.number) for force, previous in zip(forces, self.forces)]
         self.forces = forces
         self.number = number
-        for rising in self.rising:
-            rising.add(forces, steps)
+        for sums in self.sums_by_load:
+            sums.add(forces, steps)
 
     def read(self) -> tuple[float | None, float | None, int]:
         """Return E [MPa], E / (1 - nu^2) [MPa] and flags, from the part of the press in which flat tips are seated.
 
         The modulus and the offset determine the load at which the tips are fully seated. The press is then read from
-        that load on, until the load no longer changes. If a load yields no modulus, the next lower load is used.
+        that load on. This is repeated until the load no longer changes. If a load yields no modulus, the next lower
+        load is used. Both moduli are None if the press determines no modulus. Pending samples are accepted or dropped
+        first.
         """
         self.touch.close()
         if not self.touched:
             return None, None, LIFT_OFF
         unit = self.unit
-        index = 0  # index of the load
-        E, offset, flags = self.rising[0].read(whole=True)
+        index = 0  # index of the load, where 0 selects the whole press
+        E, offset, flags = self.sums_by_load[0].read(whole=True)
         for _ in range(unit.rounds):
             if E is None:
                 break
             seating_load = E * (unit.per_offset * abs(offset) + unit.by_skin)
             # index of the first load that is large enough, or of the last load
-            seated = sum(load < seating_load for load in unit.loads[:-1])
-            if seated == index:
+            seated_index = sum(load < seating_load for load in unit.loads[:-1])
+            if seated_index == index:
                 break
-            index = seated
-            E, offset, flags = self.rising[index].read(whole=not index)
+            index = seated_index
+            E, offset, flags = self.sums_by_load[index].read(whole=not index)
             while E is None and index:
                 index -= 1
-                E, offset, flags = self.rising[index].read(whole=not index)
+                E, offset, flags = self.sums_by_load[index].read(whole=not index)
         if E is None:
             return None, None, flags
-        self.noise = self.rising[index].noise
+        self.noise = self.sums_by_load[index].noise
         E, reduced, outside = unit.check_range(unit.correct_modulus(E))
         return E, reduced, outside | flags
 
@@ -815,7 +884,7 @@ def own_deviation(logs: list[float], deviations: list[float], E: float, noise: f
     """Return the standard deviation of ln E of one press, without the errors that all presses of a fruit share.
 
     `deviations` are standard deviations without noise at the logarithms `logs` of moduli. They are interpolated to E
-    [MPa]. `noise`, the standard deviation of ln E due to noise, is added in quadrature.
+    [MPa]. `noise` is the standard deviation of ln E due to noise, and is added in quadrature.
     """
     without_noise = interpolate(logs, deviations, math.log(E))
     return math.sqrt(without_noise * without_noise + noise * noise)
@@ -827,6 +896,7 @@ def hodges_lehmann(logs: list[float]) -> float:
     J. L. Hodges and E. L. Lehmann, Ann. Math. Stat. 34 (1963) 598. For two values it is their mean. With four values
     or more, one outlier shifts it by no more than the spread of the other values.
     """
+    # `other` runs from 0 to `one`, so each pair occurs once, and each value is paired with itself.
     means = sorted(0.5 * (logs[one] + logs[other]) for one in range(len(logs)) for other in range(one + 1))
     half = len(means) // 2
     return means[half] if len(means) % 2 else 0.5 * (means[half - 1] + means[half])
@@ -870,7 +940,7 @@ class UnitFruit:
         """Add a press, unless its modulus E [MPa] is None; `noise` is the standard deviation of ln E due to noise."""
         if E is None:
             return
-        self.logs = self.logs[1 - MOST_PRESSES :]
+        self.logs = self.logs[1 - MOST_PRESSES :]  # leaves space for one press
         self.logs.append(math.log(E))
         deviation = own_deviation(self.unit.own_logs, self.unit.own_deviations, E, noise)
         self.deviations = self.deviations[1 - MOST_PRESSES :]
@@ -904,7 +974,7 @@ def readings_of(
     The first `tare_samples` rows are the tare, taken while the sensor touches nothing. A press begins when all tips
     touch, and ends when a tip lifts off. Bad counts end it too; their flags are yielded after its reading. A press that
     is unfinished at the end of the signal is read if enough samples are in firm contact. A signal without a press
-    yields the reading of its last touch.
+    yields the reading of its last touch. Both moduli are None if a press determines none.
     """
     tare = UnitTare(unit)
     press = UnitPress(unit)
@@ -931,8 +1001,10 @@ def readings_of(
 def recorded_counts(path: str, size: int) -> "Iterator[list[int]]":
     """Yield the counts in each line of a comma-separated file: the last `size` cells of the line.
 
-    A line in which one of these cells is not an integer, such as a header, is skipped.
+    Lines with fewer cells are skipped, and so are lines in which one of these cells is not an integer, such as a
+    header.
     """
+    # The file is read as bytes, one line at a time, to save memory on a board.
     with open(path, "rb") as lines:
         for line in lines:
             try:

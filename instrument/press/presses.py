@@ -24,7 +24,7 @@ from sensor.quantity import validation_error
 from sensor.turns import in_turn
 
 TARE_SAMPLES = 10
-"""Number of samples at the start of a signal in counts that are its tare; the sensor must not touch anything then."""
+"""Number of samples at the start of a signal in counts whose mean is the tare; the sensor must touch nothing then."""
 _TARE_HINT = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
 
 
@@ -74,21 +74,24 @@ def readings_of(
 ) -> Iterator[FruitReading]:
     """Yield one reading for each press of a signal when it ends. With `every_sample`, yield one at each of its samples.
 
-    A touch counts as a press only if it has enough samples in firm contact. A signal without a press yields the reading
-    of its last light touch, or a reading with the flag `lift_off` if there was none. `counts_as` is the notation of
-    counts without signs, as in `signed_counts`. Raises InputError for an invalid line, and if the report of a line or a
-    square has no level readings of whole presses.
+    A touch is a press only if it has enough samples in firm contact. A signal without a press yields the reading of its
+    last light touch, or a reading with the flag `lift_off` if there was none. `counts_as` is the notation of counts
+    without signs, as in `signed_counts`. Raises InputError for an invalid line, and if the report of a line or a square
+    has no level readings of whole presses.
     """
     sensor.refuse_without_rise_level()
-    tare, recorded_samples = tare_of(sensor, signal, counts_as) if signal.counted else (None, iter(signal))
+    if signal.counted:
+        tare, recorded_samples = tare_of(sensor, signal, counts_as)
+    else:
+        tare, recorded_samples = None, iter(signal)
     timing, simultaneous = simultaneous_samples(sensor, recorded_samples, signal.source)
     in_newtons = _convert_to_newtons(sensor, signal, simultaneous, tare)
     light_touch = FruitReading(flags=("lift_off",))
     has_press = False
     for press in split_presses(sensor, in_newtons, signal.source, timing.lag, every_sample=every_sample):
         reading = press_reading(sensor, press, timing)
-        sample = -1 if every_sample else press.deepest  # index of the sample whose time the reading states
-        t = press.t[sample]
+        # The reading states the time of the newest sample, or of the deepest sample if the press has ended.
+        t = press.t[-1 if every_sample else press.deepest]
         if every_sample or press.is_firm(sensor.least_forces, timing.lag):
             has_press = True
             zero, relative_zero = (None, None) if every_sample else zero_error_after_lift(sensor, press)
@@ -118,19 +121,19 @@ def _convert_to_newtons(
 def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:
     """Return the zero error due to creep of the springs, `ZERO_AFTER_S` seconds after the lift of a press.
 
-    It is returned as a force [N] and as a fraction of the smallest contact force [1], for the tip with the largest
-    fraction. Both are None if the springs do not creep or the duration of the press is unknown.
+    The error is returned as a force [N] and as a fraction of the smallest contact force [1], for the tip with the
+    largest fraction. Both are None if the springs do not creep or the duration of the press is unknown.
     """
     creep = sensor.creep
     press_s = press.duration_s  # time from the first touch to the deepest sample
     if creep.exponent == 0.0 or press_s is None:
         return None, None
-    lasted_s = float(press.t[-1]) - press.touched_s  # time from the first touch to the lift
-    remaining = creep.residual_deflection(ZERO_AFTER_S, press_s, lasted_s)  # fraction of the force
-    deepest = press.forces[press.deepest]
-    relative_errors = remaining * deepest / sensor.least_forces
+    contact_s = float(press.t[-1]) - press.touched_s  # time from the first touch to the lift
+    remaining_fraction = creep.residual_deflection(ZERO_AFTER_S, press_s, contact_s)
+    deepest_forces = press.forces[press.deepest]
+    relative_errors = remaining_fraction * deepest_forces / sensor.least_forces
     tip = int(relative_errors.argmax())
-    return remaining * float(deepest[tip]), float(relative_errors[tip])
+    return remaining_fraction * float(deepest_forces[tip]), float(relative_errors[tip])
 
 
 def tare_of(
@@ -138,9 +141,10 @@ def tare_of(
 ) -> tuple[list[float], Iterator[Sample]]:
     """Return the tare (channels,) of a signal [counts], and the samples after the tare with signed counts.
 
-    The tare is the mean of the counts in the first `TARE_SAMPLES` samples. `counts_as` is the notation of counts in the
-    file, as in `signed_counts`. Raises InputError if the counts of the unit are not calibrated, if the signal ends
-    during the tare, if the sensor was touched during it, and for counts at the end of the converter's range.
+    The tare is the mean of the counts in the first `TARE_SAMPLES` samples, which are read from the signal here.
+    `counts_as` is the notation of counts in the file, as in `signed_counts`. Raises InputError if the counts of the
+    unit are not calibrated, if the signal ends during the tare, if the sensor was touched during it, and for counts at
+    the end of the converter's range.
     """
     unit = sensor.unit
     if not unit.newtons_per_count:
@@ -167,8 +171,8 @@ def _refuse_touched_tare(
 ) -> None:
     """Raise InputError if the counts of a tare show that the sensor was touched.
 
-    It was touched if the `tare` (channels,) [counts] is more than a full scale from the calibrated zero. It was also
-    touched if one of the `tare_samples` differs from the tare by more than the smallest force of a tip in contact.
+    The sensor was touched if the `tare` (channels,) [counts] is more than a full scale from the calibrated zero. It was
+    also touched if one of the `tare_samples` differs from the tare by more than the smallest force of a tip in contact.
     """
     unit = sensor.unit
     # Difference between the tare forces and the calibrated zero, as a fraction of full scale.
@@ -188,11 +192,11 @@ def _refuse_touched_tare(
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
     """Raise InputError if one of the `forces` (tips,) [N] is clearly below zero or far above full scale.
 
-    `place` maps a tip to the name of its cell in the message.
+    `place` maps the index of a tip to the name of its cell in the message.
     """
     plausible = sensor.are_plausible(forces)
     if not plausible.all():
-        tip = int(plausible.argmin())
+        tip = int(plausible.argmin())  # index of the first False
         lowest = sensor.lowest_forces[tip]
         bound = f"from {lowest:.3g} N, the limit of noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
         hint = "check the zero, the sign and the unit of the channel"

@@ -30,6 +30,7 @@ WEIGHED_AFTER = Bounds(above=0.0, at_most=365.25 * 86400.0)
 """Allowed time between hanging a weight and reading it [s]: at most a year."""
 _BEND = Bounds(at_least=-1e6, at_most=1e6)
 _CREEP = Bounds(at_least=0.0, below=1.0)
+# Keys of unit.toml that are given together or not at all.
 _KEY_PAIRS = (
     ("creep_per_decade", "creep_error"),
     ("force_bend", "force_bend_per_N"),
@@ -132,13 +133,7 @@ class PrintedUnit:
         # The firmware contains `method` as a comment, so characters that could end the comment are not allowed.
         if not _SAFE_TEXT.fullmatch(self.method):
             raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
-        for item in fields(self):
-            values = getattr(self, item.name)
-            # A field with bounds is a quantity. If its value is a tuple, it holds one number per tip.
-            if "bounds" in item.metadata and isinstance(values, tuple) and len(values) != len(self.tips):
-                bound = f"a list of {len(self.tips)} numbers, one for each tip"
-                name = f"unit.{item.name}"
-                raise validation_error(name, list(values), "", bound, _HINT)
+        self._check_list_lengths()
         for first, second in _KEY_PAIRS:
             if (getattr(self, first) is None) != (getattr(self, second) is None):
                 missing, given = (first, second) if getattr(self, first) is None else (second, first)
@@ -147,13 +142,23 @@ class PrintedUnit:
         if self.newtons_per_count or self.zero_counts:
             self._check_counts()
 
+    def _check_list_lengths(self) -> None:
+        """Raise InputError if a list of quantities does not hold one number per tip."""
+        for item in fields(self):
+            values = getattr(self, item.name)
+            is_quantity = "bounds" in item.metadata
+            if is_quantity and isinstance(values, tuple) and len(values) != len(self.tips):
+                bound = f"a list of {len(self.tips)} numbers, one for each tip"
+                name = f"unit.{item.name}"
+                raise validation_error(name, list(values), "", bound, _HINT)
+
     def _check_counts(self) -> None:
         """Raise InputError unless the calibration of counts is a square matrix with one zero per channel.
 
         Its numbers must be finite, and `saturation_counts` must fit into a 32-bit integer of the firmware.
         """
         tip_count = len(self.tips)
-        rows = [*self.newtons_per_count, self.zero_counts]
+        rows = [*self.newtons_per_count, self.zero_counts]  # the matrix, and the zeros as a last row
         entries = [entry for row in rows for entry in row]
         is_complete = len(rows) == tip_count + 1 and all(len(row) == tip_count for row in rows)
         has_saturation = 0 < self.saturation_counts <= _LARGEST_COUNT
@@ -214,9 +219,11 @@ def design_digest(design: Design) -> str:
     Keys that are not set are left out, so that a key of a later version does not change the digest.
     """
     tables = design_as_mapping(design)
-    values = {table: {key: tables.get(table, {}).get(key) for key in keys} for table, keys in _KEYS_OF_A_UNIT.items()}
-    given = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in values.items()}
-    text = json.dumps({**given, "printer": tables.get("printer", {})}, sort_keys=True)
+    digested = {}
+    for table, keys in _KEYS_OF_A_UNIT.items():
+        values = {key: tables.get(table, {}).get(key) for key in keys}
+        digested[table] = {key: value for key, value in values.items() if value is not None}
+    text = json.dumps({**digested, "printer": tables.get("printer", {})}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -228,7 +235,7 @@ _WRITTEN_BY_0_2 = (
     ("reading", "stiffness_percent", 1.0, _KEYS_BEFORE_STIFFNESS),
     ("reading", "gain_percent", 0.5, (*_KEYS_BEFORE_STIFFNESS, "stiffness_percent")),
 )
-"""Keys that version 0.2 wrote: the table, the key, its value, and the keys that it wrote before this one.
+"""Keys that version 0.2 wrote: the table, the key, its value, and the keys of that table that precede it.
 
 The value is used only if the key is no longer written.
 """
@@ -250,18 +257,21 @@ _FORMER_CALIBRATION_VALUES: dict[str, tuple[object, ...]] = {
 def digests_of_0_2(design: Design) -> set[str]:
     """Return every SHA-256 digest that version 0.2 may have written into a unit of this design.
 
-    The digest of version 0.2 covered the whole design. This includes the calibration keys of `reading`, whose values
-    may have changed since, so all combinations of their values are tried. The table `bench` did not exist yet, so it is
+    The digest of version 0.2 covers the whole design. This includes the calibration keys of `reading`, whose values
+    may have changed since, so all combinations of their values are tried. Version 0.2 has no table `bench`, so it is
     left out.
     """
     reading = design.reading
     if reading is None:  # then the design has no bench either
         return {_digest_of_0_2(design)}
+    # for each key, its present value and its former values
     choices = [{getattr(reading, key), *former} for key, former in _FORMER_CALIBRATION_VALUES.items()]
-    calibrations = [
-        dict(zip(_FORMER_CALIBRATION_VALUES, values, strict=True)) for values in itertools.product(*choices)
-    ]
-    return {_digest_of_0_2(replace(design, bench=None, reading=replace(reading, **keys))) for keys in calibrations}
+    digests = set()
+    for values in itertools.product(*choices):
+        calibration = dict(zip(_FORMER_CALIBRATION_VALUES, values, strict=True))
+        former_design = replace(design, bench=None, reading=replace(reading, **calibration))
+        digests.add(_digest_of_0_2(former_design))
+    return digests
 
 
 def _digest_of_0_2(design: Design) -> str:
@@ -275,10 +285,11 @@ def _digest_of_0_2(design: Design) -> str:
         tables.get(table, {}).pop(key, None)
     for table, key, value, preceding_keys in _WRITTEN_BY_0_2:
         if table in tables and key not in tables[table]:
-            # The order of the keys affects the digest, so the key is inserted after the last one that preceded it.
+            # The order of the keys affects the digest, so the key is inserted after the last of its preceding keys.
+            # Without any of them, it is inserted at the start.
             items = list(tables[table].items())
-            places_after = [1 + place for place, (name, _) in enumerate(items) if name in preceding_keys]
-            index = max(places_after, default=0)
+            indices_after = [1 + index for index, (name, _) in enumerate(items) if name in preceding_keys]
+            index = max(indices_after, default=0)
             tables[table] = dict([*items[:index], (key, value), *items[index:]])
     return hashlib.sha256(tables_as_toml(tables).encode()).hexdigest()
 
@@ -295,8 +306,8 @@ def check_weighed_after(name: str, after_s: float | None) -> None:
 def nominal_unit(report: Report) -> PrintedUnit:
     """Return an uncalibrated unit with the springs of its design.
 
-    Their stiffnesses have the uncertainty of the print process. The scatter of the process modulus includes creep, so
-    the creep of the unit is 0 with no error.
+    The stiffnesses have the uncertainty of the print process. The scatter of the process modulus includes creep, so the
+    creep of the unit is 0 with no error.
     """
     unit = unit_of(
         report,
@@ -317,7 +328,9 @@ def printed_stiffness_percent(report: Report) -> list[float]:
     process = design.process
     percent = []
     for thickness in design.tips.each(*process.leaf_thicknesses_mm):  # one thickness [mm] per tip
-        thickness_part = 3.0 * 0.5 * process.accuracy_mm / thickness
+        thickness_deviation = 0.5 * process.accuracy_mm
+        # The factor 3 is the exponent of the thickness.
+        thickness_part = 3.0 * thickness_deviation / thickness
         percent.append(100.0 * (thickness_part**2 + process.E_scatter**2) ** 0.5)
     return percent
 
@@ -326,7 +339,7 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
     """Return a unit of a report's design with the given springs and uncalibrated channels.
 
     `stiffnesses` [N/mm] and their standard deviations `percent` [%] hold one value per tip. `method` describes how they
-    were measured. The gains are 1. Their error combines the drift with the error of uncalibrated gains.
+    were measured. The gains are 1. Their standard deviation combines the drift with the error of uncalibrated gains.
     """
     uncalibrated_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
     drifts = report.read_out.channels.gain_drift_percent
@@ -344,12 +357,16 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
 
 
 def read_unit(path: Path, report: Report) -> PrintedUnit:
-    """Read a unit from a unit.toml; raises InputError for an invalid file and for a unit of another design."""
+    """Read a unit of a report's design from a unit.toml.
+
+    Raises InputError for an invalid file, for a unit of another design, and for a firmness scale that an older version
+    fitted without the correction for creep.
+    """
     tables = {key: value for key, value in read_toml(path, "--unit").items() if key not in _FORMER_KEYS}
     try:
         unit = from_plain(PrintedUnit, tables, "unit")
     except ValueError as error:
-        # The error of a field is nested in an exception group, and already names the field and its bound.
+        # The InputError of a field is nested in an exception group. It already names the field and its bound.
         for cause in _nested_errors(error.__cause__):
             if isinstance(cause, InputError):
                 raise cause from error
@@ -357,14 +374,14 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
         raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
     refuse_other_design(unit, report)
     if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
-        # An older version fitted this scale to readings without the correction for creep, which are lower.
+        # An older version fitted this scale to readings without the correction for creep. These readings are lower.
         bound = "in a unit with weighed_after_s, because its springs creep"
         raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
 
 
 def _nested_errors(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield all exceptions in a nested exception group."""
+    """Yield all exceptions in a nested exception group, or nothing for another exception or None."""
     for nested in getattr(error, "exceptions", ()):
         yield nested
         yield from _nested_errors(nested)
@@ -382,23 +399,24 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
         bound = f"left out, because a ball corrects only {REPRESENTED_BY_BALL}"
         raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
     if unit.ball is not None:
-        _check_list_lengths(unit.ball, report)
+        _check_ball_lengths(unit.ball, report)
 
 
-def _check_list_lengths(ball: BallCorrection, report: Report) -> None:
+def _check_ball_lengths(ball: BallCorrection, report: Report) -> None:
     """Raise InputError unless a ball correction has one slope per tip and as many form errors as the report.
 
     If the report has no form errors, because an older version wrote it, their number is not checked.
     """
     tip_count = len(report.tips)
-    error_count = max((len(row.form_percent) for row in report.moduli), default=0)
-    if error_count == 0:
-        error_count = len(ball.form_percent)
-    for key, count, meaning in (
+    form_count = max((len(row.form_percent) for row in report.moduli), default=0)
+    if form_count == 0:
+        form_count = len(ball.form_percent)
+    expected_lengths = (
         ("spring_slopes", tip_count, "one for each tip"),
         ("gain_slopes", tip_count, "one for each tip"),
-        ("form_percent", error_count, "as form_percent of report.json"),
-    ):
+        ("form_percent", form_count, "as form_percent of report.json"),
+    )
+    for key, count, meaning in expected_lengths:
         values = getattr(ball, key)
         if len(values) != count:
             name, bound = f"unit.ball.{key}", f"a list of {count} numbers, {meaning}"
@@ -406,7 +424,10 @@ def _check_list_lengths(ball: BallCorrection, report: Report) -> None:
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:
-    """Return a unit as the text of a unit.toml, from which `read_unit` restores it."""
+    """Return a unit as the text of a unit.toml, from which `read_unit` restores it.
+
+    Keys without a value are left out. So is the calibration of the counts, if there is none.
+    """
     omitted = () if unit.zero_counts else ("newtons_per_count", "zero_counts", "saturation_counts")
     given = {key: value for key, value in to_plain(unit).items() if value is not None and key not in omitted}
     return f"# A printed unit, written by pipeline calibrate; pipeline read --unit takes it.\n{tables_as_toml(given)}"

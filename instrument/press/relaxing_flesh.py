@@ -12,7 +12,10 @@ from sensor.theory.relaxation import Relaxation
 
 
 class RelaxingFlesh:
-    """The flesh under the tips of a sensor, which relaxes as the design states and is updated sample by sample."""
+    """The flesh under the tips of a sensor, which relaxes as the design states.
+
+    It remembers the forces of earlier samples, so the samples must be added one after the other.
+    """
 
     def __init__(self, relaxation: Relaxation, least_forces: Floats) -> None:
         """Begin with the tips out of contact; forces up to `least_forces` (tips,) [N] are taken as zero."""
@@ -24,8 +27,8 @@ class RelaxingFlesh:
     def channels(self, forces: Floats, t: float) -> Floats:
         """Return the `forces` (tips,) [N] of a sample, followed by the forces (tips,) [N] of elastic flesh.
 
-        The time `t` [s] must increase from sample to sample. When all tips lift off, the flesh is assumed to recover
-        fully.
+        The elastic forces are stored for the next sample. The time `t` [s] must increase from sample to sample. When
+        all tips lift off, the flesh is assumed to recover fully.
         """
         contact_forces = np.where(forces > self._least, forces, 0.0)
         if not contact_forces.any():

@@ -16,7 +16,7 @@ class RipenessClasses:
     limits: tuple[float, ...]
 
     def class_of(self, E: float) -> str:
-        """Return the name of the class of a fruit with modulus E [MPa]."""
+        """Return the name of the class of a fruit with modulus E [MPa]: the first class whose limit is at least E."""
         return next(name for name, limit in zip(self.names, self.limits, strict=True) if limit >= E)
 
 
@@ -27,15 +27,15 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     or if the last class has a limit.
     """
     names = []
-    limits = [0.0]  # begins with a lower bound of the first limit
+    limits = [0.0]  # the first entry is only a lower bound of the first limit, and is removed below
     for part in text.split(","):
-        name, colon, limit = part.strip().partition(":")
-        number = parse_number(limit) if colon else math.inf
-        if not name or not name.isprintable() or number is None or number <= limits[-1]:
+        name, colon, limit_text = part.strip().partition(":")
+        limit = parse_number(limit_text) if colon else math.inf  # None if the text is not a number
+        if not name or not name.isprintable() or limit is None or limit <= limits[-1]:
             bound = "a list of names, all but the last with a limit in MPa, in increasing order"
             raise validation_error(flag, text, "", bound, _HINT)
         names.append(name)
-        limits.append(number)
+        limits.append(limit)
     if math.isfinite(limits[-1]):
         raise validation_error(flag, text, "", "a list whose last class has no limit", _HINT)
     return RipenessClasses(tuple(names), tuple(limits[1:]))

@@ -1,9 +1,10 @@
 """The part of a press in which flat tips are fully seated.
 
 A tilted flat tip touches with an edge first. It is seated, which means in full contact, once its depth exceeds its side
-times its tilt. From then on the law of a flat tip holds (Johnson, Contact Mechanics, 1985, 5.2: a tilted punch stays in
-full contact while M / F < side/6). The tilt is known only from the reading of the press. So the press is read again
-from the load at which the tips are seated. This load is one of a geometric series, which the firmware uses too.
+times its tilt. From then on the law of a flat tip holds. A tilted punch stays in full contact while M / F < side/6,
+where M is the moment and F the force on it (Johnson, Contact Mechanics, 1985, 5.2). The tilt is known only from the
+reading of the press. So the press is read again from the load at which the tips are seated. This load is one of a
+geometric series, which the firmware uses too.
 """
 
 from contextlib import suppress
@@ -18,7 +19,7 @@ from sensor.arrays import Floats
 from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, read_rise, rise_of
 
 LOAD_RATIO = 1.25  # ratio of successive loads
-MAX_LOADS = 16
+MAX_LOADS = 16  # maximum number of loads
 MAX_ITERATIONS = 3  # number of iterations, each of which chooses the load that seats the tips and reads the modulus
 
 
@@ -47,23 +48,26 @@ class Seating:
 
 
 def seating_of(sensor: MeasuringUnit) -> Seating:
-    """Return the loads of a unit, from the first touch to nearly full scale, and the tip forces at these loads.
+    """Return the loads at which flat tips may be seated, from the first touch to nearly full scale.
 
     Only a pair of flat tips has several loads. They form a geometric series, which ends one step below full scale.
+    Other tips have the single load 0, because they need no seating.
     """
     tips = sensor.report.design.tips
     least_forces = sensor.least_forces
     if not sensor.reads_moments:
         return Seating(loads=(0.0,), least_forces=(least_forces,))
-    force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # force divided by E times depth [mm]
+    # A load is E times depth [N/mm], so the force of a tip divided by its load is a length [mm].
+    force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)
     first_load = float((least_forces / force_per_load).min())
     full_load = float((np.array(sensor.report.read_out.full_scale_N) / force_per_load).min())
     decreasing_loads = [full_load / LOAD_RATIO**step for step in range(1, MAX_LOADS)]
-    loads = [first_load, *(load for load in reversed(decreasing_loads) if load > first_load)]
+    higher_loads = [load for load in reversed(decreasing_loads) if load > first_load]
+    # At every load, the tips must at least touch.
+    higher_forces = [np.maximum(least_forces, load * force_per_load) for load in higher_loads]
     return Seating(
-        loads=tuple(loads),
-        # At every load, the tips must at least touch.
-        least_forces=(least_forces, *(np.maximum(least_forces, load * force_per_load) for load in loads[1:])),
+        loads=(first_load, *higher_loads),
+        least_forces=(least_forces, *higher_forces),
         per_offset=tips.side_mm / tips.spacing_mm,
         # Under a tip of a level pair, the slope of the skin is half the spacing divided by the radius.
         by_skin=tips.side_mm * 0.5 * tips.spacing_mm / sensor.report.design.fruit.radii_mm[0],
@@ -71,38 +75,40 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
 
 
 class Seated(NamedTuple):
-    """The reading of a press, the part of the press that was read, and the channels of the deepest sample [N]."""
+    """The uncorrected reading of a press, the part of the press that was read, and the channels of its deepest sample.
 
-    found: RiseReading
+    `deepest_channels` (channels,) [N] has the columns of `PressSamples.channels`.
+    """
+
+    reading: RiseReading
     rise: Rise
-    deepest: Floats
+    deepest_channels: Floats
 
 
 def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
     """Return the reading of a press from the load at which its tips are seated.
 
-    The press has the same channels as `law`. Samples that are `lag` samples apart have independent noise. If the
-    samples above that load do not determine a modulus, the next lower load is used. Raises RiseError if the whole press
-    does not determine a modulus.
+    The load depends on the modulus and the tilt that are read from it, so load and reading are iterated. If the samples
+    above a load do not determine a modulus, the next lower load is used. The press has the same channels as `law`.
+    Samples that are `lag` samples apart have independent noise. Raises RiseError if the whole press does not determine
+    a modulus.
     """
-    # The load depends on the modulus and on the tilt that are read from it, so load and reading are iterated. The
-    # iteration begins with the load of index 0, which selects the whole press.
     seating = seating_of(sensor)
-    index = 0
-    rise, found = _reading_from(sensor, law, press, lag, seating.least_forces[0])
-    deepest = rise.forces[-1]  # the rise ends with the deepest sample
+    index = 0  # index of the load, where 0 selects the whole press
+    rise, reading = _reading_from(sensor, law, press, lag, seating.least_forces[0])
+    deepest_channels = rise.forces[-1]  # the rise ends with the deepest sample
     for _ in range(MAX_ITERATIONS):
-        seating_index = seating.load_index(found.E, found.offset)
+        seating_index = seating.load_index(reading.E, reading.offset)
         if seating_index == index:
             break
-        # The lowest load certainly has a reading, because the whole press was read before.
+        # This loop always finds a reading, because the whole press, whose index is 0, was read above.
         for candidate in range(seating_index, -1, -1):
             with suppress(RiseError):
                 least_forces = seating.least_forces[candidate]
-                rise, found = _reading_from(sensor, law, press, lag, least_forces, whole=not candidate)
+                rise, reading = _reading_from(sensor, law, press, lag, least_forces, whole=not candidate)
                 index = candidate
                 break
-    return Seated(found, rise, deepest)
+    return Seated(reading, rise, deepest_channels)
 
 
 def _reading_from(
@@ -110,9 +116,11 @@ def _reading_from(
 ) -> tuple[Rise, RiseReading]:
     """Return the part of a press in which all tip forces exceed `least_forces` (tips,) [N], and its reading.
 
-    Raises RiseError if that part does not determine a modulus. With `whole`, it is also raised if the force rises too
-    little after the last tip has touched.
+    Raises RiseError if that part does not determine a modulus. With `whole`, RiseError is also raised if the force
+    rises too little after the last tip has touched.
     """
-    flesh_limits = np.zeros(press.channels.shape[1] - press.tips)  # the forces of elastic flesh have no limit
-    rise = rise_of(press.channels, press.tips, np.concatenate([least_forces, flesh_limits]), t=press.t, lag=lag)
+    # The channels after the tip forces are forces of elastic flesh, which only have to be positive.
+    flesh_limits = np.zeros(press.channels.shape[1] - press.tips)
+    channel_limits = np.concatenate([least_forces, flesh_limits])
+    rise = rise_of(press.channels, press.tips, channel_limits, t=press.t, lag=lag)
     return rise, read_rise(law, rise, sensor.noises, whole=whole)

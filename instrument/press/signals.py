@@ -67,12 +67,8 @@ class Signal:
         self.source = rows.source
         # The keys of the columns; a table may have a common time `t`, or one time per channel.
         forces, counts, times = force_keys(tips), count_keys(tips), time_keys(tips)
-        quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *times)}
-        quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
-        quantities["fruit"] = Quantity(units={})
-        quantities |= dict.fromkeys(forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(counts, COUNTS)
-        example = ",".join(["t_s", *(f"{key}_N" for key in forces)])
-        table = one_table(rows, flags.applied(quantities), (forces, counts), example)
+        example = ",".join(["t_s", *(f"{key}_N" for key in forces)])  # a valid header, for messages
+        table = one_table(rows, flags.applied(_column_quantities(tips)), (forces, counts), example)
         self._table = table
         self._say = say
         self._columns = {column.name: column for column in table.columns}
@@ -89,21 +85,21 @@ class Signal:
         self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
-        """Yield the samples; raises InputError for an invalid line, and if there is no sample."""
+        """Yield the samples. Raise InputError for an invalid line, and if there is no sample."""
         table = self._table
-        count = 0
+        sample_count = 0
         for row in table.rows:
             self._report_left_out()
             # The times of a channel must increase, because its forces are interpolated between them.
             times = [clock.seconds(row, rises=self.timed) for clock in self._clocks]
             forces = tuple(table.number(row, column) for column in self._force_columns)
-            count += 1
+            sample_count += 1
             fruit = self._columns["fruit"].cell(row) if self.names_fruit else ""
-            # The times of the channels come last; a common time `t` may come first.
+            # `times` holds the common time `t` first, if the table has one, and then the times of the channels.
             channel_times = tuple(times[-len(forces) :]) if self.timed else ()
             yield Sample(row.line, times[0], forces, channel_times, fruit)
         self._report_left_out()
-        if count == 0:
+        if sample_count == 0:
             bound = "at least one line of numbers below the header"
             raise validation_error(table.source, 0, "samples", bound, "record a press")
 
@@ -119,27 +115,42 @@ class Signal:
         return self._table.place(sample.line, self._force_columns[tip])
 
 
+def _column_quantities(tips: int) -> dict[str, Quantity]:
+    """Return the quantity of each column that a signal of a sensor with `tips` tips may have, by its key."""
+    time = Quantity(units=TIME, default="s", by_clock=True)
+    quantities = dict.fromkeys(("t", *time_keys(tips)), time)
+    quantities["t"] = replace(time, words=tuple(WORDS["words"]["time"]))
+    quantities["fruit"] = Quantity(units={})  # a name, which has no unit
+    quantities |= dict.fromkeys(force_keys(tips), Quantity(units=FORCE, default="N"))
+    quantities |= dict.fromkeys(count_keys(tips), COUNTS)
+    return quantities
+
+
 def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequence[str], example: str) -> None:
     """Raise InputError unless a table has all `required` columns and no channel that this sensor lacks.
 
     Columns whose names are in `optional` are allowed too. The message shows `example`, a valid header.
     """
-    labels = {column.name: column.label for column in table.columns}
+    labels = {column.name: column.label for column in table.columns}  # text in the header, by the key of the column
     if not labels.keys() >= set(required):
         bound = f"a header that also has {' and '.join(name for name in required if name not in labels)}"
         place = place_of(table.source, table.header.line)
         raise validation_error(place, table.header.text, "", bound, f"write for instance {example}")
     unknown = [label for name, label in labels.items() if name not in required and name not in optional]
     # A column that was not recognised may still be a channel of another sensor, with more tips.
-    for label in table.header.cells:
-        if label and label not in labels.values():
-            labels_without_unit = [label, *(words for words, _ in label_parts(label))]
-            if any(re.fullmatch(_CHANNEL_LABEL, fold_words(words)) for words in labels_without_unit):
-                unknown.append(label)
+    unknown += [label for label in table.header.cells if label not in labels.values() and _is_channel_label(label)]
     if unknown:
         place = place_of(table.source, table.header.line, unknown[0])
         bound = f"one of {', '.join((*optional, *required))}, the columns of this sensor"
         raise validation_error(place, unknown[0], "", bound, f"write for instance {example}")
+
+
+def _is_channel_label(label: str) -> bool:
+    """Return whether a label in a header is the label of a channel of any sensor, with or without a unit."""
+    if not label:
+        return False
+    candidates = [label, *(words for words, _ in label_parts(label))]  # as a whole, and without its unit
+    return any(re.fullmatch(_CHANNEL_LABEL, fold_words(words)) for words in candidates)
 
 
 def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
@@ -147,8 +158,9 @@ def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
 
     Raises InputError if a part of the text is not a number, or if the number of parts is not the number of tips.
     """
-    numbers = [number for number in map(parse_number, text.split(",")) if number is not None]
-    if not len(numbers) == tips == text.count(",") + 1:
+    parts = text.split(",")
+    numbers = [number for number in map(parse_number, parts) if number is not None]
+    if not len(numbers) == tips == len(parts):
         bound = f"{tips} comma-separated numbers in {unit}, one for each tip of this sensor"
         raise validation_error(flag, text, "", bound, f"write {flag} F1,F2,..., with decimal points")
     return numbers

@@ -2,8 +2,8 @@
 
 **The residual.** The contrast is y = w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F), at the modulus E = 1 / z^3 of the fruit.
 It is the same in every sample of one press, for any pose and speed (`contrast_rise.py`). If it is computed with another
-modulus, consecutive samples lie on a line of y against the total force u. An outlier in one channel moves y and u in a
-direction that no modulus explains. Three conditions limit the slope of the line.
+modulus, consecutive samples lie on a straight line of y against the total force u. An outlier in one channel moves y
+and u in a direction that no modulus explains. Three conditions limit the slope of the line.
 
 - The slope of the other samples in a window of consecutive samples is known to within their noise.
 - The mean of the press before the window lies on the line, to within a tenth of the range of possible slopes.
@@ -30,10 +30,10 @@ from sensor.design.reading import LEAST_OVER_NOISE
 FIRM = 2.0  # multiple of the smallest force of a tip in contact; at larger forces, noise does not end a touch
 _LARGEST_RESIDUAL = 5.0  # [standard deviations]
 _FITTED_SAMPLES = 4  # number of samples in a window to which the line is fitted
-_SLACK = 0.1  # largest difference between the slopes of a chord and of the press, as a fraction of the slopes' range
+_SLOPE_TOLERANCE = 0.1  # largest difference between the slopes of a chord and of the press, over the slopes' range
 _NEIGHBOURS = 2  # number of samples on either side of the sample under test
 _RANGE_MARGIN = 1.5  # factor by which the range of moduli is extended at both ends [1]
-_FORCE_FRACTIONS = (0.02, 0.1, 0.4, 1.0)  # forces at which slopes are computed, as fractions of full scale
+_FORCE_FRACTIONS = (0.02, 0.1, 0.4, 1.0)  # forces at which slopes are computed, as fractions of full scale [1]
 
 
 def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
@@ -41,12 +41,13 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
 
     The contrast is computed at the geometric mean of the range of moduli. The limits of its slope against the total
     force come from level presses on fruit that is softer and firmer than this range by the factor `_RANGE_MARGIN`.
+    `press_core.Unit` explains each constant.
     """
     weights, C, S = sensor.rise_law.contrast.arrays
     softest, firmest = sensor.range_MPa
     z = (softest * firmest) ** (-1.0 / 6.0)  # E^(-1/3) at the geometric mean
-    linear = weights @ (C + z**3 * S)
-    domes = sensor.rise_law.contrast.hertz * z * z * weights
+    linear = weights @ (C + z**3 * S)  # weights of F in the contrast [mm/N]
+    domes = sensor.rise_law.contrast.hertz * z * z * weights  # weights of F^(2/3) in the contrast [mm/N^(2/3)]
     errors = sensor.least_forces / LEAST_OVER_NOISE  # standard deviations of the forces of a free sensor [N]
     slopes = []
     for E in (softest / _RANGE_MARGIN, firmest * _RANGE_MARGIN):
@@ -61,7 +62,7 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
         "total_force_variance": math.fsum(errors**2),
         "fitted_samples": _FITTED_SAMPLES,
         "neighbours": _NEIGHBOURS,
-        "slope_tolerance": _SLACK * (max(slopes) - min(slopes)),
+        "slope_tolerance": _SLOPE_TOLERANCE * (max(slopes) - min(slopes)),
         "firm": FIRM,
         "largest_residual": _LARGEST_RESIDUAL,
     }
@@ -76,7 +77,7 @@ def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats
     slopes of the individual tips is possible, so the smallest and the largest of them are returned instead.
     """
     law = sensor.rise_law.contrast
-    _, C, S = law.arrays
+    _, C, S = law.arrays  # compliance of the springs [mm/N], and of the flesh times E [1/mm]
     slopes = []
     for forces in np.outer(_FORCE_FRACTIONS, sensor.report.read_out.full_scale_N):
         power_slopes = forces ** (-1.0 / 3.0) / 1.5  # d F^(2/3) / dF

@@ -1,7 +1,7 @@
 """Split a signal into presses, each from the moment the last tip touches to the moment the first tip lifts off.
 
-A sample is firm if the force of every tip is at least twice the smallest force of a touch. A sample with a tip out of
-contact between two firm samples is a bad conversion, not a lift. Noise does not end a press that has firm samples.
+A sample is firm if the force of every tip exceeds twice the smallest force of a touch. A sample with a tip out of
+contact between two firm samples is a bad conversion, not a lift. So noise does not end a press that has firm samples.
 """
 
 import math
@@ -69,8 +69,9 @@ class PressSamples:
     def is_firm(self, least_forces: Floats, spike_length: int) -> bool:
         """Return whether the press has more than `spike_length` consecutive firm samples.
 
-        A sample is firm if the force of each tip exceeds `FIRM` times its `least_forces` (tips,) [N]. One bad
-        conversion can affect `spike_length` consecutive samples, so that it cannot make a press firm.
+        A sample is firm if the force of each tip exceeds `FIRM` times its smallest force in contact, `least_forces`
+        (tips,) [N]. One bad conversion affects at most `spike_length` consecutive samples, so it cannot make a press
+        firm.
         """
         firm = (self.forces > FIRM * least_forces).all(axis=1)
         # The convolution is the number of firm samples in each run of spike_length + 1 samples.
@@ -86,7 +87,7 @@ def split_presses(
     the number of consecutive samples that one bad conversion affects. Raises InputError for a press of more than
     `MAX_SAMPLES` samples, and if the fruit changes within a press.
     """
-    contact = _Contact(sensor)
+    contact = _Contact(sensor)  # continues between the presses, unlike `touch`
     # The gains are 1, because the samples hold forces instead of channel readings.
     unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "spike_length": spike_length})
     touch: _Touch | None = None
@@ -101,8 +102,8 @@ def split_presses(
         if touch is not None and has_ended:
             yield from touch.end()
             # The samples of the lift do not belong to a press, but the flesh relaxes during them too.
-            for lifted in touch.lifted:
-                contact.add(lifted)
+            for lift_sample in touch.lift_samples:
+                contact.add(lift_sample)
             touch = None
         if in_contact:
             touch = touch or _Touch(contact, unit, source, every_sample=every_sample)
@@ -112,6 +113,7 @@ def split_presses(
 
 
 def _are_above(forces: Sequence[float], bounds: Sequence[float]) -> bool:
+    """Return whether each force exceeds its bound."""
     return all(map(operator.gt, forces, bounds))
 
 
@@ -131,7 +133,10 @@ class _Contact:
         return _are_above(sample.forces, self._least)
 
     def channels(self, sample: Sample) -> Iterable[float]:
-        """Return the forces of the next sample [N], and for flesh that relaxes also the forces of elastic flesh [N]."""
+        """Return the forces of the next sample [N], and for flesh that relaxes also the forces of elastic flesh [N].
+
+        The flesh remembers the sample, so each sample must be passed only once.
+        """
         if self._flesh is None:
             return sample.forces
         return self._flesh.channels(np.array(sample.forces), sample.t)
@@ -140,10 +145,10 @@ class _Contact:
         """Take the time of a sample as the first touch, if its total force is the smallest of this contact.
 
         The press begins at the smallest total force since the last sample without contact. It does not begin at the
-        first force above zero, which may be a zero error that the previous press left.
+        first force above zero, which may be a zero error due to the previous press.
         """
         total = sum(sample.forces)
-        if not any(map(operator.gt, sample.forces, self._least)):
+        if not any(map(operator.gt, sample.forces, self._least)):  # no tip touches, so the contact begins later
             self._smallest_total = math.inf
         elif total < self._smallest_total:
             self.touched_s, self._smallest_total = sample.t, total
@@ -172,17 +177,18 @@ class _Touch:
         self._source = source
         self._every_sample = every_sample
         self._core = press_core.Touch(unit, self._take, self._drop)
-        self._pending: dict[int, Sample] = {}  # key: sample number
+        self._pending: dict[int, Sample] = {}  # samples that are neither accepted nor dropped yet, by their number
         self._accepted: list[Sample] = []  # samples accepted since the last call of `_store_accepted`
-        self._lines_left_out: list[int] = []
-        self._fruit: str | None = None
+        self._lines_left_out: list[int] = []  # line numbers of the dropped samples
+        self._fruit: str | None = None  # None before the first sample
+        # The times and channels of all accepted samples; arrays of doubles need less memory than lists.
         self._t = array("d")
-        self._channels = array("d")
+        self._channels = array("d")  # the channels of one sample after the other
 
     def add(self, sample: Sample) -> Iterator[PressSamples]:
         """Add a sample with all tips in contact; with `every_sample`, yield the press up to each newly accepted sample.
 
-        Raises InputError if the fruit changes within a press.
+        Raises InputError if the fruit changes within a press, and for more than `MAX_SAMPLES` samples.
         """
         if self._fruit not in (None, sample.fruit):
             name = f"{self._source}, line {sample.line}: fruit"
@@ -211,7 +217,7 @@ class _Touch:
             yield self._press()
 
     @property
-    def lifted(self) -> Iterable[Sample]:
+    def lift_samples(self) -> Iterable[Sample]:
         """Return the samples of the lift; call this after the touch has ended."""
         return self._pending.values()
 
@@ -226,8 +232,8 @@ class _Touch:
 
         Raises InputError for more than `MAX_SAMPLES` samples.
         """
-        accepted, self._accepted = self._accepted, []
-        for sample in accepted:
+        newly_accepted, self._accepted = self._accepted, []
+        for sample in newly_accepted:
             if not self._t:  # the first sample of the press
                 self._contact.update_first_touch(sample)
             self._t.append(sample.t)
@@ -240,6 +246,7 @@ class _Touch:
                 yield self._press()
 
     def _press(self) -> PressSamples:
+        """Return the press up to the last accepted sample."""
         return PressSamples(
             channels=np.array(self._channels).reshape(len(self._t), -1),
             tips=self._contact.tips,

@@ -16,8 +16,8 @@ from sensor.quantity import STANDARD_GRAVITY
 
 G_PER_N = 1e3 / STANDARD_GRAVITY  # mass of a weight per force [g/N]
 BALL_PRESSES = 3  # number of presses on a reference ball
-# Minimum radius of a ball, in tip spacings; a press is affected by the far side of a smaller ball.
 _MIN_RADIUS_IN_SPACINGS = 3.5
+"""Minimum radius of a ball, in tip spacings [1]; a press is affected by the far side of a smaller ball."""
 _MAX_ITERATIONS = 20  # number of iterations for the flattening of a dome, which reduces its force
 
 
@@ -32,13 +32,10 @@ def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.ran
     for tip_index, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
         largest_weight = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)  # [g]
         weights = [_round(fraction * largest_weight, bench.balance_g) for fraction in WEIGHED_AT]  # balance readings
-        # The first step has no weight, so its force is exactly 0.
-        true_weights = [
-            0.0 if not index else _draw_before_rounding(grams, bench.balance_g, rng)
-            for index, grams in enumerate(weights)
-        ]
+        # Step 0 has no weight, so its force is exactly 0.
+        true_weights = [0.0, *(_draw_before_rounding(grams, bench.balance_g, rng) for grams in weights[1:])]
         for step in _up_and_down(len(weights)):
-            deflections = np.zeros(len(report.tips))
+            deflections = np.zeros(len(report.tips))  # only the loaded spring is deflected
             deflections[tip_index] = true_weights[step] / G_PER_N / unit.domes.K[tip_index]
             dial_reading = _format(float(deflections[tip_index]), bench.dial_mm)
             weight = _format(weights[step], bench.balance_g)
@@ -50,12 +47,13 @@ def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.rando
     """Return the lines of a table of travels on a glass plate, with the counts of all channels.
 
     All tips are in contact. The travel increases until one of the tips is close to its full scale, and decreases again.
+    `bench` states the resolution of the dial indicator. The counts have noise, which `rng` draws.
     """
     tips = len(report.tips)
     nominal_K = 1.0 / np.diag(report.read_out.springs_mm_per_N)  # [N/mm]
     largest_travel = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal_K))
     lines = [",".join(["travel_mm", *count_keys(tips)])]
-    # The travel is counted from the touch of the last tip, so the other springs are already deflected there.
+    # The travel is counted from the touch of the last tip. The tips that protrude more have already travelled there.
     initial_travels = unit.heights - unit.heights.min()
     for step in _up_and_down(len(PLATE_AT)):
         travel = PLATE_AT[step] * largest_travel
@@ -103,6 +101,7 @@ def usual_ball(report: Report) -> Ball:
 
 def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> Sequence[PressedFruit]:
     """Return presses on a ball with random tilts of at most `steepest_deg` [deg]."""
+    # Each of the two components is at most the largest tilt divided by the square root of 2.
     tilts = rng.uniform(-1.0, 1.0, (BALL_PRESSES, 2)) * steepest_deg / math.sqrt(2.0)
     return [ball.fruit((along, across)) for along, across in tilts.tolist()]
 
@@ -128,7 +127,8 @@ def _deflections_on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
 
 def _counts(unit: SimulatedUnit, deflections: Floats, rng: np.random.Generator) -> list[str]:
     """Return the counts of all channels with noise, as text, for deflections (tips,) [mm]."""
-    signals = unit.signals(deflections[None])[0] + unit.noise * rng.normal(size=len(deflections))
+    noise = unit.noise * rng.normal(size=len(deflections))
+    signals = unit.signals(deflections[None])[0] + noise  # `signals` takes an array of samples
     return [str(count) for count in np.rint(signals).astype(int).tolist()]
 
 
@@ -138,6 +138,7 @@ def _up_and_down(steps: int) -> list[int]:
 
 
 def _round(value: float, resolution: float) -> float:
+    """Return the multiple of the resolution that is nearest to the value."""
     return resolution * round(value / resolution)
 
 

@@ -11,7 +11,7 @@ from sensor.arrays import Floats
 from sensor.design.reading import ReadingRequirements
 from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone
 
-_WAVES = 24  # number of plane waves that an uneven skin consists of
+_WAVES = 24  # number of plane waves in an uneven skin
 _LARGEST_POISSON = 0.495  # upper limit of a random Poisson's ratio
 _FLAT_RADIUS = 1e9  # radius that represents a flat fruit [mm]
 _RANGE_TOLERANCE = 1e-9  # relative tolerance at the ends of a range
@@ -29,7 +29,7 @@ class PressedFruit:
     normal of the skin; positive components lower its sides at +x and +y. During the press the tilt changes by `turned`
     [deg]. The sensor is placed at `off_centre` [mm] from the apex. The function `heights` returns the heights [mm] that
     are added to the skin at x and y. Under each tip, within `soft_radius` (tips,) [mm], the modulus of the flesh is E
-    divided by `softness` (tips,).
+    divided by `softness` (tips,). A tuple of one number in these two fields holds for all tips.
     """
 
     E: float
@@ -60,8 +60,8 @@ class PressedFruit:
             soft_radius=self.soft_radius,
             layer=layer,
         )
-        # The tilt is measured from the normal at the position of the press, which is inclined to the normal at the
-        # apex. For small slopes, the two add.
+        # The solver measures the tilt from the normal at the apex. The normal at the position of the press is inclined
+        # to it. For small slopes, the tilt and this inclination add.
         slope = np.tan(np.radians(self.tilt)) + fruit.curvature @ np.array(self.off_centre)
         tilt = math.degrees(math.atan(float(np.hypot(*slope))))
         return replace(fruit, tilt=tilt, tilt_azimuth=math.degrees(math.atan2(slope[1], slope[0])))
@@ -85,7 +85,8 @@ def usual_fruit(report: Report) -> PressedFruit:
     Its modulus is the geometric mean of the range of moduli. Its radii are the means of their ranges, or the radii of
     the design's fruit if no ranges are stated.
     """
-    fruit, reading = report.design.fruit, report.design.reading or ReadingRequirements()
+    fruit = report.design.fruit
+    reading = report.design.reading or ReadingRequirements()
     softest, firmest = range_of_moduli(report)
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radii = (0.5 * sum(reading.radius_mm), 0.5 * sum(reading.radius_across_mm))
@@ -106,7 +107,8 @@ def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
     The modulus is log-uniform, and tilts and positions are distributed uniformly in a disc. Poisson's ratio is normally
     distributed, and its standard deviation is half of its spread. Skin and flesh are uneven.
     """
-    reading, fruit = report.design.reading or ReadingRequirements(), report.design.fruit
+    reading = report.design.reading or ReadingRequirements()
+    fruit = report.design.fruit
     softest, firmest = range_of_moduli(report)
     usual = usual_fruit(report)
     poisson = fruit.poisson + 0.5 * fruit.poisson_spread * rng.normal()
@@ -117,7 +119,7 @@ def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
         azimuth=float(rng.uniform(0.0, 180.0)),
         thickness=usual.thickness if reading.thickness_mm is None else float(rng.uniform(*reading.thickness_mm)),
         poisson=min(float(poisson), _LARGEST_POISSON),
-        # The tilt may change during the press, and stays within the range of the design until its end.
+        # The tilt may change during the press, and must stay within the range of the design until its end.
         tilt=_draw_in_disc(rng, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
         turned=_draw_in_disc(rng, reading.tilt_change_deg),
         off_centre=_draw_in_disc(rng, reading.off_centre_mm),
@@ -126,10 +128,15 @@ def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
 
 
 def make_uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -> PressedFruit:
-    """Return a copy of the fruit with random heights of the skin and a random modulus of the flesh under each tip."""
+    """Return a copy of the fruit with random heights of the skin and a random modulus of the flesh under each tip.
+
+    The design states the root mean square of the heights, and the scatter of the modulus. A skin without roughness
+    remains even.
+    """
     design_fruit = report.design.fruit
-    scatter = 0.01 * design_fruit.flesh_scatter_percent
+    scatter = 0.01 * design_fruit.flesh_scatter_percent  # standard deviation of ln E [1]
     flesh_factors = np.exp(scatter * rng.normal(size=len(report.tips)))
+    # The random numbers of the skin are drawn even if the skin has no roughness.
     skin = random_skin(rng, design_fruit.roughness_mm, *design_fruit.roughness_wave_mm)
     softness = np.multiply(fruit.softness, flesh_factors)
     return replace(fruit, heights=skin if design_fruit.roughness_mm else None, softness=tuple(softness.tolist()))
@@ -141,12 +148,12 @@ def random_skin(
     """Return a function that computes the heights [mm] of a random uneven skin with the root mean square `rms` [mm].
 
     The skin is a sum of plane waves in random directions. Their wavelengths are log-uniform between `shortest` and
-    `longest` [mm]. The arguments of the function are x and y [mm], shape (..., rows, columns). x must be constant along
-    each row, and y along each column, unless there is only one row or one column.
+    `longest` [mm]. The arguments of the function are x and y [mm], shape (..., rows, columns). On a grid, x must be
+    constant along each row, and y along each column. This does not apply if there is only one row or one column.
     """
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, _WAVES))
     wavelengths = np.exp(rng.uniform(math.log(shortest), math.log(longest), _WAVES))
-    kx, ky = 2.0 * math.pi / wavelengths * np.array([np.cos(angle), np.sin(angle)])
+    kx, ky = 2.0 * math.pi / wavelengths * np.array([np.cos(angle), np.sin(angle)])  # wave vectors [1/mm]
     amplitude = rms * math.sqrt(2.0 / _WAVES)  # the mean square of one wave is amplitude^2 / 2
 
     def heights(x: Floats, y: Floats) -> Floats:
@@ -169,7 +176,7 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
     The bruise lies where the first tip pressed before the sensor was turned by `turn` [deg]. It has no effect if it is
     no longer under a tip.
     """
-    positions = np.array([(tip.x_mm, tip.y_mm) for tip in report.tips])
+    positions = np.array([(tip.x_mm, tip.y_mm) for tip in report.tips])  # in the frame of the sensor
     angle = -math.radians(turn)  # in the frame of the sensor, the fruit turns in the opposite direction
     cosine, sine = math.cos(angle), math.sin(angle)
     centre = np.array([[cosine, -sine], [sine, cosine]]) @ positions[0]
@@ -184,8 +191,12 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
 
 
 def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
-    """Yield a note for each property of the fruit or the pose that lies outside the range of a design."""
-    reading, design_fruit = report.design.reading or ReadingRequirements(), report.design.fruit
+    """Yield a note for each property of the fruit or the pose that lies outside the range of a design.
+
+    The properties are the modulus, the radii, the thickness over a stone, the tilt and the distance from the apex.
+    """
+    reading = report.design.reading or ReadingRequirements()
+    design_fruit = report.design.fruit
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radius_ranges = [reading.radius_mm, reading.radius_across_mm]
     else:
@@ -195,9 +206,9 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     thickness_range = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
     # Each row holds the name, the value, the two ends of the range, and the unit.
     rows: list[tuple[str, float, float, float, str]] = [("E", fruit.E, *range_of_moduli(report), "MPa")]
-    names = ("radius", "radius across")
-    ordered_radii = _order_radii(fruit.radii, radius_ranges)
-    rows += [(name, r, *ends, "mm") for name, r, ends in zip(names, ordered_radii, radius_ranges, strict=True)]
+    radius, radius_across = _order_radii(fruit.radii, radius_ranges)
+    rows.append(("radius", radius, *radius_ranges[0], "mm"))
+    rows.append(("radius across", radius_across, *radius_ranges[1], "mm"))
     if fruit.thickness is not None:
         rows.append(("thickness", fruit.thickness, *thickness_range, "mm"))
     rows.append(("tilt", math.hypot(*fruit.tilt), 0.0, reading.tilt_deg, "deg"))
@@ -212,9 +223,12 @@ def _order_radii(radii: Vector, radius_ranges: Sequence[Vector]) -> Vector:
 
     The order of the radii of a fruit is arbitrary. `radius_ranges` holds the two ends of the range of each radius [mm].
     """
-    reversed_matches = sum(low <= r <= high for r, (low, high) in zip(radii[::-1], radius_ranges, strict=True))
-    matches = sum(low <= r <= high for r, (low, high) in zip(radii, radius_ranges, strict=True))
-    return radii[::-1] if reversed_matches > matches else radii
+
+    def count_in_range(ordered: Vector) -> int:
+        return sum(low <= radius <= high for radius, (low, high) in zip(ordered, radius_ranges, strict=True))
+
+    reversed_radii = radii[::-1]
+    return reversed_radii if count_in_range(reversed_radii) > count_in_range(radii) else radii
 
 
 def designed_radii(report: Report) -> Vector:
@@ -232,9 +246,11 @@ def range_of_moduli(report: Report) -> Vector:
 def _draw_radii(report: Report, rng: np.random.Generator) -> Vector:
     """Return random principal radii [mm], distributed uniformly over the ranges of a design.
 
-    If the design has no range for each radius, both radii are multiplied by the same random factor.
+    If the design has no range for each radius, both radii of its fruit are multiplied by the same random factor. A
+    fruit without a radius is flat.
     """
-    reading, fruit = report.design.reading or ReadingRequirements(), report.design.fruit
+    reading = report.design.reading or ReadingRequirements()
+    fruit = report.design.fruit
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         return float(rng.uniform(*reading.radius_mm)), float(rng.uniform(*reading.radius_across_mm))
     if fruit.radius_mm is None:
@@ -245,6 +261,7 @@ def _draw_radii(report: Report, rng: np.random.Generator) -> Vector:
 
 def _draw_in_disc(rng: np.random.Generator, radius: float) -> Vector:
     """Return a random point in a disc of this radius around the origin, uniform in area."""
-    area, direction = rng.uniform(size=2).tolist()
-    angle = 2.0 * math.pi * direction
-    return radius * math.sqrt(area) * math.cos(angle), radius * math.sqrt(area) * math.sin(angle)
+    area_fraction, turn_fraction = rng.uniform(size=2).tolist()
+    angle = 2.0 * math.pi * turn_fraction
+    # The area within a distance is proportional to its square, hence the root.
+    return radius * math.sqrt(area_fraction) * math.cos(angle), radius * math.sqrt(area_fraction) * math.sin(angle)

@@ -38,8 +38,9 @@ def log_lines(
 ) -> list[str]:
     """Return the header and the lines of a log of consecutive presses by a `unit`, sampled at `rate` [Hz].
 
-    If `rng` is given, the channels have noise, and the delays of their conversions have random errors. After the tare,
-    each zero is shifted by the drift of the unit.
+    If `rng` is given, the channels have noise, and the delays of their conversions have random errors. Before the first
+    press, the sensor touches nothing for the time of the tare. After the tare, each zero is shifted by the drift of the
+    unit.
     """
     tips = len(unit.heights)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
@@ -48,11 +49,11 @@ def log_lines(
     for press in presses:
         start_times.append(end)
         end += press.lasts_s + PAUSE_S
-    t = np.arange(int(np.ceil(end * rate)) + 1) / rate
+    t = np.arange(int(np.ceil(end * rate)) + 1) / rate  # times of the samples [s]
     conversion_times = _conversion_times(report, t, rate, rng)
     deflections = np.zeros((len(t), tips))
     for start, press in zip(start_times, presses, strict=True):
-        deflections += press.at(conversion_times - start)
+        deflections += press.at(conversion_times - start)  # 0 before and after the press
     signals = unit.signals(deflections)
     if rng is not None:
         signals = signals + unit.noise * rng.normal(size=signals.shape)
@@ -69,13 +70,14 @@ def _conversion_times(report: Report, t: Floats, rate: float, rng: np.random.Gen
     times = t[:, None] + _conversion_delays(report, rate)
     if rng is None:
         return times
-    # These numbers are drawn even without a read-out, so that the noise drawn after them is the same in both cases.
+    # These numbers are drawn even without a read-out. The noise drawn after them is then the same in both cases.
     delay_errors = rng.uniform(-1.0, 1.0, len(report.tips))
     signal = report.read_out.signal
     if signal is None:
         return times
+    deviation = signal.time_deviation / signal.rate_Hz  # standard deviation of the delay of a channel [s]
     # The factor sqrt(3) turns the standard deviation of a uniform distribution into its half width.
-    return np.asarray(times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * delay_errors)
+    return np.asarray(times + np.sqrt(3.0) * deviation * delay_errors)
 
 
 def _conversion_delays(report: Report, rate: float) -> Floats:
@@ -92,7 +94,8 @@ def _conversion_delays(report: Report, rate: float) -> Floats:
 def _format_lines(unit: SimulatedUnit, t: Floats, signals: Floats) -> list[str]:
     """Return a header and one line per sample, from the times `t` (samples,) [s] and the `signals` (samples, tips).
 
-    The signals are counts if the `unit` has counts, and newtons otherwise. Counts are rounded, and saturate.
+    The signals are counts if the `unit` has counts, and newtons otherwise. Counts are rounded, and limited to the count
+    at which the converter saturates.
     """
     tips = signals.shape[1]
     if unit.saturation is None:

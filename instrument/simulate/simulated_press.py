@@ -16,6 +16,7 @@ from solve.presses.pressing import Pressing
 CELLS_PER_SIDE = 20  # grid cells per side of a contact; with 32 cells, the forces change by less than 0.1 %
 PRESS_MOMENTS = 18  # number of moments of the press that are solved; with twice as many, E changes by less than 0.7 %
 HOLD_MOMENTS = 8  # number of moments of a hold that are solved
+_TINY = 1e-300  # replaces 0 as a divisor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,20 +56,22 @@ class PressCurve:
     def at(self, t: Floats) -> Floats:
         """Return the deflections (samples, tips) [mm] at the times `t` (samples, tips) [s] since the first touch.
 
-        Each tip has its own times. The retraction is not solved. It is taken as the press in reverse, scaled so that it
-        begins with the deflection at the end of the hold.
+        Each tip has its own times, because the channels are converted in turn. The retraction is not solved. It is
+        taken as the press in reverse, scaled so that it begins with the deflection at the end of the hold. The
+        deflections are 0 before the touch and after the lift.
         """
         hand = self.hand
         forward_times = np.clip(t, 0.0, hand.press_s + hand.hold_s)
-        return_progress = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)  # 1 is the lift
-        is_return = return_progress > 0.0
-        times = np.where(is_return, hand.press_s * (1.0 - return_progress), forward_times)
+        # fraction of the retraction, from 0 at the end of the hold to 1 at the lift
+        retraction_progress = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)
+        is_retraction = retraction_progress > 0.0
+        times = np.where(is_retraction, hand.press_s * (1.0 - retraction_progress), forward_times)
         deflections_at_t = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
-            # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold. The tiny number
-            # prevents a division by zero for a tip that never touches.
-            hold_ratio = deflections[-1] / max(float(deflections[PRESS_MOMENTS - 1]), 1e-300)
-            scale = np.where(is_return[:, tip], hold_ratio, 1.0)
+            # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold. Its deflection is 0
+            # for a tip that never touches.
+            hold_ratio = deflections[-1] / max(float(deflections[PRESS_MOMENTS - 1]), _TINY)
+            scale = np.where(is_retraction[:, tip], hold_ratio, 1.0)
             deflections_at_t[:, tip] = scale * self._interpolate(deflections, times[:, tip])
         return deflections_at_t
 
@@ -85,30 +88,29 @@ class PressCurve:
         spline = CubicSpline(self.times[first:], powers)
         contact_time = float(self.times[first])
         previous_time = float(self.times[first - 1]) if first else 0.0
-        # The tangent of the spline reaches 0 at the touch, which must lie between the two moments. The tiny numbers
-        # prevent divisions by zero.
-        slope = max(float(spline(contact_time, 1)), 1e-300)
+        # The tangent of the spline reaches 0 at the touch, which must lie between the two moments.
+        slope = max(float(spline(contact_time, 1)), _TINY)  # first derivative
         touch_time = min(max(contact_time - powers[0] / slope, previous_time), contact_time)
-        extrapolated = powers[0] * (t - touch_time) / max(contact_time - touch_time, 1e-300)
-        return np.maximum(np.where(t < contact_time, extrapolated, spline(t)), 0.0) ** 1.5
+        extrapolated = powers[0] * (t - touch_time) / max(contact_time - touch_time, _TINY)
+        powers_at_t = np.maximum(np.where(t < contact_time, extrapolated, spline(t)), 0.0)
+        return powers_at_t**1.5
 
 
 def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCurve:
     """Solve a press of a unit on a fruit by boundary elements, at equal steps of its travel and during its hold.
 
-    Raises InputError if the press has no solution.
+    The tilt of the sensor changes during the press as the fruit states. Raises InputError if the press has no solution.
     """
     progress = np.arange(1, PRESS_MOMENTS + 1) / PRESS_MOMENTS  # fraction of the press
     times, travels = hand.press_s * progress, hand.travel * progress
     if hand.hold_s:
-        # The moments are closest together at the start of the hold, where the force decreases fastest.
+        # The square puts the moments closest together at the start of the hold, where the force decreases fastest.
         times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HOLD_MOMENTS + 1) / HOLD_MOMENTS) ** 2)
         travels = np.append(travels, np.full(HOLD_MOMENTS, hand.travel))
-    drift = np.multiply(fruit.drift, 1.0)  # as an array
     try:
         with np.errstate(invalid="raise", divide="raise"):  # otherwise a failed solution would contain NaN
             pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS_PER_SIDE)
-            motion = PressMotionOverTime(travels=travels, times=times, drift=drift)
+            motion = PressMotionOverTime(travels=travels, times=times, drift=fruit.drift)
             creep = creep_of(unit.creep, unit.weighed_s)
             _, deflections = press_with_creep(pressing, motion, hand.relaxation, creep)
     except (ArithmeticError, np.linalg.LinAlgError) as error:

@@ -18,7 +18,7 @@ from sensor.design.reading import ReadingRequirements
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationSettings:
-    """The settings of a simulation of `presses` presses on a fruit, logged at a sampling `rate` [Hz].
+    """The settings of a simulation of a number of `presses` on a fruit, logged at a sampling `rate` [Hz].
 
     The sensor is turned between presses. With `noise`, the channels have noise and drift. With `uneven`, skin and flesh
     vary with the position. `bruise_mm` [mm] is the radius of a bruise under the first tip in the first press.
@@ -69,8 +69,8 @@ def log_of_fruit(
 ) -> list[str]:
     """Simulate all presses on the fruit and return the lines of their log.
 
-    `count` is called with the number of solved presses and the total number of presses. Raises InputError if a press
-    has no solution.
+    Between the presses, the sensor is turned by the angle of its layout. `count` is called before each press with the
+    number of solved presses and the total number of presses. Raises InputError if a press has no solution.
     """
     rng = settings.random_generator(1)
     # The temperature during the presses differs from the temperature during the calibration.
@@ -92,11 +92,12 @@ def log_of_fruit(
 def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
     """Simulate presses by hand on a rubber ball, at the calibration temperature, and return the lines of their log.
 
-    On a ball, the sensor is tilted by at most half of the largest tilt of the design.
+    On a ball, the sensor is tilted by at most half of the largest tilt of the design. Rubber does not relax. Raises
+    InputError if a press has no solution.
     """
     rng = settings.random_generator(2)
     steepest = (report.design.reading or ReadingRequirements()).tilt_deg
-    hand = hand_of(report, ())
+    hand = hand_of(report, ())  # no relaxation
     presses = [press_curve(unit, fruit, hand) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
     return log_lines(report, unit, presses, settings.rate, rng if settings.noise else None)
 

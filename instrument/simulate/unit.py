@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from instrument.press.printed_unit import PrintedUnit
 
 _SENSITIVITY_DEVIATION = 0.03  # relative standard deviation of the sensitivity of a Hall sensor and its magnet [1]
-_LARGEST_ZERO = 0.02  # largest count of a free channel, as a fraction of the converter's range
-# Counts at full scale for a design without a read-out, as a fraction of the converter's range.
+_LARGEST_ZERO = 0.02  # largest count of a free channel, as a fraction of the converter's range [1]
 _FULL_SCALE_FRACTION = 0.25
-# Smallest stiffness divided by the designed stiffness; the inverse is the largest ratio.
+"""Counts at full scale for a design without a read-out, as a fraction of the converter's range [1]."""
 _SMALLEST_STIFFNESS_RATIO = 0.5
+"""Smallest stiffness divided by the designed stiffness [1]; the inverse is the largest ratio."""
+_SMALLEST_FULL_SCALE = 1e-9  # [N]; prevents a division by zero
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,7 +38,7 @@ class SimulatedUnit:
     compliance of the springs is proportional to (time under load)^`creep`, with `creep` in [1]. The domes protrude by
     `heights` (tips,) [mm]. The signals of the channels are `zeros` plus `per_mm` (channels, tips) times the deflections
     [mm]. `noise` is the standard deviation of each channel. The signals are counts up to `saturation`, or newtons if
-    `saturation` is None. After the tare, the zeros drift by `zero_drift`.
+    `saturation` is None. After the tare, the zeros are shifted by `zero_drift`.
     """
 
     domes: SprungDomes
@@ -62,7 +63,8 @@ class SimulatedUnit:
     def at_other_temperature(self, report: Report, rng: np.random.Generator) -> "SimulatedUnit":
         """Return a copy of the unit in which zeros, gains and the modulus of the leaves have drifted at random.
 
-        The drifts are due to a change of temperature. Each is uniform within the bound that the report states.
+        The drifts are due to a change of temperature. Each is uniform within the bound that the report states. All
+        leaves have the same modulus, so they share its drift.
         """
         channels = report.read_out.channels
         tips = len(self.heights)
@@ -92,7 +94,10 @@ def refuse_unsimulated(report: Report) -> None:
 
 
 def designed_unit(report: Report) -> SimulatedUnit:
-    """Return a unit that equals its design, with channels that show newtons and springs that do not creep."""
+    """Return a unit that equals its design, with channels that show newtons and springs that do not creep.
+
+    The channels have the noise of the design, but no zero error and no drift.
+    """
     K = 1.0 / np.diag(report.read_out.springs_mm_per_N)
     tips = len(K)
     return SimulatedUnit(
@@ -139,7 +144,8 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
 def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     """Return a unit with random errors of leaves, domes and channels; its channels show counts.
 
-    The process of the design states how much its prints scatter.
+    The process of the design states the scatter of its prints. The constants of this module state the scatter of the
+    zeros and the sensitivities.
     """
     designed = designed_unit(report)
     design, signal = report.design, report.read_out.signal
@@ -148,8 +154,8 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     stiffness_factors = _draw_stiffness_factors(design, rng)
     saturation = report.read_out.channels.saturation_counts
     if signal is None:
-        # The lower bound prevents a division by zero.
-        counts_per_N = _FULL_SCALE_FRACTION * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
+        full_scale_N = np.maximum(report.read_out.full_scale_N, _SMALLEST_FULL_SCALE)
+        counts_per_N = _FULL_SCALE_FRACTION * saturation / full_scale_N
     else:
         counts_per_N = np.array(signal.counts_per_N)
     # A Hall sensor responds to the deflection, so the counts per mm do not depend on the true stiffness of the spring.
@@ -177,24 +183,26 @@ def _draw_stiffness_factors(design: Design, rng: np.random.Generator) -> Floats:
     """
     process = design.process
     thickness = np.array(design.tips.each(*process.leaf_thicknesses_mm))
-    thickness_errors = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=len(thickness))
-    log_factors = thickness_errors + process.E_scatter * rng.normal()
-    return np.asarray(
-        np.exp(np.clip(log_factors, math.log(_SMALLEST_STIFFNESS_RATIO), -math.log(_SMALLEST_STIFFNESS_RATIO)))
-    )
+    # The factor 3 is the exponent of the thickness.
+    log_errors_by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=len(thickness))
+    log_factors = log_errors_by_thickness + process.E_scatter * rng.normal()
+    log_limit = math.log(_SMALLEST_STIFFNESS_RATIO)
+    return np.asarray(np.exp(np.clip(log_factors, log_limit, -log_limit)))
 
 
 def domes_of(design: Design, K: Floats) -> SprungDomes:
     """Return the domes of a design on springs of stiffness K (tips,) [N/mm]; tips without a dome have the radius 0."""
     tips = design.tips
     radius = tips.dome_radius_mm or 0.0
-    return SprungDomes(dome_radius=radius, positions=np.array(tips.places_mm), K=K, rim=min(0.5 * tips.side_mm, radius))
+    rim = min(0.5 * tips.side_mm, radius)  # distance from the axis at which a dome ends [mm]
+    return SprungDomes(dome_radius=radius, positions=np.array(tips.places_mm), K=K, rim=rim)
 
 
 def draw_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> SprungDomes:
     """Return a copy of the domes with a random error of the radius, and with a cap that is randomly flat or pointed.
 
-    All domes of one print have the same form error.
+    All domes of one print have the same form error. `form` is the height of the error [mm] at the distance r [mm] from
+    the axis.
     """
     height_deviation, radius_deviation = form_deviations(design.tips, design.process)
     cap_radius = float(rng.choice(CAPS))

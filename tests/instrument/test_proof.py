@@ -10,10 +10,12 @@ from instrument.proof import ProvedReading, evaluate_proof, prove
 from sensor.quantity import InputError
 
 
-def reading(bars=0.5, *flags, told=1.0):
+def reading(bars=0.5, *flags, E_read=1.0):
     u, E = 0.2, 1.0 + 0.2 * bars
-    error = None if told is None else told / E - 1.0
-    return ProvedReading(E=E, radii=(45.0, 90.0), thickness=12.0, tilt=1.0, told=told, u=u, error=error, flags=flags)
+    error = None if E_read is None else E_read / E - 1.0
+    return ProvedReading(
+        E=E, radii=(45.0, 90.0), thickness=12.0, tilt=1.0, E_read=E_read, u=u, error=error, flags=flags
+    )
 
 
 GOOD = [reading(0.9), reading(-0.9), reading(0.1, "out_of_range"), reading(0.2, "press_over_bruise_limit")]
@@ -29,7 +31,7 @@ GOOD = [reading(0.9), reading(-0.9), reading(0.1, "out_of_range"), reading(0.2, 
         (59 * [reading()] + [reading(2.1, "out_of_range")], 1, 0, False),
         (54 * [reading()] + 6 * [reading(9.0, "uncertain")], 0, 6, True),
         (53 * [reading()] + 7 * [reading(0.1, "one_sample")], 0, 7, False),
-        (53 * [reading()] + 7 * [reading(told=None)], 0, 7, False),
+        (53 * [reading()] + 7 * [reading(E_read=None)], 0, 7, False),
     ],
 )
 def test_what_an_honest_design_may_have(readings, outside, flagged, passed):
@@ -51,8 +53,8 @@ def test_a_press_is_held_to_the_truth(mango):
     proof = prove(mango.report, 1, 4, heard.append)
     (found,) = proof.readings
     assert heard == [1]
-    assert found.told == pytest.approx(found.E, rel=2.0 * found.u)
-    assert found.error == pytest.approx(found.told / found.E - 1.0)
+    assert found.E_read == pytest.approx(found.E, rel=2.0 * found.u)
+    assert found.error == pytest.approx(found.E_read / found.E - 1.0)
 
 
 @pytest.mark.parametrize(("refused", "again"), [(0, 0), (2, 2), (5, None)])

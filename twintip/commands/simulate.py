@@ -315,14 +315,13 @@ def _reading_cells(reading: ProvedReading) -> tuple[str, ...]:
     The error and the 95 % error bar are relative to the true modulus. The last cell holds the flags of the reading.
     """
     result_cells = ("-", "-", "-")  # for a press from which no modulus could be read
-    if reading.told is not None and reading.error is not None and reading.u is not None:
+    if reading.E_read is not None and reading.error is not None and reading.u is not None:
         result_cells = (
-            f"{reading.told:.3f}",
+            f"{reading.E_read:.3f}",
             f"{100.0 * reading.error:+.1f} %",
-            f"{100.0 * reading.u * reading.told / reading.E:.1f} %",  # `u` is relative to the modulus that was read
+            f"{100.0 * reading.u * reading.E_read / reading.E:.1f} %",  # `u` is relative to the modulus that was read
         )
-    # `bars` is the error divided by the 95 % error bar.
-    outside = "outside" if reading.bars > 1.0 and not reading.is_flagged else ""
+    outside = "outside" if reading.error_in_bars > 1.0 and not reading.is_flagged else ""
     thickness = "-" if reading.thickness is None else f"{reading.thickness:.1f}"
     return (
         f"{reading.E:.3f}",

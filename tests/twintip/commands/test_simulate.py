@@ -75,13 +75,13 @@ def test_all_files_of_one_unit(folder, capsys):
 @pytest.mark.parametrize(("bars", "code"), [(0.9, 0), (2.5, 1)])
 def test_the_exit_code_of_a_proof(bars, code, folder, monkeypatch, capsys):
     truth = {"E": 1.0 + 0.1 * bars, "radii": (45.0, 90.0), "thickness": None, "tilt": 1.0}
-    reading = ProvedReading(**truth, told=1.0, u=0.1, error=-0.2, flags=("out_of_range",))
+    reading = ProvedReading(**truth, E_read=1.0, u=0.1, error=-0.2, flags=("out_of_range",))
     monkeypatch.setattr(simulate, "prove", lambda _, count, seed, __: evaluate_proof("mango", seed, count * [reading]))
     assert main(["simulate", folder, "--prove", "3"]) == code
     _, row, *_, last = capsys.readouterr().out.splitlines()
     # Error and bar are parts of the truth, where the bar that is told is a part of what is told.
     percents = [float(number) for number in re.findall(r"(\S+) %", row)]
-    assert percents == pytest.approx([-20.0, 10.0 * reading.told / reading.E], abs=0.05)
+    assert percents == pytest.approx([-20.0, 10.0 * reading.E_read / reading.E], abs=0.05)
     assert last.startswith("not proved: 3 of 3 readings are outside" if code else "proved")
     assert main(["simulate", folder, "--prove", "3", "--json"]) == code
     told = json.loads(capsys.readouterr().out)
