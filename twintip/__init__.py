@@ -1,4 +1,4 @@
-"""The public names of the package. Their docstrings are collected in docs/python-names.md.
+"""The public names of the package; docs/python-names.md collects their docstrings.
 
 Units are mm, N and MPa. `__init__.pyi` lists the module of each name, for this file, editors and type checkers. A name
 is imported on first use, so that `import twintip` is fast. `__version__` is the version of the installed package.
@@ -19,6 +19,7 @@ __all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> object:
+    """Import a public name on its first use. Raises AttributeError for any other name."""
     if name == "__version__":
         return import_module("importlib.metadata").version(__name__)
     if name not in _MODULE_OF:
@@ -28,4 +29,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
+    """Return the public names, although most of them are not yet imported."""
     return ["__version__", *__all__]

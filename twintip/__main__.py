@@ -1,4 +1,4 @@
-"""The entry point of `python -m twintip` and of the console scripts. Ctrl-C and SIGTERM end it immediately."""
+"""The entry point of `python -m twintip` and of the console scripts. Ctrl-C and SIGTERM end the process immediately."""
 
 import gc
 import os
@@ -13,7 +13,7 @@ def main() -> int:
     """Run the command of this process and return its exit code, or 128 plus the number of the signal that ended it."""
     code = 0
     try:
-        end_by_signals()  # set up before the libraries are loaded, which takes several seconds
+        end_by_signals()  # comes first, because loading the libraries takes several seconds
         from twintip.cli import main as run_command
 
         code = run_command()
@@ -26,7 +26,8 @@ def main() -> int:
     if signal_number is None:
         return code
     ignore_signals()
-    os.dup2(os.open(os.devnull, os.O_WRONLY), _STDOUT)  # otherwise Python might block while it flushes a partial answer
+    # At exit, Python flushes a partial answer, and would wait if nothing reads it. The null device takes it instead.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), _STDOUT)
     os.write(_STDERR, b"pipeline: interrupted\n")
     return 128 + signal_number
 

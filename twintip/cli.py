@@ -38,9 +38,11 @@ _COMPLETION = "--completion"
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command, print its answers as they arrive, and return the exit code of the last answer.
 
-    `argv` holds the command and its flags. If it is None, the arguments of the process are used, and the threads,
-    warnings and streams of the process are set up first. Raises KeyboardInterrupt if a signal ended the command, even
-    if a library converted the interruption to another error.
+    `argv` holds the command and its flags. If it is None, the command and flags are the arguments of the process. Then
+    the threads, warnings and streams of the process are set up first. A wrong input is printed as one line.
+
+    Raises KeyboardInterrupt if a signal ended the command, even if a library converted the interruption to another
+    error.
     """
     if argv is None:
         _prepare_process()
@@ -52,13 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             with printing_answer():  # argparse itself would not report that the text could not be printed
                 print(help_text, end="")
         else:
-            arguments = _parse_arguments(words[0], words[1:])
-            command: Any = import_module(COMMANDS[words[0]].module)
-            result: Answer | Iterator[Answer] = command.run(arguments)  # some commands yield several answers
-            answers = [result] if isinstance(result, Answer) else result
-            for answer in answers:
-                print_answer(answer, as_json=getattr(arguments, "json", False))
-                code = answer.code
+            code = _run_command(words[0], words[1:])
         sys.stdout.flush()
     except BrokenPipeError:  # the program that reads the output has ended
         discard_output()
@@ -71,13 +67,30 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
+def _run_command(name: str, words: list[str]) -> int:
+    """Run the command called `name`, print its answers, and return the exit code of the last answer.
+
+    `words` are the flags of the command and their values. Raises InputError for wrong flags or another wrong input.
+    """
+    arguments = _parse_arguments(name, words)
+    command: Any = import_module(COMMANDS[name].module)  # imported late, because most modules are slow to load
+    result: Answer | Iterator[Answer] = command.run(arguments)  # some commands yield several answers
+    answers = [result] if isinstance(result, Answer) else result
+    code = PASSED
+    for answer in answers:
+        print_answer(answer, as_json=getattr(arguments, "json", False))
+        code = answer.code
+    return code
+
+
 def _error_line(error: Exception) -> str:
-    """Return the line that reports an error to the user."""
+    """Return the line that reports an error to the user: what is wrong, and what to do."""
     if isinstance(error, MemoryError):
         return "The program ran out of memory. A run needs about 2 GiB: free some memory, or raise its limit."
     if isinstance(error, BrokenExecutor):
         return "A worker process died, probably for lack of memory. Free some memory and run the command again."
     message = str(error)
+    # An InputError has such a line as its message. So has an OSError of this program, which has no error number.
     if not isinstance(error, OSError) or (error.errno is None and message):
         return message
     name = error.filename or "output"
@@ -85,13 +98,17 @@ def _error_line(error: Exception) -> str:
 
 
 def _prepare_process() -> None:
-    """Set up the threads, warnings and streams of the process, and the width of the terminal."""
+    """Set up the threads, warnings and streams of the process, and the width of the terminal.
+
+    This changes environment variables, which child processes inherit.
+    """
     # The order of summation, and therefore the last digits, depends on the number of threads.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     warnings.simplefilter("ignore")  # the warnings of libraries do not help the user of a command
     os.environ["PYTHONWARNINGS"] = "ignore"  # the same in child processes, such as loky's resource tracker
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-        # If the shell has closed a stream, the next file to be opened would get its file descriptor.
+        # Python sets a stream to None if the shell has closed it. The next file to be opened would get its file
+        # descriptor, so the null device takes its place.
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
     for stream in (sys.stdout, sys.stderr):
@@ -104,8 +121,8 @@ def _prepare_process() -> None:
 def _requested_help(words: list[str]) -> str | None:
     """Return the text that a help, version or completion flag prints, or None if the arguments have no such flag.
 
-    `words` are the arguments of the program. Without arguments, the list of the commands is returned. Raises InputError
-    for an unknown shell after `--completion`.
+    `words` are the arguments of the program. No arguments have the same effect as `--help`, which lists the commands.
+    Raises InputError for an unknown shell after `--completion`.
     """
     first = words[0] if words else "--help"
     if first in ("-h", "--help"):
@@ -116,13 +133,18 @@ def _requested_help(words: list[str]) -> str | None:
         return f"twintip {version('twintip')}\n"
     if first.partition("=")[0] == _COMPLETION:
         return completion(words)
-    if first in COMMANDS and not {"-h", "--help"}.isdisjoint(words):  # before the other flags are checked
+    has_help_flag = "-h" in words or "--help" in words  # anywhere, even after flags that are wrong
+    if first in COMMANDS and has_help_flag:
         return command_parser(first).format_help()
     return None
 
 
 def completion(words: list[str]) -> str:
-    """Return the script that completes commands and flags in a shell. Raises InputError for an unknown shell."""
+    """Return the script that completes commands and flags in a shell.
+
+    `words` are the arguments of the program: `--completion=SHELL`, or `--completion` and the shell. Raises InputError
+    for an unknown shell.
+    """
     from twintip.completion import SHELLS, CompletedParser, completion_script
 
     shell = words[0].partition("=")[2] or "".join(words[1:])
@@ -135,26 +157,28 @@ def completion(words: list[str]) -> str:
 def _parse_arguments(command: str, words: list[str]) -> argparse.Namespace:
     """Parse the words after a command, which are its flags and their values.
 
-    Raises InputError for an unknown command or flag, naming the closest known one, and for a flag that was removed.
+    Raises InputError for an unknown command or flag, with the closest known name in the message, and for a removed
+    flag.
     """
     if command.startswith("-") and command not in COMMANDS:
         raise unknown_name("flag", _flag(command), ["--help", "--version", _COMPLETION])
     if command not in COMMANDS:
         raise unknown_name("command", _flag(command), [*COMMANDS])
     parser = command_parser(command)
-    # its message names what replaces a removed flag
+    # A removed flag is refused before it is unknown, because this message states what replaces it.
     refuse_removed(*(f"{parser.prog} {_flag(word)}" for word in words))
     arguments, unknown_words = parser.parse_known_intermixed_args(words)
-    if unknown_words and unknown_words[0].startswith("-"):
-        raise unknown_name("flag", _flag(unknown_words[0]), parser.flags)
     if unknown_words:
-        msg = f"{unknown_words[0]!r} must be a flag or the value of one. Remove it, or see {parser.prog} -h."
+        first = unknown_words[0]
+        if first.startswith("-"):
+            raise unknown_name("flag", _flag(first), parser.flags)
+        msg = f"{first!r} must be a flag or the value of one. Remove it, or see {parser.prog} -h."
         raise InputError(msg)
     return arguments
 
 
 def _flag(word: str) -> str:
-    """Return the part of a word before its equals sign: the flag without its value."""
+    """Return the flag in a word such as `--out=DIR`, without the equals sign and the value."""
     return word.partition("=")[0]
 
 
@@ -167,15 +191,15 @@ class _Parser(argparse.ArgumentParser):
         `prog` is the command as it is typed, for example "pipeline run".
         """
         codes = [f"{code:d} {meaning}" for code, meaning in EXIT_CODES.items()]
-        # All codes do not fit on one line, so the codes of interruptions are on a second line.
+        # One line is too short for all codes. The first three are outcomes, and the others are interruptions.
         code_lines = f"exit code: {', '.join(codes[:3])},\n           {', '.join(codes[3:])}"
         super().__init__(
             prog=prog,
             description=description,
             epilog=f"example: {example}\n{code_lines}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
+            formatter_class=argparse.RawDescriptionHelpFormatter,  # keeps the line breaks
             allow_abbrev=False,
-            add_help=False,
+            add_help=False,  # the flag is added below, with a help text in the style of the other flags
         )
         self.add_argument("-h", "--help", action="help", help="Show this help and exit")
 
@@ -200,10 +224,10 @@ def command_parser(name: str) -> _Parser:
 
 
 def front_parser(command_parser_class: type[argparse.ArgumentParser] | None = None) -> _Parser:
-    """Return the parser whose help lists the commands. It is not used to parse the flags of a command.
+    """Return the parser whose help lists the commands. `command_parser` returns the parser for the flags of a command.
 
-    If `command_parser_class` is given, each command has a parser of this class with all its flags, from which the
-    script for completion is generated.
+    If `command_parser_class` is given, each command has a parser of this class with all its flags. The script for
+    completion is generated from these parsers.
     """
     example = "pipeline run --nl 0.05 --p-max 5      each command has its own -h"
     purpose = "Design a two-spring tactile sensor for fruit and prove it by finite elements."

@@ -1,4 +1,8 @@
-"""The commands and their flags. This module is loaded for every help text, so it imports nothing slow."""
+"""The commands and their flags. This module is loaded for every help text, so it imports nothing slow.
+
+A value in capitals in a help text is the placeholder of a flag's value. argparse formats help texts, so a percent sign
+is written twice.
+"""
 
 from argparse import ArgumentParser
 from collections.abc import Callable
@@ -32,9 +36,10 @@ def number(text: str) -> float:
 
 
 def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float, float]:
-    """Return the two principal radii [mm] given by `--radius`. If only one is given, they are equal.
+    """Return the two principal radii [mm] in the value `text` of `--radius`, as in "26,30"; one radius is used twice.
 
-    Raises InputError, whose message contains `bound` and `hint`, unless there are one or two numbers within `bounds`.
+    Raises InputError unless there are one or two numbers within `bounds`. Its message contains `bound`, the text that
+    describes what is allowed, and `hint`.
     """
     parts = text.split(",")
     radii = [value for value in map(parse_number, parts) if value is not None]
@@ -46,10 +51,22 @@ def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float
 
 
 def _add_json(parser: ArgumentParser) -> None:
+    """Add the flag for output as JSON."""
     parser.add_argument("--json", action="store_true", help="Print JSON instead of tables")
 
 
+def _add_columns(parser: ArgumentParser, file: str, *, columns: str, units: str) -> None:
+    """Add the flags for the columns of measured tables and for their units.
+
+    `file` is the name of the tables in the help texts, and `columns` and `units` are examples of values.
+    """
+    add = parser.add_argument
+    add("--columns", metavar="NAME=HEADER,...", help=f"Headers of {file}, or numbers of columns, as in {columns}")
+    add("--units", metavar="NAME=UNIT,...", help=f"Units of columns whose headers have none, as in {units}")
+
+
 def _add_counts(parser: ArgumentParser) -> None:
+    """Add the flag for the notation of counts in a table."""
     parser.add_argument(
         "--counts-as",
         choices=("unsigned", "offset"),
@@ -58,6 +75,7 @@ def _add_counts(parser: ArgumentParser) -> None:
 
 
 def _add_force(parser: ArgumentParser) -> None:
+    """Add the flag that allows existing files to be replaced."""
     parser.add_argument(
         "--force",
         action="store_true",
@@ -83,7 +101,8 @@ def _add_design(parser: ArgumentParser) -> None:
 
 
 def _add_whole_run(parser: ArgumentParser) -> None:
-    """Add the flags for a design and for the options of its run. By default, no files for fabrication are written."""
+    """Add the flags for a design and for the options of its run, which `pipeline run` and `pipeline design` share."""
+    # A command without one of these flags has the default. Only `pipeline design` writes files for fabrication.
     parser.set_defaults(look=False, watch=None, fabrication=False)
     add = parser.add_argument
     _add_design(parser)
@@ -212,12 +231,7 @@ def _add_modulus(parser: ArgumentParser) -> None:
     )
     _add_pressed_body(parser)
     _add_compression(parser)
-    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Last,travel=3")
-    add(
-        "--units",
-        metavar="NAME=UNIT,...",
-        help="Units of columns for which the file gives none, as in force=kN,travel=um",
-    )
+    _add_columns(parser, "the file", columns="force=Last,travel=3", units="force=kN,travel=um")
     add(
         "--compression-negative",
         action="store_true",
@@ -333,12 +347,7 @@ def _add_calibrate(parser: ArgumentParser) -> None:
         "its columns are travel_mm and the counts of each channel",
     )
     _add_ball(parser)
-    add("--columns", metavar="NAME=HEADER,...", help="Headers, or numbers of columns, as in force=Gewicht,counts_l=4")
-    add(
-        "--units",
-        metavar="NAME=UNIT,...",
-        help="Units of columns for which a table gives none, as in force=g,deflection=um",
-    )
+    _add_columns(parser, "the tables", columns="force=Gewicht,counts_l=4", units="force=g,deflection=um")
     _add_counts(parser)
     add("--out", metavar="unit.toml", type=Path, help="Write the unit to this file, for pipeline read --unit")
     add(
@@ -401,10 +410,9 @@ def _add_read(parser: ArgumentParser) -> None:
     add(
         "--radius",
         metavar="R1,R2",
-        help="Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)",
+        help="Principal radii of the fruit, or one radius if it is round [mm] (default: the radii of the design)",
     )
-    add("--columns", metavar="NAME=HEADER,...", help="Headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft")
-    add("--units", metavar="NAME=UNIT,...", help="Units of columns for which FILE.csv gives none, as in t=ms,F_l=mN")
+    _add_columns(parser, "FILE.csv", columns="t=1,F_l=Kraft", units="t=ms,F_l=mN")
     _add_counts(parser)
     add("--each", action="store_true", help="Print a reading of the press up to each sample")
     add(
@@ -429,7 +437,7 @@ def _add_firmware(parser: ArgumentParser) -> None:
         metavar="DIR",
         type=Path,
         nargs="?",
-        const=True,
+        const=True,  # the value of --logger without DIR
         help="Write the programs of the board in MicroPython and for Arduino (default DIR: OUT-board); "
         "they print counts, or E if --unit is given",
     )
@@ -453,7 +461,9 @@ def _add_simulate(parser: ArgumentParser) -> None:
         type=Path,
         help="Unit that presses the fruit, written by pipeline calibrate (default: the unit as designed)",
     )
-    _add_simulated_press(parser)
+    _add_simulated_fruit(parser)
+    _add_simulated_pose(parser)
+    _add_simulated_presses(parser)
     add(
         "--weights",
         metavar="FILE.csv",
@@ -477,8 +487,8 @@ def _add_simulate(parser: ArgumentParser) -> None:
     _add_json(parser)
 
 
-def _add_simulated_press(parser: ArgumentParser) -> None:
-    """Add the flags for the fruit of a simulation, the pose of the sensor on it, and the presses."""
+def _add_simulated_fruit(parser: ArgumentParser) -> None:
+    """Add the flags for the fruit of a simulation."""
     add = parser.add_argument
     add(
         "--E", metavar="MPA", type=number, help="Modulus of the fruit [MPa] (default: the middle of the design's range)"
@@ -486,7 +496,7 @@ def _add_simulated_press(parser: ArgumentParser) -> None:
     add(
         "--radius",
         metavar="R1,R2",
-        help="Principal radii of the fruit, or one radius if it is round [mm] (default: those of the design)",
+        help="Principal radii of the fruit, or one radius if it is round [mm] (default: the radii of the design)",
     )
     add(
         "--azimuth",
@@ -500,6 +510,11 @@ def _add_simulated_press(parser: ArgumentParser) -> None:
         type=number,
         help="Thickness of the flesh over the stone [mm] (default: as in the design)",
     )
+
+
+def _add_simulated_pose(parser: ArgumentParser) -> None:
+    """Add the flags for the pose of the sensor on the fruit of a simulation."""
+    add = parser.add_argument
     add(
         "--tilt",
         metavar="DEG",
@@ -513,6 +528,11 @@ def _add_simulated_press(parser: ArgumentParser) -> None:
         type=number,
         help="Direction of --tilt and --off-centre, from +x of the housing [deg] (default 0)",
     )
+
+
+def _add_simulated_presses(parser: ArgumentParser) -> None:
+    """Add the flags for the presses of a simulation, and for what makes them differ from ideal presses."""
+    add = parser.add_argument
     add(
         "--presses",
         metavar="N",

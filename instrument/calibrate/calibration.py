@@ -13,7 +13,7 @@ from instrument.calibrate.creep import Weighing, correct_weights
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
 from instrument.calibrate.hard_plate import PressedSpring, fit_springs_on_plate
 from instrument.calibrate.reference_presses import BallPresses, PressedBall, measure_ball_correction
-from instrument.calibrate.unit_table import UnitRow, error_sources, leaf_trims, unit_table
+from instrument.calibrate.unit_table import UnitRow, compute_leaf_trims, error_sources, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.calibrate.weights import (
     DEFLECTION,
@@ -224,9 +224,9 @@ def read_print_table(
     signed. The table of a coupon has a column `coupon` instead. `flags` specifies columns and units that the header
     lacks. `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts.
 
-    Raises InputError unless the table has exactly one of the columns `tip` and `coupon`. It is also raised if only some
-    channels have counts, if a tip is unknown, if a count is beyond the range of the converter, and if `counts_as` is
-    given for a table without counts.
+    Raises InputError unless the table has exactly one of the columns `tip` and `coupon`. It is also raised if a tip is
+    unknown, if only some channels have counts, and if a count is beyond the range of the converter. A table without
+    counts raises it if `counts_as` is given.
     """
     count_names = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(count_names, COUNTS)})
@@ -306,7 +306,7 @@ def calibrate_unit(
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighing = correct_weights(table, report, after_s)
     springs, channels, spring_notes = _measure_springs(table, weighing, plate, designed)
-    unit = _printed_unit(report, weighing, springs, channels)
+    unit = _build_unit(report, weighing, springs, channels)
     ball_presses = None
     if ball is not None:
         # The presses on the ball are read with the calibrated springs, but without the correction that they determine.
@@ -327,7 +327,7 @@ def calibrate_unit(
         nominal=designed_stiffnesses,
         table=table_rows,
         verdicts=verdicts,
-        trims=leaf_trims(sensor, designed_stiffnesses),
+        trims=compute_leaf_trims(sensor, designed_stiffnesses),
         assumed=[*_notes_on_missing_presses(report, plate, ball), *spring_notes],
         error_by=error_by,
         weighing=weighing,
@@ -361,13 +361,13 @@ def _measure_springs(
     """
     report = designed.report
     notes = [weighing.note] if weighing.note else []
-    deflections, channels = _fit_weights(table, weighing, designed)
+    deflection_lines, channels = _fit_weights(table, weighing, designed)
     plate_springs = None
     if plate is not None:
-        plate_springs, plate_notes = _springs_on_plate(plate, table, channels, deflections, report)
+        plate_springs, plate_notes = _measure_springs_on_plate(plate, table, channels, deflection_lines, report)
         notes += plate_notes
-    notes += _notes_on_bends(table, report, deflections, channels)
-    return _calibrated_springs(report, deflections, channels, plate_springs), channels, notes
+    notes += _notes_on_bends(table, report, deflection_lines, channels)
+    return _choose_springs(report, deflection_lines, channels, plate_springs), channels, notes
 
 
 def _fit_weights(
@@ -377,7 +377,7 @@ def _fit_weights(
 
     `weighing` holds the weights corrected for creep. `designed` is a unit with the designed stiffnesses, with which the
     measured stiffnesses must agree within the factor `UNLIKE_DESIGN`. Returns the line of deflection [mm] against
-    weight [N] of each tip, and the calibration of the channels. The latter is None if the table has no counts.
+    weight [N] of each tip, and the calibration of the channels (None if the table has no counts).
 
     Raises InputError if the table does not determine the springs, or contradicts the design.
     """
@@ -385,9 +385,9 @@ def _fit_weights(
     names = [tip.name for tip in report.tips]
     count_columns = [key for key in count_keys(len(names)) if key in table.numbers]
     lines = fit_weight_lines(table, names, count_columns, weighing.forces)
-    deflections = [lines[name, DEFLECTION] for name in names]
-    _check_stiffnesses(table, [stiffness_of_line(line) for line in deflections], designed)
-    return deflections, calibrate_channels(table, report, lines, weighing.forces)
+    deflection_lines = [lines[name, DEFLECTION] for name in names]
+    _check_stiffnesses(table, [stiffness_of_line(line) for line in deflection_lines], designed)
+    return deflection_lines, calibrate_channels(table, report, lines, weighing.forces)
 
 
 class _CalibratedSprings(NamedTuple):
@@ -406,16 +406,16 @@ class _CalibratedSprings(NamedTuple):
     lacks_of_fit: Sequence[LackOfFit]
 
 
-def _calibrated_springs(
+def _choose_springs(
     report: Report,
-    deflections: Sequence[Line],
+    deflection_lines: Sequence[Line],
     channels: ChannelCalibration | None,
     plate_springs: Sequence[PressedSpring] | None,
 ) -> _CalibratedSprings:
     """Choose the most accurate measurement of the springs: the plate, or the weights if there was no plate.
 
-    `deflections` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None if
-    the table of weights has no counts. `plate_springs` is None if there was no press on a plate.
+    `deflection_lines` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None
+    if the table of weights has no counts. `plate_springs` is None if there was no press on a plate.
     """
     if plate_springs is not None:
         return _CalibratedSprings(
@@ -433,17 +433,17 @@ def _calibrated_springs(
         # Without counts nothing is known of the channels, so the design's error for uncalibrated channels applies.
         method = "weights and deflections"
         requirements = report.design.reading or ReadingRequirements()
-        gain_percent = len(deflections) * [requirements.uncalibrated_gain_percent]
+        gain_percent = len(deflection_lines) * [requirements.uncalibrated_gain_percent]
     return _CalibratedSprings(
         method=method,
         calibrated_by="weights",
-        stiffnesses=[stiffness_of_line(line) for line in deflections],
+        stiffnesses=[stiffness_of_line(line) for line in deflection_lines],
         gain_percent=gain_percent,
-        lacks_of_fit=[line.bend.lack_of_fit for line in deflections],
+        lacks_of_fit=[line.bend.lack_of_fit for line in deflection_lines],
     )
 
 
-def _printed_unit(
+def _build_unit(
     report: Report, weighing: Weighing, springs: _CalibratedSprings, channels: ChannelCalibration | None
 ) -> PrintedUnit:
     """Build the record of the unit that later readings use, from its calibrated springs and channels.
@@ -503,24 +503,24 @@ def _check_stiffnesses(table: MeasuredTable, stiffnesses: Sequence[Estimate], de
             raise validation_error(field, float(f"{ratio:.3g}"), "", bound, hint)
 
 
-def _springs_on_plate(
+def _measure_springs_on_plate(
     plate: MeasuredTable,
     table: MeasuredTable,
     channels: ChannelCalibration | None,
-    deflections: Sequence[Line],
+    deflection_lines: Sequence[Line],
     report: Report,
 ) -> tuple[list[PressedSpring], list[str]]:
     """Measure the springs by a press on a plate; returns one spring for each tip, and notes on their accuracy.
 
     `plate` is the table of the press. The `channels`, calibrated by the `table` of weights, convert its counts to
-    forces. `deflections` are the lines of deflection [mm] against weight [N], one for each tip. Their stiffnesses must
-    agree with the press. Raises InputError if they do not, or if the table of weights has no counts.
+    forces. `deflection_lines` are the lines of deflection [mm] against weight [N], one for each tip. Their stiffnesses
+    must agree with the press. Raises InputError if they do not, or if the table of weights has no counts.
     """
     if channels is None:
         columns = ", ".join(count_keys(len(report.tips)))
         bound = "a table with the counts of each channel, which --plate needs"
         raise validation_error(table.source, "weights without counts", "", bound, f"add the columns {columns}")
-    weight_stiffnesses = [stiffness_of_line(line) for line in deflections]
+    weight_stiffnesses = [stiffness_of_line(line) for line in deflection_lines]
     plate_springs = fit_springs_on_plate(plate, channels, weight_stiffnesses, report)
     names = [tip.name for tip in report.tips]
     return plate_springs, _note_on_plate(plate_springs, weight_stiffnesses, names, plate)
@@ -552,18 +552,18 @@ def _note_on_plate(
 
 
 def _notes_on_bends(
-    table: MeasuredTable, report: Report, deflections: Sequence[Line], channels: ChannelCalibration | None
+    table: MeasuredTable, report: Report, deflection_lines: Sequence[Line], channels: ChannelCalibration | None
 ) -> list[str]:
     """Return a note for each calibration line that is noticeably bent.
 
     The lines are the deflection of each tip and the counts of each channel, both as functions of the weight.
-    `deflections` are the lines of the tips, and `channels` is None if the `table` of weights has no counts.
+    `deflection_lines` are the lines of the tips, and `channels` is None if the `table` of weights has no counts.
     """
     changes = {}  # change of each line's slope from no weight to the largest weight [%]
-    for tip, line in zip(report.tips, deflections, strict=True):
+    for tip, line in zip(report.tips, deflection_lines, strict=True):
         changes[f"deflection of {tip.name}"] = 100.0 * line.bend.significant_change
     if channels is not None:
-        changes |= zip(count_keys(len(deflections)), channels.bend_percent, strict=True)
+        changes |= zip(count_keys(len(deflection_lines)), channels.bend_percent, strict=True)
     # At either end of a line, the slope differs from its mean by half of the change.
     largest_change = 2.0 * KNOWN_WELL_PERCENT
     return [

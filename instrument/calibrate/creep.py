@@ -76,34 +76,40 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
     Raises InputError for invalid times, and for times given both in the table and by `after_s`. It is also raised for a
     compliance that decreases with time, or that at least doubles in a decade.
     """
-    process_creep = report.creep
     forces = table.numbers["force"]
     if "t" not in table.numbers:
         common_time = WEIGHED_AFTER_S if after_s is None else after_s
-        return Weighing(forces=forces, after_s=common_time, creep=process_creep, is_measured=False)
+        return Weighing(forces=forces, after_s=common_time, creep=report.creep, is_measured=False)
     if after_s is not None:
         bound = "left out if a column t_s has the times"
         raise validation_error("--after", after_s, "s", bound, "give either the column or --after")
     _check_times(table)
     is_loaded = forces != 0.0
     if not is_loaded.any():  # there is nothing to correct, and zero deflections do not show creep
-        return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=process_creep, is_measured=False)
+        return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=report.creep, is_measured=False)
     common_time = float(np.exp(np.log(table.numbers["t"][is_loaded]).mean()))  # geometric mean
-    # Metal springs do not creep.
-    measured = None if report.design.process.is_metal else _measured_creep(table, report, common_time)
-    creep = process_creep
-    is_measured = False
-    note = ""
-    if measured is not None:
-        is_measured = _is_more_accurate(measured, process_creep)
-        if is_measured:
-            error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
-            creep = replace(measured, error=error)
-        else:
-            reason = "no more accurate than the creep of the process"
-            note = f"the times of {table.source} give a creep of {measured}, {reason}"
+    creep, is_measured, note = _choose_creep(table, report, common_time)
     corrected = forces * (table.numbers["t"] / common_time) ** creep.exponent
     return Weighing(forces=corrected, after_s=common_time, creep=creep, is_measured=is_measured, note=note)
+
+
+def _choose_creep(table: MeasuredTable, report: Report, common_time: float) -> tuple[CreepLaw, bool, str]:
+    """Return the creep law of a unit, whether the table determined it, and a note if the measured creep is not used.
+
+    The creep measured by the table is used only if it is more accurate than the creep of the process. Otherwise the law
+    is the creep of the process. `common_time` [s] is the time to which the weights are corrected.
+    """
+    process_creep = report.creep
+    if report.design.process.is_metal:  # metal springs do not creep
+        return process_creep, False, ""
+    measured = _measure_creep(table, report, common_time)
+    if measured is None:
+        return process_creep, False, ""
+    if not _is_more_accurate(measured, process_creep):
+        reason = "no more accurate than the creep of the process"
+        return process_creep, False, f"the times of {table.source} give a creep of {measured}, {reason}"
+    error = math.hypot(measured.error, _EXTRAPOLATION_FRACTION * process_creep.error)
+    return replace(measured, error=error), True, ""
 
 
 def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
@@ -117,21 +123,22 @@ def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
 
 def _check_times(table: MeasuredTable) -> None:
     """Raise InputError if a reading time is negative, is 0 under load, or decreases while the same weight hangs."""
-    times = table.numbers["t"]
-    forces = table.numbers["force"]
-    for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):
+    times = table.numbers["t"].tolist()
+    weights = list(zip(table.texts["tip"], table.numbers["force"].tolist(), strict=True))  # the tip and its force [N]
+    for row, (t, weight) in enumerate(zip(times, weights, strict=True)):
         place = place_of(table.source, table.lines[row], "t")
+        _, force = weight
         is_loaded = force != 0.0
         if t < 0.0 or (is_loaded and t == 0.0):
             bound = "greater than 0" if is_loaded else "at least 0"
             raise validation_error(place, t, "s", bound, "give the time in seconds since that weight was hung")
-        is_same_weight = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
-        if is_same_weight and is_loaded and t < times[row - 1]:
+        still_hangs = row > 0 and weight == weights[row - 1]
+        if still_hangs and is_loaded and t < times[row - 1]:
             bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
             raise validation_error(place, t, "s", bound, "correct that time, or add a row without weight in between")
 
 
-def _measured_creep(table: MeasuredTable, report: Report, common_time: float) -> CreepLaw | None:
+def _measure_creep(table: MeasuredTable, report: Report, common_time: float) -> CreepLaw | None:
     """Return the creep law from readings of one weight at several times; None if no weight has such readings.
 
     The exponent of the law is the mean over the dial and count columns of all tips, weighted by their inverse
@@ -144,8 +151,8 @@ def _measured_creep(table: MeasuredTable, report: Report, common_time: float) ->
     inverse_variances = np.array([exponent.error for exponent in exponents]) ** -2.0
     values = np.array([exponent.value for exponent in exponents])
     mean = float(np.average(values, weights=inverse_variances))
-    # If the columns scatter by more than their errors explain, the error of the mean is scaled by the Birge ratio, the
-    # root of chi squared per degree of freedom. One column has no degree of freedom, and its chi squared is 0.
+    # If the columns scatter by more than their errors explain, the Birge ratio increases the error of the mean. It is
+    # the root of chi squared per degree of freedom. One column has no degree of freedom, and its chi squared is 0.
     reduced_chi_squared = float(inverse_variances @ (values - mean) ** 2) / max(len(exponents) - 1, 1)
     error = math.sqrt(max(reduced_chi_squared, 1.0) / float(inverse_variances.sum()))
     # A compliance cannot decrease. Chance may make the mean negative, by up to two standard errors.

@@ -123,7 +123,7 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     `moduli` [MPa] are the readings of the unit, and `firmness` [`unit`] are the readings of the other instrument on the
     same fruit, both of shape (presses,). `names` are the names of the fruit, one for each press, and `source` is the
     name of the table in messages. Each curve is fitted to the means of the fruit. The error of the scale is the error
-    for a single press on a fruit that was not used in the fit, as in later use.
+    for a single press on a fruit outside the fit, as in later use.
 
     Raises InputError for too few fruit, and if the curve predicts the firmness no better than the mean of all fruit.
     """
@@ -173,8 +173,8 @@ def _group_by_fruit(presses: _Points, names: Sequence[str]) -> list[_Points]:
 def _check_prediction(source: str, deviation: float, error_of_mean: float) -> None:
     """Raise InputError if a curve predicts the firmness no better than the mean of all fruit does.
 
-    `deviation` (by the curve) and `error_of_mean` (by the mean) are the standard deviations of ln firmness [1] that is
-    predicted for fruit left out of the fit. `source` is the name of the table.
+    Both predict the ln firmness of fruit left out of the fit. The standard deviation of this prediction [1] is
+    `deviation` for the curve, and `error_of_mean` for the mean. `source` is the name of the table.
     """
     if not deviation < error_of_mean - _ROUND_OFF:
         percent = f"{100.0 * error_of_mean:.3g} %"
@@ -271,7 +271,7 @@ def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list
     if "t" not in table.numbers:
         return [math.nan] * len(rows)
     t = table.numbers["t"][rows]
-    not_rising = np.flatnonzero(np.diff(t) <= 0.0)  # index of each sample that is followed by no later time
+    not_rising = np.flatnonzero(np.diff(t) <= 0.0)  # index of each sample whose successor is not later
     if not_rising.size:
         previous = int(not_rising[0])
         faulty = previous + 1

@@ -65,6 +65,24 @@ class PressedSpring(NamedTuple):
     lack_of_fit: LackOfFit
 
 
+class _PlatePress(NamedTuple):
+    """The measurements in a press on a plate: the travel (rows,) [mm], and arrays (rows, tips) for each tip.
+
+    `forces` [N] are the forces from the counts, and `force_resolutions` [N] is their change by one step in the last
+    digit of the counts. `flattened` [mm] is the flattening of the domes.
+    """
+
+    travel: Floats
+    forces: Floats
+    force_resolutions: Floats
+    flattened: Floats
+
+    @property
+    def deflections(self) -> Floats:
+        """Return the deflection of each spring (rows, tips) [mm]: the travel minus the flattening of the dome."""
+        return self.travel[:, None] - self.flattened
+
+
 def fit_springs_on_plate(
     table: MeasuredTable, channels: ChannelCalibration, weight_stiffnesses: Sequence[Estimate], report: Report
 ) -> list[PressedSpring]:
@@ -82,25 +100,17 @@ def fit_springs_on_plate(
     stiffnesses that contradict the weights.
     """
     _check_travels(table)
-    travel = table.numbers["travel"]
-    # All arrays of a press have the shape (rows, tips).
-    keys = count_keys(len(weight_stiffnesses))
-    forces = (counts_of(table, keys) - channels.zero_counts) @ np.array(channels.newtons_per_count).T
-    flattened = np.column_stack([flattening(report.design, force) for force in forces.T])
-    # One step in the last digit of the counts changes the force of a tip by this much [N].
-    count_resolutions = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])
-    lines = _fit_force_lines(table, forces, travel[:, None] - flattened, count_resolutions)
+    press = _convert_press(table, channels, report)
+    lines = _fit_force_lines(press, table.last_digits["travel"])
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weight_stiffnesses]
-    _check_outliers(table, lines, forces)
+    _check_outliers(table, lines, press.forces)
     _check_agreement(table, ratios, weight_stiffnesses, report)
     _check_bends(table, lines)
-
-    channel_deflections = (forces - [line.zero for line in lines]) / K  # [mm]
-    resolutions = np.abs(count_resolutions / K)  # of these deflections [mm]
-    travel_error, slope_errors = _relative_errors(table, channel_deflections, flattened, resolutions)
+    travel_error, slope_errors = _relative_errors(press, lines, table.last_digits["travel"])
+    flattening_changes = np.ptp(press.flattened, axis=0)
     deflection_errors = deflections_on_plate(
-        slope_errors, np.ptp(flattened, axis=0), report.design, float(np.ptp(travel))
+        slope_errors, flattening_changes, report.design, float(np.ptp(press.travel))
     )
     # The deviations from the weights are treated as errors, split into a common part and differences between the tips.
     mean_ratio = float(ratios.mean())
@@ -117,22 +127,32 @@ def fit_springs_on_plate(
             deflection_percent=100.0 * float(deflection_errors[tip]),
             lack_of_fit=_compliance_lack_of_fit(lines[tip], channels.lacks_of_fit[tip]),
         )
-        for tip in range(len(keys))
+        for tip in range(len(lines))
     ]
 
 
-def _fit_force_lines(
-    table: MeasuredTable, forces: Floats, deflections: Floats, count_resolutions: Floats
-) -> list[Line]:
+def _convert_press(table: MeasuredTable, channels: ChannelCalibration, report: Report) -> _PlatePress:
+    """Convert the counts in the `table` of a press to forces, and compute the flattening of the domes under them."""
+    keys = count_keys(len(report.tips))
+    forces = (counts_of(table, keys) - channels.zero_counts) @ np.array(channels.newtons_per_count).T
+    count_steps = np.column_stack([table.last_digits[key] for key in keys])
+    return _PlatePress(
+        travel=table.numbers["travel"],
+        forces=forces,
+        force_resolutions=np.diag(channels.newtons_per_count) * count_steps,
+        flattened=np.column_stack([flattening(report.design, force) for force in forces.T]),
+    )
+
+
+def _fit_force_lines(press: _PlatePress, travel_resolutions: Floats) -> list[Line]:
     """Fit the line of force [N] against deflection [mm] of each tip.
 
-    `forces` [N], `deflections` [mm] and `count_resolutions`, the resolutions of the forces due to the counts [N], have
-    the shape (rows, tips).
+    `travel_resolutions` (rows,) [mm] are the resolutions to which the travels are written.
     """
-    # The mean stiffness converts the resolution of the travel to a force [N].
-    travel_resolutions = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]
-    force_resolutions = np.hypot(count_resolutions, travel_resolutions)
-    columns = zip(deflections.T, forces.T, force_resolutions.T, strict=True)
+    # The mean stiffness converts the resolution of a travel to a resolution of the force [N].
+    mean_stiffnesses = np.ptp(press.forces, axis=0) / np.ptp(press.deflections, axis=0)
+    resolutions = np.hypot(press.force_resolutions, mean_stiffnesses * travel_resolutions[:, None])
+    columns = zip(press.deflections.T, press.forces.T, resolutions.T, strict=True)
     return [fit_line(deflection, force, resolution) for deflection, force, resolution in columns]
 
 
@@ -145,24 +165,25 @@ def _check_travels(table: MeasuredTable) -> None:
         raise validation_error(table.source, travel_count, unit, f"at least {FEWEST}", "press in five equal steps")
 
 
-def _relative_errors(
-    table: MeasuredTable, channel_deflections: Floats, flattened: Floats, resolutions: Floats
-) -> tuple[float, Floats]:
+def _relative_errors(press: _PlatePress, lines: Sequence[Line], travel_resolutions: Floats) -> tuple[float, Floats]:
     """Return the relative standard error of the travel [1], and of the deflection from each channel (tips,) [1].
 
-    `channel_deflections` [mm] are the deflections that the channels measure, and `resolutions` [mm] are the resolutions
-    of these deflections. `flattened` [mm] is the flattening of the domes. All three have the shape (rows, tips).
+    `lines` are the fitted lines of force against deflection, by which each channel measures a deflection.
+    `travel_resolutions` (rows,) [mm] are the resolutions to which the travels are written.
 
     An error in the travel is the same for all tips, so the mean residual of all channels estimates it. The scatter that
     remains after correcting the travel is the error of the deflection from each channel.
     """
-    travel = table.numbers["travel"]
-    travel_errors = (channel_deflections - (travel[:, None] - flattened)).mean(axis=1)  # mean over the tips
-    corrected_travel = travel + travel_errors
-    # Both travels are equal except for errors, so the slopes are about 1 and their errors are relative errors.
-    travel_line = fit_line(travel, corrected_travel, table.last_digits["travel"])
-    channel_travels = zip((channel_deflections + flattened).T, resolutions.T, strict=True)
-    channel_lines = [fit_line(corrected_travel, *column) for column in channel_travels]
+    K = np.array([line.slope.value for line in lines])
+    channel_deflections = (press.forces - [line.zero for line in lines]) / K  # (rows, tips) [mm]
+    channel_resolutions = np.abs(press.force_resolutions / K)
+    travel_errors = (channel_deflections - press.deflections).mean(axis=1)  # mean over the tips
+    corrected_travel = press.travel + travel_errors
+    # All these travels are equal except for errors, so the slopes are about 1, and their errors are relative errors.
+    travel_line = fit_line(press.travel, corrected_travel, travel_resolutions)
+    channel_travels = channel_deflections + press.flattened
+    columns = zip(channel_travels.T, channel_resolutions.T, strict=True)
+    channel_lines = [fit_line(corrected_travel, travel, resolution) for travel, resolution in columns]
     return travel_line.slope.error, np.array([line.slope.error for line in channel_lines])
 
 

@@ -181,15 +181,16 @@ def fit_ball_correction(
 ) -> BallCorrection:
     """Return the correction of a unit from its readings on a ball.
 
-    The unit reads with the contact law of the design's fruit, but a ball is deeper than this fruit. So the modulus of
-    the ball is not the reference. The reference is the reading of a simulated press on a ball with ideal domes:
+    The unit reads with the contact law of the design's fruit, which is less deep than a ball. So even with ideal domes,
+    it would not read the modulus of the ball. The reference is therefore the reading of a simulated press by ideal
+    domes:
 
         factor = E read in the simulated press / median of E read in the real presses.
 
     `sensor` is the unit without this correction, and `source` is the name of the file in messages. Raises InputError
     for too few accepted presses, for a factor out of bounds, and for presses that scatter too much.
     """
-    accepted = _accepted_readings(readings, source)
+    accepted = _select_accepted(readings, source)
     on_ball = sensor.for_ball(ball.radius_mm)
     E = _equivalent_modulus(ball, sensor)
     forces, simulated = deep_press(on_ball, E)
@@ -237,7 +238,7 @@ def _check_scatter(scatter: float, press_count: int, source: str) -> None:
         raise validation_error(name, float(f"{half_width:.3g}"), "%", str(SCATTER), hint)
 
 
-def _accepted_readings(readings: Sequence[FruitReading], source: str) -> list[FruitReading]:
+def _select_accepted(readings: Sequence[FruitReading], source: str) -> list[FruitReading]:
     """Return the readings of accepted presses, or raise InputError if there are too few of them.
 
     `source` is the name of the file in the message.

@@ -63,38 +63,45 @@ def error_sources(sensor: MeasuringUnit) -> str:
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
     """Simulate the readings of a unit at `MODULI` moduli that span the range of its design, in equal ratios.
 
-    The half width u of the error bar is
-
-        u = k sqrt(c^2 sum s_i^2 + sum f_j^2) + c b,
-
-    with the coverage factor k for 95 %. The s_i are the standard deviations due to the springs and deflections, and the
-    f_j those due to the form of the domes. b is the error caused by bent calibration lines. It is a bound, so it is
-    added linearly. The factor c (`sensor.steepness`) converts a relative change of the uncorrected reading to the
-    relative change of E.
-
     `sensor` is the calibrated unit, and `nominal` is a unit with the designed stiffnesses. Raises ReadingError if a
     press on one of these fruits gives no modulus.
     """
     softest, firmest = sensor.range_MPa
-    rows = []
-    for E in np.geomspace(softest, firmest, MODULI).tolist():
-        press = level_press(sensor, E)
-        groups = sensor.report.design.tips.spring_groups
-        at_full_travel = press[-1]
-        low_force = float(at_full_travel[list(groups.low)].mean())
-        high_force = float(at_full_travel[list(groups.high)].mean())
-        with_design = None
-        # The forces may have no reading with the designed stiffnesses, if the springs differ much from the design.
-        with suppress(ReadingError):
-            with_design = nominal.correct_modulus(read_without_noise(nominal, press).E) / E - 1.0
-        slopes = read_without_noise(sensor, press).slopes
-        bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)
-        steepness = sensor.steepness(E)
-        unit_error = steepness * math.hypot(*_unit_deviations(sensor, slopes))
-        u = COVERAGE * math.hypot(unit_error, *sensor.form_deviations(E)) + steepness * bend
-        P = high_force / low_force
-        rows.append(UnitRow(E=E, forces=tuple(at_full_travel.tolist()), P=P, u=u, with_design=with_design))
-    return tuple(rows)
+    return tuple(_unit_row(sensor, nominal, E) for E in np.geomspace(softest, firmest, MODULI).tolist())
+
+
+def _unit_row(sensor: MeasuringUnit, nominal: MeasuringUnit, E: float) -> UnitRow:
+    """Simulate a level press of a unit on a fruit of modulus E [MPa], and its reading with the error bar.
+
+    The half width u of the error bar is
+
+        u = k sqrt(c^2 sum s_i^2 + sum f_j^2) + c b,
+
+    with the coverage factor k for 95 %. The standard deviations s_i are due to the springs and deflections, and the
+    standard deviations f_j are due to the form of the domes. The error b of bent calibration lines is a bound, so it is
+    added linearly. The factor c (`sensor.steepness`) converts a relative change of the uncorrected reading to the
+    relative change of E.
+
+    `sensor` is the calibrated unit, and `nominal` is a unit with the designed stiffnesses. Raises ReadingError if the
+    press gives no modulus.
+    """
+    press = level_press(sensor, E)
+    full_travel_forces = press[-1]
+    groups = sensor.report.design.tips.spring_groups
+    low_force = float(full_travel_forces[list(groups.low)].mean())
+    high_force = float(full_travel_forces[list(groups.high)].mean())
+    with_design = None
+    # The forces may have no reading with the designed stiffnesses, if the springs differ much from the design.
+    with suppress(ReadingError):
+        with_design = nominal.correct_modulus(read_without_noise(nominal, press).E) / E - 1.0
+    slopes = read_without_noise(sensor, press).slopes
+    bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)
+    steepness = sensor.steepness(E)
+    unit_error = steepness * math.hypot(*_unit_deviations(sensor, slopes))
+    u = COVERAGE * math.hypot(unit_error, *sensor.form_deviations(E)) + steepness * bend
+    return UnitRow(
+        E=E, forces=tuple(full_travel_forces.tolist()), P=high_force / low_force, u=u, with_design=with_design
+    )
 
 
 def level_press(sensor: MeasuringUnit, E: float) -> Floats:
@@ -149,7 +156,7 @@ def _unit_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     return [errors["stiffness"], errors.get("creep", 0.0)]  # springs of metal do not creep
 
 
-def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
+def half_width_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
     """Return the half width at 95 % of a quantity due to the errors of the stiffnesses K, in the unit of the quantity.
 
     `slopes` (tips,) are the derivatives of the quantity with respect to ln K of each spring. The errors of the springs
@@ -158,7 +165,7 @@ def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
     return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
 
 
-def leaf_trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
+def compute_leaf_trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
     """Return for each tip the change in leaf length [mm] that would give its spring the target stiffness.
 
     A negative change means that the leaves must be clamped shorter. `targets` (tips,) [N/mm] are the desired

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from instrument.calibrate.unit_table import STEP, UnitRow, error_by_springs, error_sources
+from instrument.calibrate.unit_table import STEP, UnitRow, error_sources, half_width_by_springs
 from instrument.press.measuring import MeasuringUnit
 from pipeline.springs.sizing import fruit_stiffening
 from pipeline.verdicts.rules import NL_verdict, P_max_verdict
@@ -31,7 +31,7 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
     design = sensor.report.design
     requirements = design.reading
     if requirements is None and design.targets is not None:
-        return _target_verdicts(sensor)
+        return _judge_targets(sensor)
 
     def limit_at(E: float) -> float:  # of the relative standard uncertainty [1]
         if requirements is None:
@@ -60,20 +60,20 @@ def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:
     return worst.u > COVERAGE * limit >= without_form
 
 
-def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
+def _judge_targets(sensor: MeasuringUnit) -> list[Verdict]:
     """Judge P_max and NL of a pair, computed with the law by which its springs were sized."""
     targets = sensor.report.design.nominal_targets
-    values = _target_values(sensor)
+    values = _compute_targets(sensor)
     # Finite differences give the derivatives with respect to ln K of each spring, which propagate the stiffness errors.
-    slopes = [(_target_values(sensor.with_stiffness(tip, 1.0 + STEP)) - values) / STEP for tip in range(2)]
+    slopes = [(_compute_targets(sensor.with_stiffness(tip, 1.0 + STEP)) - values) / STEP for tip in range(2)]
     P_slopes, NL_slopes = np.transpose(slopes)
-    P = Estimate(float(values[0]), error_by_springs(sensor, P_slopes))
-    NL = Estimate(float(values[1]), error_by_springs(sensor, NL_slopes))
+    P = Estimate(float(values[0]), half_width_by_springs(sensor, P_slopes))
+    NL = Estimate(float(values[1]), half_width_by_springs(sensor, NL_slopes))
     reference = "by the two-spring law with the stiffnesses of the unit"
     return [_add_hint(P_max_verdict(P, targets, reference)), _add_hint(NL_verdict(NL, targets, reference))]
 
 
-def _target_values(sensor: MeasuringUnit) -> Floats:
+def _compute_targets(sensor: MeasuringUnit) -> Floats:
     """Return P_max and NL [1] of a unit as an array, by the two-spring law with the largest modulus of the design."""
     definition = sensor.report.design.nominal_targets.NL_definition
     E_max = sensor.report.design.fruit.E_max_MPa

@@ -191,7 +191,7 @@ def _check_deflection(table: MeasuredTable, name: str, line: Line) -> None:
     if not compliance.value > _LEAST_COMPLIANCE:
         hint = "swap the columns, reverse the sign of the deflection, or correct a unit"
         raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
-    if compliance.error > compliance.value:
+    if compliance.error > compliance.value:  # the half width at 95 % is twice this error
         bound = f"known to within 200 %, but its error is ± {COVERAGE * compliance.error:.2g} mm/N"
         raise validation_error(field, compliance.value, "mm/N", bound, "repeat the weighing")
 

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,9 +85,7 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
         raise validation_error(name, float(f"{hold_s:.3g}"), "s", bound, hint)
 
     final_force, fitted_arms = _fit_arms(since_start, specimen.force[hold] - zero_N)
-    elastic_force = depth[touch_row:] ** POINT_CONTACT / depth[-1] ** POINT_CONTACT  # n
-    midpoints = 0.5 * (before_hold[1:] + before_hold[:-1])  # the midpoint rule integrates r_i
-    remaining = [float(np.exp(-midpoints / arm.time.value) @ np.diff(elastic_force)) for arm in fitted_arms]
+    remaining = _remaining_fractions(fitted_arms, before_hold, depth[touch_row:])
     # F_0. The shares of the fitted arms are still the amplitudes A_i.
     instantaneous_force = final_force + sum(arm.share.value / r for arm, r in zip(fitted_arms, remaining, strict=True))
     arms = []
@@ -96,6 +95,17 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
         arms.append(replace(arm, share=share))
         lost += share.value * (1.0 - r)
     return HeldRelaxation(arms=tuple(arms), hold_s=hold_s, lost_in_loading=lost)
+
+
+def _remaining_fractions(arms: Sequence[RelaxationArm], before_hold: Floats, depth: Floats) -> list[float]:
+    """Return for each arm the fraction r_i [1] that remains at the end of the loading.
+
+    `before_hold` (rows,) [s] is the time T - s from each row of the loading to its end, and `depth` (rows,) [mm] is the
+    depth in this row. The integral in `fit_relaxation` is evaluated by the midpoint rule.
+    """
+    elastic_force = depth**POINT_CONTACT / depth[-1] ** POINT_CONTACT  # n, the fraction of the final force [1]
+    midpoints = 0.5 * (before_hold[1:] + before_hold[:-1])
+    return [float(np.exp(-midpoints / arm.time.value) @ np.diff(elastic_force)) for arm in arms]
 
 
 def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:

@@ -99,13 +99,14 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     start = _initial_guess(law, travel, force, zero)
     if start is None:
         return None
-    largest = last_force(force) - zero
+    largest = mean_last_force(force) - zero
     span = float(travel[-1] - travel[0])
+    # Only the settling of the skin is bounded.
     lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
     upper = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * span, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
     # The solver divides each parameter by its typical change, because their units and magnitudes differ.
     scale = CurveParameters(1.0, span, span, _LOG_FORCE_SCALE, largest, largest / span)
-    count = 6 if with_drift else 5  # number of fitted parameters; the drift is the last one
+    count = len(start) if with_drift else len(start) - 1  # the drift is the last parameter
 
     def residuals(parameters: Floats) -> Floats:
         return _load_cell_force(law, CurveParameters(*parameters), travel, largest) - force
@@ -135,7 +136,7 @@ def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) ->
     and zero at x0. A straight line through the upper part of the curve gives E and x0. The guesses for the settling are
     typical values.
     """
-    largest = last_force(force) - zero
+    largest = mean_last_force(force) - zero
     is_upper = force - zero > _UPPER_PART * largest
     if largest <= 0.0 or is_upper.sum() < _LEAST_UPPER_POINTS:
         return None
@@ -174,7 +175,7 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
     return np.asarray(np.sqrt(variance))
 
 
-def last_force(force: Floats) -> float:
+def mean_last_force(force: Floats) -> float:
     """Return the mean force [N] over the last points of a loading curve: a fiftieth of them, but at least three."""
     count = max(3, len(force) // 50)
     return float(force[-count:].mean())

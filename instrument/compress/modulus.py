@@ -9,7 +9,7 @@ import numpy as np
 from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, geometry_data, hertz_law, solved_law
 from instrument.compress.holds import HeldRelaxation, fit_relaxation
 from instrument.compress.law_fit import LawFit, fit_law
-from instrument.compress.phases import Loading, Phases, split_phases, without_frame
+from instrument.compress.phases import Loading, Phases, split_phases, subtract_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen, read_specimens
 from pipeline.storage.stopwatch import Count, ignore_progress
@@ -159,19 +159,19 @@ def measured_modulus(
     """
     test = split_phases(specimen, compression_negative=compression_negative)
     measured = test.specimen  # without the rows after the first return of the plate or probe
-    curve = without_frame(measured, test.loading, geometry.compliance_um_per_N)
+    curve = subtract_frame(measured, test.loading, geometry.compliance_um_per_N)
     _check_travel(measured, curve, geometry)
     law = solved_law(geometry, count)
-    range_fit = _plausible_fit(measured, curve, law)
+    range_fit = _fit_longest_range(measured, curve, law)
     E = range_fit.modulus.value
-    random_errors, bounds = _error_shares(test, curve, law, range_fit, geometry)
+    random_errors, bounds = _estimate_errors(test, curve, law, range_fit, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
     _check_error_bar(measured, u_percent, largest_share=max(shares, key=lambda cause: shares[cause]))
     apparent_law = hertz_law(geometry)  # None if no tool touches the body at a point
     hertz_fit = None if apparent_law is None else choose_range(curve, apparent_law)
     strains = _secant_strains(curve, range_fit, geometry)
-    secants = [_plate_modulus(curve, range_fit, geometry, strain) for strain in strains]
+    secants = [_fit_plate_modulus(curve, range_fit, geometry, strain) for strain in strains]
     E_plate = secants[0].E_secant_MPa  # the paper's modulus is the secant at the first strain
     return CompressionResult(
         file=measured.file,
@@ -197,13 +197,13 @@ def measured_modulus(
         secants=tuple(secants),
         geometry=geometry,
         notes=(*measured.notes, *_notes(E, range_fit, geometry.strains_percent[0], secants[0].strain_percent)),
-        relaxation=_relaxation_of_hold(test, curve, range_fit, geometry),
+        relaxation=_fit_hold(test, curve, range_fit, geometry),
         curve=curve,
         fit=range_fit.fit,
     )
 
 
-def _plausible_fit(specimen: Specimen, curve: Loading, law: ForceLaw) -> RangeFit:
+def _fit_longest_range(specimen: Specimen, curve: Loading, law: ForceLaw) -> RangeFit:
     """Fit the force law to the longest range of a loading that follows it, and check that the modulus is plausible.
 
     `specimen` is named in messages. Raises InputError if no range can be fitted, and for an implausible modulus.
@@ -220,7 +220,7 @@ def _plausible_fit(specimen: Specimen, curve: Loading, law: ForceLaw) -> RangeFi
     return range_fit
 
 
-def _error_shares(
+def _estimate_errors(
     test: Phases, curve: Loading, law: ForceLaw, range_fit: RangeFit, geometry: TestGeometry
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the relative errors of the modulus [1] at 95 %, keyed by their cause: the random errors, and the bounds.
@@ -249,9 +249,7 @@ def _count_points(curve: Loading, range_fit: RangeFit) -> int:
     return int(np.searchsorted(curve.travel, range_fit.range_end, side="right"))
 
 
-def _relaxation_of_hold(
-    test: Phases, curve: Loading, range_fit: RangeFit, geometry: TestGeometry
-) -> HeldRelaxation | None:
+def _fit_hold(test: Phases, curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> HeldRelaxation | None:
     """Return the relaxation of the flesh from the hold of a test; None for a test without a hold."""
     if not test.hold:
         return None
@@ -286,7 +284,7 @@ def _frame_error(test: Phases, curve: Loading, range_fit: RangeFit, geometry: Te
     has_drift = range_fit.fit.parameters.drift != 0.0
     changes = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
-        changed = without_frame(test.specimen, test.loading, geometry.compliance_um_per_N + error)
+        changed = subtract_frame(test.specimen, test.loading, geometry.compliance_um_per_N + error)
         travel, force = changed.travel[:count], changed.force[:count]
         fit = fit_law(range_fit.fit.law, travel, force, changed.zero, with_drift=has_drift)
         changes.append(1.0 if fit is None else abs(fit.modulus.value / range_fit.fit.modulus.value - 1.0))
@@ -324,7 +322,7 @@ def _notes(E: float, range_fit: RangeFit, requested_strain: float, first_strain:
     """Return notes on unusual properties of a test: its strain, its modulus E [MPa], its fit and its zero line.
 
     `range_fit` is the fit of the force law. `requested_strain` [%] is the first strain in the geometry, and
-    `first_strain` [%] is the strain of the first secant. The latter is smaller if the curve ends too early.
+    `first_strain` [%] is the strain of the first secant, which is smaller if the curve ends too early.
     """
     notes = []
     if first_strain != requested_strain:
@@ -362,7 +360,7 @@ def _secant_strains(curve: Loading, range_fit: RangeFit, geometry: TestGeometry)
     return [first, *(strain for strain in others if strain <= largest)]
 
 
-def _plate_modulus(curve: Loading, range_fit: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
+def _fit_plate_modulus(curve: Loading, range_fit: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
     """Return the secant and tangent moduli of plate stress against strain at `strain` [%], with their errors at 95 %.
 
     With the force F(d) at the depth d from first contact, the height h and the plate area A, they are

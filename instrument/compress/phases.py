@@ -13,6 +13,7 @@ from sensor.arrays import Floats
 from sensor.quantity import InputError, validation_error
 
 _UNITS = {"travel": "mm", "force": "N"}
+_START_ROWS = 3  # the start of a column is the median of its first rows, on which one outlier has no effect
 _JITTER = 0.02  # largest backward step that jitter of the reading explains, as a fraction of the travel
 # A plate that returns unloads the body. The force then falls by at least this fraction of the rise during the loading
 # from the same depth to the deepest row. If it falls less, the backward step is an error of the travel.
@@ -85,12 +86,12 @@ def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> P
         is_constant = np.ptp(column) == 0.0
         if is_falling or is_constant:
             raise _falling_error(specimen, quantity, column)
-    return Phases(specimen=test, loading=_checked_loading(test.up_to(rows)), hold=hold)
+    return Phases(specimen=test, loading=_extract_loading(test.up_to(rows)), hold=hold)
 
 
 def _compression_sign(values: Floats) -> float:
     """Return 1.0 if the values rise above their start by at least as much as they fall below it, and -1.0 otherwise."""
-    start = np.median(values[:3])  # a median, because the first value may be an outlier
+    start = np.median(values[:_START_ROWS])
     return 1.0 if values.max() - start >= start - values.min() else -1.0
 
 
@@ -113,9 +114,9 @@ def _cut_at_first_return(specimen: Specimen) -> Specimen:
     return is unchanged.
     """
     # The signs of the columns are still unknown. A return may go farther than the loading, so the row with the largest
-    # change in force determines them. The change is measured from the median of the first rows.
-    travel = specimen.travel - np.median(specimen.travel[:3])
-    force = specimen.force - np.median(specimen.force[:3])
+    # change in force since the start determines them.
+    travel = specimen.travel - np.median(specimen.travel[:_START_ROWS])
+    force = specimen.force - np.median(specimen.force[:_START_ROWS])
     peak = int(np.argmax(np.abs(force)))
     depth = specimen.travel if travel[peak] >= 0.0 else -specimen.travel
     load = specimen.force if force[peak] >= 0.0 else -specimen.force
@@ -175,7 +176,7 @@ def _find_hold(test: Specimen) -> slice | None:
     return slice(start, end) if is_hold else None
 
 
-def _checked_loading(specimen: Specimen) -> Loading:
+def _extract_loading(specimen: Specimen) -> Loading:
     """Return the loading of a test up to failure, after checking that its travel and force are plausible.
 
     The rows of `specimen` end before a hold or a return. Raises InputError for too few rows, and for travel that runs
@@ -197,7 +198,7 @@ def _checked_loading(specimen: Specimen) -> Loading:
     return curve
 
 
-def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loading:
+def subtract_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loading:
     """Return the loading after subtracting the deflection of frame and load cell from its travel.
 
     `compliance` [um/N] is the compliance of frame and load cell. Raises InputError if the corrected travel does not
@@ -332,7 +333,7 @@ def _load_cell_zero(force: Floats) -> float:
     """Return the force of the load cell without load [N], estimated from the start of a loading.
 
     `force` (points,) [N] is the force of the loading. The zero is the median over the first half of the points before
-    the force has risen noticeably, or the first force if there is no such point.
+    the force has risen. Without such points, it is the first force.
     """
     risen = np.flatnonzero(force > force[0] + _ZERO_LINE * (force.max() - force[0]))
     count = max(1, int(risen[0]) // 2) if risen.size else 1

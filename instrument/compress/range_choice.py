@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from instrument.compress.force_law import ForceLaw
-from instrument.compress.law_fit import LawFit, fit_law, last_force
+from instrument.compress.law_fit import LawFit, fit_law, mean_last_force
 from instrument.compress.phases import Loading
 from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
 ENDS = (1.0, 0.8, 0.6)
 """Ends of the ranges that are tried, as fractions of the force at the end of the loading."""
-_SMOOTH_PARTS = 60  # the end of a range is found in the force, smoothed over a sixtieth of its points
+_SMOOTH_PARTS = 60  # the force is smoothed over a sixtieth of its points before the end of a range is determined
 _GROUPS = 12  # maximum number of groups of points whose mean residuals are tested
 _LEAST_GROUPS = 3  # minimum number of these groups
 _LEAST_GROUP_SIZE = 4  # number of points of a group in a curve too short for `_GROUPS`
@@ -90,7 +90,7 @@ def _fit_range(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
     force = curve.force - curve.zero
     width = max(1, len(force) // _SMOOTH_PARTS)
     smooth = np.convolve(force, np.ones(width) / width, mode="same")  # so that noise does not end the range too early
-    beyond_end = np.flatnonzero(smooth > end * last_force(force))
+    beyond_end = np.flatnonzero(smooth > end * mean_last_force(force))
     is_whole = end >= 1.0 or not beyond_end.size
     count = len(force) if is_whole else int(beyond_end[0])
     fit = _fit_points(curve, count, law)

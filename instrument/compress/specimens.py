@@ -99,9 +99,9 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     # If all tables are short, they are kept, so that the error names the missing rows instead of a missing table.
     least_rows = LEAST_ROWS if longest >= LEAST_ROWS else 0
     long_enough = [specimen for specimen in specimens if len(specimen.lines) >= least_rows]
-    skipped = [specimen.lines for specimen in specimens if specimen not in long_enough]
-    skipped += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
-    note = "".join(f"; skipped results from line {lines[0]} on" for lines in sorted(skipped) if lines)
+    skipped_lines = [specimen.lines for specimen in specimens if len(specimen.lines) < least_rows]
+    skipped_lines += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
+    note = "".join(f"; skipped results from line {lines[0]} on" for lines in sorted(skipped_lines) if lines)
     return [replace(specimen, path=str(source), summary=specimen.summary + note) for specimen in long_enough]
 
 

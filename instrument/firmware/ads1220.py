@@ -92,19 +92,20 @@ class Converter:
                 return None
         high, middle, low = self.send(READ_DATA, answer=3)
         count = (high << 16) + (middle << 8) + low  # 8.5.2: 24 bits in two's complement, most significant byte first
-        return count - (1 << 24) if high & 0x80 else count
+        is_negative = high & 0x80
+        return count - (1 << 24) if is_negative else count
 
     def samples(self, order: "Sequence[int]", channels: int) -> "Iterator[tuple[int, list[int]]]":
         """Yield the time of each sample [us] and the counts of its channels, until a conversion is not ready in time.
 
-        `order` lists the inputs in the order of conversion, and the first `channels` inputs are the channels. The other
+        `order` lists all inputs in the order of conversion. Tips are only on the first `channels` inputs. The other
         inputs are converted too, so that a sample lasts as long as in the design.
         """
         while True:
             now = self.clock.ticks_us()
             self.t += self.clock.ticks_diff(now, self.last_tick)
             self.last_tick = now
-            counts = [0] * len(order)
+            counts = [0] * len(order)  # by input, not by the order of conversion
             for channel in order:
                 self.start(channel)
                 count = self.count()

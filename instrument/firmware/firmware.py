@@ -103,11 +103,11 @@ def header_text(sensor: MeasuringUnit) -> str:
     """
     return render_template(
         "firmware/firmware.h.j2",
-        _single_literal,
+        _single_literal,  # how the template writes a number
         most_presses=press_core.MOST_PRESSES,
         much_less_certain=press_core.MUCH_LESS_CERTAIN,
-        **_description(sensor),
-        **_constants(sensor),
+        **_describe_unit(sensor),
+        **_constants_of_unit(sensor),
     )
 
 
@@ -117,13 +117,16 @@ def module_text(sensor: MeasuringUnit) -> str:
     It consists of the source of press_core.py and the constants of the unit, and imports only math. Raises InputError
     for a design with fruit.relaxation.
     """
-    core = inspect.getsource(press_core).partition("\nimport math\n")[2]
-    constants = {name: repr(value) for name, value in _constants(sensor).items() if name in Unit.__annotations__}
+    # The template has its own docstring and import, so the source of press_core.py is copied from after its import.
+    _, _, core = inspect.getsource(press_core).partition("\nimport math\n")
+    # Some constants are only for the C header. The MicroPython module has the ones that `Unit` declares.
+    used_names = Unit.__annotations__
+    constants = {name: repr(value) for name, value in _constants_of_unit(sensor).items() if name in used_names}
     return _board_program(sensor, core=core.strip(), constants=constants)
 
 
 def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
-    """Return the files for a design's board, as a dict from path to text: a MicroPython program and an Arduino sketch.
+    """Return the files for a design's board: a MicroPython program and an Arduino sketch, as texts keyed by their path.
 
     The programs print the counts of all channels or, if `calibrated`, the modulus of each press. Raises InputError for
     a design without a board, and for a circuit that the programs do not support. If `calibrated`, it is also raised for
@@ -137,10 +140,10 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     else:
         hint = "calibrate with counts, or omit --unit to print counts"
         raise validation_error("--unit", sensor.unit.method, "", "a unit whose counts are calibrated", hint)
-    # The constants of the driver, which the sketch shares, have names in capital letters.
-    chip_constants = {name: value for name, value in vars(ads1220).items() if name.isupper()}
+    # The sketch shares the constants of the Python driver, which have names in capital letters.
+    driver_constants = {name: value for name, value in vars(ads1220).items() if name.isupper()}
+    values = _describe_unit(sensor) | {"calibrated": calibrated} | driver_constants
     for name in ("ads1220.h", f"{_SKETCH}.ino"):
-        values = _description(sensor) | {"calibrated": calibrated} | chip_constants
         files[f"{_SKETCH}/{name}"] = render_template(f"firmware/{name}.j2", **values)
     return files
 
@@ -155,12 +158,14 @@ def _check_board_is_supported(sensor: MeasuringUnit) -> None:
     if _board_of(sensor) is None:
         bound = "left out, because the design has no [readout] with one channel per tip"
         raise validation_error("--logger", design.name, "", bound, "add [readout], and run pipeline design again")
-    readout, default = design.readout or Readout(), Readout()
+    readout = design.readout or Readout()
+    default_circuit = Readout().circuit
     for name in ("rate_Hz", "bits", "full_scale_mV"):
-        key = f"readout.{name}"
-        value, supported = getattr(readout.circuit, name), getattr(default.circuit, name)
+        value = getattr(readout.circuit, name)
+        supported = getattr(default_circuit, name)
         if value != supported:
-            bound = f"{supported:g}, the only value that --logger supports for the {default.circuit.name}"
+            key = f"readout.{name}"
+            bound = f"{supported:g}, the only value that --logger supports for the {default_circuit.name}"
             raise validation_error(key, value, "", bound, "use this value, or write the program yourself")
     if readout.delay_ms is not None:
         bound = "left out for --logger, whose programs convert the channels in turn"
@@ -171,17 +176,17 @@ def _check_board_is_supported(sensor: MeasuringUnit) -> None:
 def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str]) -> str:
     """Return the MicroPython program of a board.
 
-    `core` is the source of press_core.py, and `constants` maps the name of each constant of the unit to its source
-    code. If both are empty, the program only prints counts.
+    `core` is the source of press_core.py without its docstring and import. `constants` maps the name of each constant
+    of the unit to its source code. If both are empty, the program only prints counts.
     """
-    # The protocols at the start of the driver are left out, because only type checkers need them.
-    _, first_statement, remaining_source = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
+    # The driver is copied from its first constant on. Only type checkers need the protocols before it.
+    _, first_constant, remaining_source = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
     return render_template(
         "firmware/board.py.j2",
         core=core,
         constants=constants,
-        driver=(first_statement + remaining_source).strip(),
-        **_description(sensor),
+        driver=(first_constant + remaining_source).strip(),
+        **_describe_unit(sensor),
     )
 
 
@@ -193,24 +198,25 @@ def _board_of(sensor: MeasuringUnit) -> Board | None:
     return BOARDS[signal.board]
 
 
-def _description(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the values that describe a unit, its channels and its board in the templates, without its constants.
+def _describe_unit(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return the values by which the templates describe a unit, its channels and its board.
 
-    A design without a read-out has no board, no inputs, and the sampling rate 0.
+    The keys are the names in the templates. A design without a read-out has no board, no inputs, and the rate 0, with
+    which the programs do not mention a sampling rate.
     """
     signal = sensor.report.read_out.signal
     board = _board_of(sensor)
-    # The programs state the sampling rate only if the sampling times have errors.
+    # The programs mention the sampling rate only if the sampling times have errors.
     has_time_errors = signal is not None and signal.time_deviation != 0.0
     return {
         "design": sensor.report.design.name,
         "method": sensor.unit.method,
         "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
         "tips": [tip.name for tip in sensor.report.tips],
-        "turn": sensor.report.design.tips.tip_layout.turn_deg,
+        "turn": sensor.report.design.tips.tip_layout.turn_deg,  # of the sensor between two presses [deg]
         "pair": sensor.report.read_out.is_pair,
         "calibrated": bool(sensor.unit.newtons_per_count),
-        "staggered": signal is not None and bool(signal.delays),
+        "staggered": signal is not None and bool(signal.delays),  # whether channels are converted one after another
         "tare_samples": TARE_SAMPLES,
         "board": board,
         "pins": None if board is None else board.pins,
@@ -221,8 +227,8 @@ def _description(sensor: MeasuringUnit) -> dict[str, object]:
     }
 
 
-def _constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the constants of a unit as a dict; `press_core.Unit` explains each of them.
+def _constants_of_unit(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return the constants with which the firmware reads a unit, keyed by their names; `press_core.Unit` explains them.
 
     Forces are in N, lengths in mm and moduli in MPa. Raises InputError for flesh that relaxes, because its modulus
     cannot be read without the hold.
@@ -232,10 +238,10 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     softest, firmest = sensor.range_MPa
     signal = sensor.report.read_out.signal
-    delays = [] if signal is None else list(signal.delays)  # [sampling periods]
+    delays = [] if signal is None else list(signal.delays)  # of the channels [sampling periods]; empty if simultaneous
     return {
         "gains": [*sensor.unit.gain],
-        "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],
+        "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],  # the matrix, row by row
         "saturation": sensor.unit.saturation_counts,
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
@@ -245,32 +251,36 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "largest_by_time": LARGEST_BY_TIME,
         "least_E": softest * (1.0 - RANGE_TOLERANCE),
         "largest_E": firmest * (1.0 + RANGE_TOLERANCE),
-        "reduced": sensor.reduced(1.0),
+        "reduced": sensor.reduced(1.0),  # E / (1 - nu^2) for E = 1
         **_level_constants(sensor.report.read_out.level_readings, sensor.press_stiffness_ratio(), sensor.ball_factor),
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),
         **press_deviation_constants(sensor),
+        # One press cannot disagree with others, so the limits begin with two presses.
         "chi_squares": [chi_square_limit(presses) for presses in range(2, press_core.MOST_PRESSES + 1)],
     }
 
 
 def _inputs(signal: SignalPath) -> list[int]:
     """Return the amplifier's inputs in the order of conversion; inputs without a tip come last."""
-    order = signal.conversion_order
-    return [*order, *range(len(order), int(AMPLIFIERS[signal.amplifier].channels))]
+    inputs_of_tips = signal.conversion_order
+    unused_inputs = range(len(inputs_of_tips), int(AMPLIFIERS[signal.amplifier].channels))
+    return [*inputs_of_tips, *unused_inputs]
 
 
 def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_factor: float) -> dict[str, object]:
     """Return the table that corrects the readings of a level sensor, and the factor that replaces a table of one row.
 
-    `level_logs` are logarithms of the moduli that a level sensor reads [MPa], and `level_shifts` are the logarithms of
-    the factors that correct them. `rows` are the level readings of the report. Springs are stiffer in a press than
-    under calibration weights by the factor `stiffening` [1], so uncorrected readings are too low by this factor.
-    `ball_factor` [1] is the factor of a reference ball.
+    `level_logs` are the logarithms of the moduli that a level sensor reads [MPa], and `level_shifts` are the logarithms
+    of the factors that correct them. `level_factor` is this factor for a table of one row.
+
+    `rows` are the level readings of the report. Springs are stiffer in a press than under calibration weights by the
+    factor `stiffening` [1], so uncorrected readings are too low by this factor. `ball_factor` [1] is the factor of a
+    reference ball.
     """
     if not rows and stiffening != 1.0:
-        # Creep is corrected even without level readings, by the same factor at every modulus.
+        # Creep is corrected even without level readings. A single row corrects every modulus by the same factor.
         rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
     creep_shift = math.log(stiffening)
     level_factor = ball_factor * stiffening * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0
@@ -285,7 +295,8 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return the constants that determine the part of a press in which flat tips are fully seated.
 
     The evaluated part begins at one of the `loads`, which are products of modulus and depth [N/mm]. `load_forces` [N]
-    are the tip forces at these loads, load by load. `Seating` explains the other constants.
+    are the forces of all tips at the first load, then at the next load, and so on. `Seating` explains the other
+    constants.
     """
     seating = seating_of(sensor)
     return {
@@ -298,16 +309,17 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _single_literal(value: float) -> str:
-    """Return a number as a single-precision C literal."""
-    text = f"{value:.9g}"
-    return f"{text}f" if any(character in text for character in ".e") else f"{text}.0f"
+    """Return a number as a single-precision C literal, for example 2.5f."""
+    text = f"{value:.9g}"  # nine digits determine a single-precision number
+    is_whole = "." not in text and "e" not in text
+    return f"{text}.0f" if is_whole else f"{text}f"  # C does not accept 2f
 
 
 def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object]:
     """Return the constants with which the firmware computes the contrast and reads a modulus from its rise.
 
-    The contrast is a weighted sum over the tips in which travel and tilt cancel. Forces are in N, lengths in mm and
-    moduli in MPa. A list holds one value per tip. Raises InputError for a report without level readings of presses.
+    The contrast is a weighted sum over the tips in which travel and tilt cancel. Forces F are in N, lengths in mm and
+    moduli E in MPa. A list holds one value per tip. Raises InputError for a report without level readings of presses.
     """
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
@@ -317,7 +329,7 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "domes": (law.contrast.hertz * weights).tolist(),  # weights of (F / E)^(2/3), through Hertz's flattening
         "gap": float(weights @ np.array(law.contrast.gaps)),  # contrast of the known gaps under the tips
         "noises": sensor.noises.tolist(),  # standard deviations of the forces
-        # A press outside of these limits is not read.
+        # The firmware does not read a press outside of these limits.
         "fewest": FEWEST,
         "latest_touch": LARGEST_TOUCH_FORCE,
         "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
@@ -329,10 +341,11 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
 def _rolling_constants(law: RiseLaw) -> dict[str, object]:
     """Return the constants of the iteration for a saddle-shaped skin, on which domes roll.
 
-    Tips without domes need only one step of the iteration, in which most of the constants have no effect.
+    Tips without domes need only one step of the iteration. Because their `places` are empty, the firmware leaves the
+    saddle out, and the other constants of the domes have no effect.
     """
     weights, _, S = law.contrast.arrays
-    shared = {"settled": SETTLED, "weights": weights.tolist()}  # the weight of each tip in the contrast
+    shared = {"settled": SETTLED, "weights": weights.tolist()}  # `weights` are the weights of the tips in the contrast
     domes = law.rolling
     if domes is None:
         unused = {

@@ -14,7 +14,7 @@ from pipeline.response.scene_press import TRAVELS, scene_of
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, ignore_progress
-from pipeline.verdicts.hints import least_travel, shorter_travel, tolerance_hint
+from pipeline.verdicts.hints import find_shorter_travel, least_travel, tolerance_hint
 from pipeline.verdicts.rules import displacement_verdict
 from sensor.design.parameters import Design
 from sensor.verdict import Verdict, judge
@@ -295,7 +295,7 @@ def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str
     shorter_travels = []
     if _TRAVEL not in {*changes, *fixed}:
         for verdict in result.verdicts:
-            shorter = shorter_travel(verdict, result.design, result.springs)
+            shorter = find_shorter_travel(verdict, result.design, result.springs)
             if verdict.passed is not True and verdict.row.by_travel != "pressure" and shorter is not None:
                 shorter_travels.append(shorter)
     return [Candidate(changes={**changes, _TRAVEL: min(shorter_travels)}, verdicts=())] if shorter_travels else []

@@ -16,7 +16,7 @@ from sensor.words import rounded
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
 UNDECIDED = "undecided by its error bar"
-# minimum travel divided by the height error of printed tips; with less travel, a reading would depend on the print
+# Minimum travel divided by the height error of printed tips. With less travel, a reading would depend on the print.
 LEAST_OVER_HEIGHT_ERROR = 5.0
 _MARGIN = 0.98  # factor on a bound, so that a rounded value and its error bar stay within it
 
@@ -47,19 +47,22 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
     """Return the hint for a verdict that did not pass: one sentence on how it could pass.
 
     A verdict that is undecided because of its error bar gets advice on the tolerance of the run. Otherwise, the
-    template of the sentence is the `hint` of the verdict in `sensor/verdicts.toml`. A name in braces is replaced by the
-    result of the function in `PARTS` with this name. If the function has no advice, the hint suggests a search.
+    template of the sentence is the `hint` of the verdict in `sensor/verdicts.toml`. A name in braces in the template is
+    a key of `PARTS`, and the function there returns the text for this place. If the function has no advice, or if there
+    is no template, the hint suggests a search.
     """
     # Without glued pins, a finer mesh reduces the error bar. No mesh reduces the error that glued pins cause.
     if springs.monolithic:
-        about_tolerance = tolerance_hint(verdict, options.tolerance)
-        if about_tolerance is not None:
-            return about_tolerance
+        finer_mesh_hint = tolerance_hint(verdict, options.tolerance)
+        if finer_mesh_hint is not None:
+            return finer_mesh_hint
     row = verdict.row
-    template = (row.hint_without_value if verdict.value is None else "") or row.hint
+    template = row.hint
+    if verdict.value is None and row.hint_without_value:
+        template = row.hint_without_value
     context = _HintContext(verdict=verdict, design=design, springs=springs, options=options)
     sentence = ""
-    # The parser yields a text and the name in braces after it, or None after the last text.
+    # The parser yields each text with the name in braces after it. There is no name after the last text.
     for text, part_name, *_ in Formatter().parse(template):
         part = PARTS[part_name](context) if part_name else ""
         if part is None:
@@ -71,22 +74,23 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
 def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
     """Return the hint for a verdict that is undecided because of its error bar, or None for any other verdict.
 
-    It names a `--tol` that would decide the verdict, if there is one. `run_tolerance` [1] is the relative tolerance of
-    the run.
+    The hint recommends a `--tol` that would decide the verdict, or states that there is none. `run_tolerance` [1] is
+    the relative tolerance of the run.
     """
     limit = verdict.limit
     tolerance = verdict.tolerance
     error = verdict.error
-    if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
+    is_decided = verdict.passed is not None
+    if is_decided or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
         return None
     scale = abs(limit) or 1.0  # a limit of 0 cannot be a scale
     relative_error = error / scale
-    largest_error = tolerance if verdict.relative else tolerance / scale  # the error bar must not be wider
+    largest_error = tolerance if verdict.relative else tolerance / scale  # a wider error bar decides nothing
     if relative_error <= largest_error:
         return None
-    # number of errors that add up, each of which may be as large as the tolerance of a run
+    # The error is a sum of this number of errors, each of which may be as large as the tolerance of a run.
     error_parts = verdict.row.error_parts
-    # If the error is larger than their sum, no mesh met the tolerance of the run, and a smaller one does not help.
+    # If the error is larger, no mesh met the tolerance of the run, and a smaller tolerance does not help.
     if largest_error > 0.0 and relative_error <= error_parts * run_tolerance:
         tighter_tolerance = rounded(largest_error / error_parts, 1, towards=0.0)
         if tighter_tolerance < run_tolerance and TOLERANCES.hold(tighter_tolerance):
@@ -99,42 +103,57 @@ def least_travel(design: Design) -> float:
     return LEAST_OVER_HEIGHT_ERROR * design.process.accuracy_mm
 
 
-def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
+def find_shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
     """Return a shorter travel [mm] at which a verdict on a strain, a clearance or a pressure would pass.
 
-    A strain is proportional to the travel, and a pressure to a power of it. A clearance decreases by as much as the
-    travel increases. The result is None for any other verdict, if a shorter travel does not help, or if it would be too
-    short for a reading.
+    The result is None for any other verdict, if a shorter travel does not help, or if it would be too short for a
+    reading.
     """
     travel = design.press.travel_mm
-    by_travel = verdict.row.by_travel
-    largest_travel = travel  # becomes the largest travel [mm] at which the verdict passes
-    if isinstance(verdict.limit, int | float) and verdict.value is not None:
-        if by_travel == "pressure" and verdict.value > 0.0:
-            fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
-            largest_travel = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
-        elif by_travel == "distance":
-            deficit = verdict.limit - verdict.value
-            largest_travel = travel - deficit
-    if by_travel == "strain":
-        for kind, spring in springs.springs.items():
-            printable = springs.printable[kind]
-            if printable.name == verdict.name and spring.highest_strain > 0.0:
-                largest_travel = travel * printable.strain_limit / spring.highest_strain
+    largest_travel = _largest_passing_travel(verdict, design, springs)
     if largest_travel >= travel:  # the failure does not depend on the travel, for example if a leaf is too short
         return None
     shorter = rounded(_MARGIN * largest_travel, towards=0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
+def _largest_passing_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float:
+    """Return the largest travel [mm] at which a failed verdict would pass, or the travel of the design if unknown.
+
+    `by_travel` of the verdict states how its value depends on the travel. A strain is proportional to the travel, and a
+    pressure to a power of it. A clearance ("distance") decreases by as much as the travel increases.
+    """
+    travel = design.press.travel_mm
+    by_travel = verdict.row.by_travel
+    if by_travel == "strain":
+        for kind, spring in springs.springs.items():
+            printable = springs.printable[kind]
+            if printable.name == verdict.name and spring.highest_strain > 0.0:
+                return travel * printable.strain_limit / spring.highest_strain
+    if not isinstance(verdict.limit, int | float) or verdict.value is None:
+        return travel
+    if by_travel == "pressure" and verdict.value > 0.0:
+        pressure_ratio = verdict.limit / (verdict.value + (verdict.error or 0.0))
+        travel_ratio: float = pressure_ratio ** (1.0 / design.tips.tip_shape.pressure_exponent)
+        return travel * travel_ratio
+    if by_travel == "distance":
+        deficit = verdict.limit - verdict.value
+        return travel - deficit
+    return travel
+
+
 def _shorter_travel_text(context: _HintContext) -> str | None:
     """Return a shorter travel [mm], as text, at which the verdict passes, or None if there is none."""
-    travel = shorter_travel(context.verdict, context.design, context.springs)
+    travel = find_shorter_travel(context.verdict, context.design, context.springs)
     return None if travel is None else f"{travel:g}"
 
 
 def _longer_travel_text(context: _HintContext) -> str | None:
-    """Return a travel [mm], as text, at which the verdict on the last touch passes, or None without a value."""
+    """Return a travel [mm], as text, at which the verdict on the last touch passes, or None without a value.
+
+    The value of this verdict is the travel at the last touch divided by the whole travel, which must be at most the
+    limit.
+    """
     verdict = context.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
@@ -144,7 +163,10 @@ def _longer_travel_text(context: _HintContext) -> str | None:
 
 
 def _sized_springs_clause(context: _HintContext) -> str | None:
-    """Return a clause on how to get sized springs, or else a level press of flat tips. Both meet the targets."""
+    """Return a clause on how to get springs with the sized stiffnesses, or else a level press of flat tips.
+
+    Both are conditions for meeting the targets. The result is None if neither is missing.
+    """
     design, springs = context.design, context.springs
     if context.options.fruit_stiffness == "hayes":
         return CONTACT_SIZES
@@ -158,8 +180,8 @@ def _sized_springs_clause(context: _HintContext) -> str | None:
 def _level_flat_clause(context: _HintContext) -> str | None:
     """Return a clause on how to get a level press of sharp flat tips on flat fruit, in which P does not vary.
 
-    It names only the first property of the design that differs from such a press. If no property differs, the result is
-    None.
+    The clause is about the first property of the design that differs from such a press. If no property differs, the
+    result is None.
     """
     press = context.design.press
     tips = context.design.tips
@@ -181,26 +203,27 @@ def _finer_bench_clause(context: _HintContext) -> str | None:
     """Return a clause with the resolution of the balance or dial at which the verdict passes, and an alternative.
 
     All errors caused by a bench, except noise, are proportional to its resolution. The reference text of the verdict,
-    written by `calibration_verdict`, names the main cause of the error. The result is None if this cause is noise, or
+    written by `calibration_verdict`, states the main cause of the error. The result is None if this cause is noise, or
     if the value of the verdict is missing or 0.
     """
     verdict = context.verdict
     bench = context.design.bench or Bench()
     if not isinstance(verdict.limit, float) or not verdict.value:
         return None
-    finer = _MARGIN * verdict.limit / verdict.value  # factor on the resolution
-    clauses = {
-        "by the balance": (f"bench.balance_g={rounded(finer * bench.balance_g, 1, towards=0.0):g}", "a stiffer spring"),
-        "by the dial": (f"bench.dial_mm={rounded(finer * bench.dial_mm, 1, towards=0.0):g}", "a longer travel"),
-    }
-    for cause, (setting, alternative) in clauses.items():
+    factor = _MARGIN * verdict.limit / verdict.value  # of the passing resolution to the present one
+    causes = (
+        ("by the balance", "bench.balance_g", bench.balance_g, "a stiffer spring"),
+        ("by the dial", "bench.dial_mm", bench.dial_mm, "a longer travel"),
+    )
+    for cause, key, resolution, alternative in causes:
         if cause in verdict.reference:
-            return f"would pass with a finer one, `--set {setting}`, or with {alternative}"
+            finer = rounded(factor * resolution, 1, towards=0.0)
+            return f"would pass with a finer one, `--set {key}={finer:g}`, or with {alternative}"
     return None
 
 
 def _steadier_press_clause(context: _HintContext) -> str:
-    """Return a clause on a press in which the flesh relaxes less. For readings, it also suggests the best time."""
+    """Return a clause on a press in which the flesh relaxes less; for readings, also on the best time of a reading."""
     if context.design.reading is None:
         return "press with less speed or hold for less time: `press.speed_mm_per_s`, `press.hold_s`"
     return (

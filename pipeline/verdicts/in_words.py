@@ -1,4 +1,4 @@
-"""Verdicts as text: their values and limits, with a sign before a one-sided limit."""
+"""The text of verdicts: their values and limits, with a sign before a one-sided limit."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -10,9 +10,9 @@ from sensor.verdict import Verdict
 from sensor.words import ROUND_OFF, value_text, value_with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
-"""The statement above a table on the screen, whose error bars are expanded. Files contain standard uncertainties."""
+"""The statement above a table on the screen, where error bars cover 95 %. Files contain standard uncertainties."""
 UNREAD = "some poses have no reading"
-"""The reason why a verdict on readings fails although its value, which leaves out some poses, is within the limit."""
+"""Why a verdict on readings may fail although its value is within the limit: the value leaves out these poses."""
 
 
 def headline(name: str, verdicts: Sequence[Verdict]) -> str:
@@ -32,25 +32,28 @@ def is_on_the_part(verdict: Verdict) -> bool:
 
 def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
     """Return the verdicts that did not pass, with failed verdicts before undecided ones."""
-    return sorted((one for one in verdicts if not one.passed), key=lambda one: one.passed is None)
+    problems = [verdict for verdict in verdicts if not verdict.passed]
+    return sorted(problems, key=lambda verdict: verdict.passed is None)  # False sorts before True
 
 
 def as_read(verdict: Verdict) -> Verdict:
-    """Convert a verdict to display units: fractions in per cent, and uncertainties with 95 % coverage.
+    """Convert a verdict to display units: fractions to per cent, and standard uncertainties to 95 % coverage.
 
-    A limit and an absolute tolerance are converted in the same way as the value. A verdict that is not a fraction is
-    returned unchanged.
+    The value, its error, the limit and an absolute tolerance are multiplied by the same factor. A verdict that is not a
+    fraction is returned unchanged.
     """
     row = verdict.row
     if row.shown is None:
         return verdict
     factor = 100.0 * (COVERAGE if row.standard else 1.0)
+    keys = ["value", "error", "limit"]
+    if not verdict.relative:  # a relative tolerance is a fraction of the limit, so it does not depend on the unit
+        keys.append("tolerance")
     converted: dict[str, Any] = {"unit": row.shown}
-    for key in ("value", "error", "limit", "tolerance"):
+    for key in keys:
         number = getattr(verdict, key)
-        if isinstance(number, int | float):
-            # A relative tolerance is a fraction of the limit, so it does not depend on the unit.
-            converted[key] = number if key == "tolerance" and verdict.relative else factor * number
+        if isinstance(number, int | float):  # a value may be missing, and a limit may be a text
+            converted[key] = factor * number
     return replace(verdict, **converted)
 
 
@@ -58,7 +61,7 @@ def measured(verdict: Verdict) -> str:
     """Return the value of a verdict with its error bar and its unit, or an empty string without a value."""
     if verdict.value is None:
         return ""
-    value = 0.0 if abs(verdict.value) < ROUND_OFF else verdict.value
+    value = 0.0 if abs(verdict.value) < ROUND_OFF else verdict.value  # so that round-off is not shown
     return value_with_bar(value, verdict.error, verdict.unit)
 
 
@@ -73,14 +76,14 @@ def limit_text(verdict: Verdict, unit: str) -> str:
 
 
 def value_and_limit(verdict: Verdict) -> str:
-    """Return the value of a verdict with its error bar and its limit. The reason of the verdict follows this text.
+    """Return the value of a verdict with its error bar and its limit, as text before the reason of the verdict.
 
     The string is empty without a value, and also if the limit is a text, because the reason then explains it.
     """
     if verdict.value is None or isinstance(verdict.limit, str):
         return ""
-    read = as_read(verdict)
-    return f"{measured(read)}, must be {limit_text(read, read.unit)}; "
+    in_units = as_read(verdict)
+    return f"{measured(in_units)}, must be {limit_text(in_units, in_units.unit)}; "
 
 
 def tolerance_text(verdict: Verdict) -> str:
@@ -91,7 +94,10 @@ def tolerance_text(verdict: Verdict) -> str:
 
 
 def fails_unread(verdict: Verdict) -> bool:
-    """Return whether a verdict on readings fails only because poses have no reading: its value is within its limit."""
+    """Return whether a verdict on readings fails only because some poses have no reading.
+
+    Its value is then within the limit, even at the upper end of the error bar.
+    """
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False
     return verdict.row.needs == "reading" and verdict.limit - verdict.value > (verdict.error or 0.0)

@@ -1,4 +1,7 @@
-"""Functions that each judge one quantity of a sensor, with the texts that describe its value."""
+"""Functions that each judge one quantity of a sensor, with the texts that describe its value.
+
+Bounds that are not stated here, and whether a value must be at most or at least its bound, are in sensor/verdicts.toml.
+"""
 
 import math
 from collections.abc import Sequence
@@ -28,36 +31,38 @@ LIFTED = "a tip is off the fruit at full travel, so that there is no force ratio
 
 
 def P_max_verdict(P_max: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
-    """Return the verdict on P_max [1]. It fails if P_max is None, which means that a tip is out of contact.
+    """Judge P_max [1] against its target. The verdict fails if P_max is None, because a tip is out of contact.
 
-    `scene_text` names the springs and the scene of the value.
+    `scene_text` describes the springs and the scene of the value.
     """
     reference = f"force ratio at E_max {scene_text}; tolerance relative to the target"
     return judge("P_max", P_max, LIFTED if P_max is None else reference, limit=targets.P_max)
 
 
 def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
-    """Return the verdict on NL [1]. It fails if NL is None, which means that a tip is out of contact.
+    """Judge NL [1] against its target. The verdict fails if NL is None, because a tip is out of contact.
 
-    `scene_text` names the springs and the scene of the value.
+    `scene_text` describes the springs and the scene of the value.
     """
     reference = f"departure of P from its straight line, {targets.NL_definition}, {scene_text}; tolerance absolute"
     return judge("NL", NL, LIFTED if NL is None else reference, limit=targets.NL)
 
 
 def displacement_verdict(table: SensorResponse) -> Verdict:
-    """Return the verdict on the relative variation of P over the travel [1], at the modulus with the largest variation.
+    """Judge the relative variation of P over the travel [1], at the modulus with the largest variation.
 
-    The variation is a difference of two P. If the contact was solved on cells, its error is therefore twice the error
-    of P. A closed form has no error. The verdict fails if, at some modulus, fewer than two travels have a P.
+    The force ratio should depend only on the fruit, not on the travel. The verdict fails if, at some modulus, fewer
+    than two travels have a force ratio.
     """
     name = "P_displacement_independent"
     largest_variation = 0.0
-    for P in table.P:
+    for P in table.P:  # over the travel, at one modulus
         known_P = P[np.isfinite(P)]  # P is not finite at travels at which a tip is out of contact
         if known_P.size <= 1:
             return judge(name, None, "a tip is off the fruit for the whole travel, or for all but one step of it")
         largest_variation = max(largest_variation, float(np.ptp(known_P) / known_P.mean()))
+    # The variation is a difference of two P, so its error is twice the error of P. Only a contact solved on cells has
+    # an error; a closed form has none.
     errors = table.P_error[np.isfinite(table.P_error)]
     error = 2.0 * float(errors.max()) if table.cells and errors.size else 0.0
     reference = "(max P - min P) / mean P over the travel, the worst of all E"
@@ -65,13 +70,13 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
-    """Return the verdict on the smallest relative increase of P [1] between neighbouring moduli at full travel.
+    """Judge whether P increases with E: the smallest relative increase [1] between neighbouring moduli, at full travel.
 
-    `scan` has at least two moduli, in increasing order. The verdict passes if all increases are positive, and fails if
-    a tip is out of contact at some modulus.
+    A modulus can only be read from P if every P belongs to one modulus. `scan` has at least two moduli, in increasing
+    order. The verdict passes if all increases are positive, and fails if a tip is out of contact at some modulus.
     """
     name = "P_monotonic"
-    P = scan.P[:, -1]
+    P = scan.P[:, -1]  # of each modulus, at full travel
     if not np.isfinite(P).all():
         return judge(name, None, "a tip is off the fruit at full travel")
     smallest_step = float((np.diff(P) / P[:-1]).min())
@@ -83,13 +88,13 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 
 
 def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Verdict:
-    """Return the verdict on the stiffness of a spring [N/m]. It is undecided if the spring was not made.
+    """Judge the stiffness of a spring [N/m] against its target. The verdict is undecided if the spring was not made.
 
-    `monolithic` is false for a housing with glued pins. Its spring has a wider tolerance if the stiffness error exceeds
-    the usual tolerance.
+    `monolithic` is false for a housing with glued pins, which make the stiffness uncertain. The tolerance of such a
+    spring is wider if the error of its stiffness exceeds the usual tolerance.
     """
     row = row_of(name)
-    limit = 1e3 * spring.target
+    limit = 1e3 * spring.target  # from N/mm to N/m
     if spring.K is None:
         return judge(name, None, "not made, so not solved", limit=limit, passed=None)
     is_known = monolithic or spring.error <= (row.tolerance or 0.0) * spring.target
@@ -100,9 +105,9 @@ def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Ver
 
 
 def own_part_verdict(name: str, K: Estimate, target: float, reference: str) -> Verdict:
-    """Return the verdict on the stiffness of a spring [N/m] in a part that the user made, against its target [N/m].
+    """Judge the stiffness K of a spring [N/m] in a part that the user made, against its target [N/m].
 
-    `reference` describes how K was found. The tolerance is wider if the error bar exceeds the usual tolerance.
+    `reference` describes how K was determined. The tolerance is wider if the error bar exceeds the usual tolerance.
     """
     row = row_of(name)
     is_known = K.error <= (row.tolerance or 0.0) * target
@@ -110,11 +115,11 @@ def own_part_verdict(name: str, K: Estimate, target: float, reference: str) -> V
 
 
 def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
-    """Return the verdict on whether the process can print a spring.
+    """Judge whether the process can print a spring.
 
-    Its value is the length of the leaves [mm], or None for a spring that was not solved. A verdict that passes by beam
-    theory fails if the strain of the solved spring exceeds its limit. It is undecided if only the error bar of the
-    strain exceeds the limit.
+    `printable` is the result of beam theory. Even if it passes, the verdict fails if the strain of the solved spring
+    exceeds its limit. It is undecided if only the error bar of this strain exceeds the limit. The value of the verdict
+    is the length of the leaves [mm], or None for a spring that was not solved.
     """
     reason = printable.reason
     passed = printable.passed
@@ -123,8 +128,8 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
         strain = spring.root_strain or 0.0
         bar = value_with_bar(strain, spring.highest_strain - strain, in_percent=True)
         reason = f"{reason}; FE root strain {bar} must be at most {limit:g}"
-        is_certain = strain > limit  # not only the error bar
-        passed = False if is_certain or printable.passed is False else None
+        exceeds_limit = strain > limit  # the strain itself, not only its error bar
+        passed = False if exceeds_limit or printable.passed is False else None
     value = None if spring.K is None else printable.length_mm
     length_range = f"{printable.shortest_mm:g} to {printable.longest_mm:g}"
     return judge(printable.name, value, reason, limit=length_range, passed=passed)
@@ -134,10 +139,10 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return the verdict on whether each dome touches only within its face, at every modulus and full travel.
+    """Judge whether each dome touches the fruit only within its face, at every modulus and full travel.
 
-    Its value is the largest distance from the centre of the face to the edge of a contact [mm]. It must be at most half
-    the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.
+    The value of the verdict is the largest distance from the centre of the face to the edge of a contact [mm]. It must
+    be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.
     """
     tips = design.tips
     slopes = [_slope_under_tip(design, position) for position in tips.places_mm]
@@ -156,15 +161,15 @@ def _farthest_contact(design: Design, press: ScenePress, slopes: Sequence[float]
     """Return the largest distance from the centre of a dome's face to the edge of its contact [mm], by Hertz's law.
 
     It is the largest of all tips and moduli, at full travel. `slopes` (tips,) [1] are the slopes of the fruit under the
-    tips. A tip out of contact has no contact edge, so it is skipped.
+    tips, which move the contacts away from the centres of the faces.
     """
-    # relative radius of curvature [mm], with the smaller principal radius of the fruit
+    # The smaller principal radius of the fruit gives the relative radius of curvature [mm].
     relative_R = relative_radius(design.tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
     farthest = 0.0
-    forces_at_full_travel = press.table.F[:, -1]
+    forces_at_full_travel = press.table.F[:, -1]  # (moduli, tips) [N]
     for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
         for force, slope in zip(forces, slopes, strict=True):
-            if np.isfinite(force):
+            if np.isfinite(force):  # skips a force that could not be computed
                 reach = contact_reach(force, E, design.fruit.poisson, relative_R, slope)
                 farthest = max(farthest, reach)
     return farthest
@@ -174,49 +179,49 @@ def _slope_under_tip(design: Design, position: Position) -> float:
     """Return the slope [1] of the fruit relative to a tip at `position` [mm], including the tilt and roll of the press.
 
     The slope of the fruit and the tilt add up, whatever their signs, so the result is an upper bound. A printed tip has
-    a square face, so the result is the larger of the slopes across its two pairs of sides. For other tips, it is the
-    slope in the steepest direction.
+    a square face, so the result is the larger of the slopes across its two pairs of sides. For a tip on a pin, it is
+    the slope in the steepest direction.
     """
     radius, radius_across = design.fruit.radii_mm
-    u, v = design.fruit.to_principal(position.x, position.y)
+    u, v = design.fruit.to_principal(position.x, position.y)  # coordinates along the principal directions [mm]
     # Near its apex the fruit is a paraboloid, whose slopes at (u, v) are u / R1 and v / R2.
     slope_along, slope_across = design.fruit.from_principal(u / radius, v / radius_across)
     along = abs(slope_along) + abs(math.tan(math.radians(design.press.tilt_deg)))
     across = abs(slope_across) + abs(math.tan(math.radians(design.press.roll_deg)))
-    return max(along, across) if design.tips.socket == "none" else math.hypot(along, across)
+    has_square_face = design.tips.socket == "none"  # a tip without a socket is printed with the housing
+    return max(along, across) if has_square_face else math.hypot(along, across)
 
 
 # Readings
 
 
 def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the largest bias of a reading [1]. `reading` has its limit.
+    """Judge the largest bias of a reading [1] over all fruits and poses. `reading` states its limit.
 
-    The bias whose error bar extends farthest may belong to another pose, so it is compared with the limit too. If its
-    bar reaches the limit, the verdict is undecided.
+    A smaller bias of another pose may have an error bar that extends farther. So the bias whose error bar extends
+    farthest is compared with the limit too. If its bar reaches the limit, the verdict is undecided.
     """
     reference = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:
         accuracy = readings.worst_bias
         reference += f": at {accuracy.E:.3g} MPa, {accuracy.worst}"
     limit = reading.bias_limit
-    verdict = _verdict_over_poses("reading.bias", readings.bias, limit, reference, readings.refused)
-    reach = readings.reach  # the bias whose error bar extends farthest, with its error
-    if reach is None or verdict.passed is False:
+    verdict = _judge_over_poses("reading.bias", readings.bias, limit, reference, readings.refused)
+    farthest = readings.reach  # the bias whose error bar extends farthest, with its error
+    if farthest is None or verdict.passed is False:
         return verdict
-    reach_verdict = judge(verdict.name, reach, reference, limit=limit)
-    if reach_verdict.passed is verdict.passed:
+    farthest_verdict = judge(verdict.name, farthest, reference, limit=limit)
+    if farthest_verdict.passed is verdict.passed:
         return verdict
-    reach_text = (
-        f"the bar of a smaller one, {value_with_bar(100.0 * reach.value, 100.0 * reach.error, '%')}, reaches the limit"
-    )
-    return replace(verdict, passed=all_passed([verdict, reach_verdict]), reference=f"{verdict.reference}; {reach_text}")
+    bar = value_with_bar(100.0 * farthest.value, 100.0 * farthest.error, "%")
+    reason = f"{verdict.reference}; the bar of a smaller one, {bar}, reaches the limit"
+    return replace(verdict, passed=all_passed([verdict, farthest_verdict]), reference=reason)
 
 
 def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the standard uncertainty of a reading [1], at the modulus at which it is worst.
+    """Judge the standard uncertainty of a reading [1] at the modulus at which it is worst compared with its limit.
 
-    The reference text names this modulus and the largest source of uncertainty. The limit of the verdict is the limit
+    The reference text states this modulus and the largest source of uncertainty. The limit of the verdict is the limit
     in `reading` at this modulus, or the smallest limit in `reading` if no modulus can be read.
     """
     reference = "uncertainty of E over all fruits and poses"
@@ -227,20 +232,20 @@ def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements)
         largest_source = list(sources)[first_largest(sources.values())]
         reference += f", at {accuracy.E:.3g} MPa; largest source: {largest_source}"
         limit = accuracy.uncertainty_limit
-    return _verdict_over_poses("reading.uncertainty", readings.uncertainty, limit, reference, readings.refused)
+    return _judge_over_poses("reading.uncertainty", readings.uncertainty, limit, reference, readings.refused)
 
 
 def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
-    """Return the verdict on the largest standard uncertainty of a spring stiffness after calibration on the bench [1].
+    """Judge the largest standard uncertainty of a spring stiffness after calibration on the bench [1].
 
-    If the design gives this uncertainty, the bench is not used and the verdict passes. If the uncertainty is unknown,
-    there is no verdict. `_reading` is not needed, but all verdicts on readings have the same parameters.
+    If the design gives this uncertainty, the bench is not used and the verdict passes. The result is None if the
+    uncertainty is unknown. `_reading` is unused, but all verdicts on readings have the same parameters.
     """
     name = "reading.calibration"
     errors = readings.calibration
     if errors is None:
         return None
-    if "stiffness_percent" in errors.typed:
+    if "stiffness_percent" in errors.typed:  # given in the design file
         reference = "as reading.stiffness_percent gives it; the bench is not used"
         return judge(name, errors.largest_stiffness, reference, limit="as given", passed=True)
     bench = f"a balance of {errors.balance_g:g} g up to {errors.balance_max_g:g} g, and a dial of {errors.dial_mm:g} mm"
@@ -249,15 +254,15 @@ def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements
 
 
 def touch_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the travel at which all tips touch the fruit, as a fraction of the whole travel [1]."""
+    """Judge the travel at which the last tip touches the fruit, as a fraction of the whole travel [1]."""
     reference = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
     return judge("reading.touch", readings.touch, reference, limit=LARGEST_TOUCH_FRACTION)
 
 
 def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
-    """Return the verdict on the largest mean pressure under a tip [MPa], or None if the fruit has no bruise limit.
+    """Judge the largest mean pressure under a tip [MPa]; return None if the fruit has no bruise limit.
 
-    If there are several moduli, the verdict is on the pressure that is highest relative to its limit.
+    Each modulus has a pressure and a limit. The verdict is on the pressure that is highest relative to its limit.
     """
     pressures = readings.pressures
     if not pressures:
@@ -269,32 +274,35 @@ def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Ve
     return judge("bruise", Estimate(worst.pressure_MPa, worst.error_MPa, "MPa"), reference, limit=worst.limit_MPa)
 
 
-def _verdict_over_poses(
+def _judge_over_poses(
     name: str, estimate: Estimate | None, limit: float, reference: str, refused: str | None
 ) -> Verdict:
-    """Return the verdict on an estimate over all poses [1]. It fails if a pose has no reading.
+    """Judge an estimate over all poses [1]. The verdict fails if a pose has no reading.
 
-    `reference` describes the estimate. `refused` counts and explains the poses without a reading; it is None if there
-    are none. The estimate does not include them. It is None if even a level press has no reading.
+    `reference` describes the estimate. `refused` is the text that counts and explains the poses without a reading,
+    which the estimate leaves out; it is None if there are none. The estimate is None if even a level press has no
+    reading.
     """
     if refused is None:
         return judge(name, estimate, reference, limit=limit)
     whose = "" if estimate is None else "of the others: "
-    return replace(judge(name, estimate, f"{refused}; {whose}{reference}", limit=limit), passed=False)
+    verdict = judge(name, estimate, f"{refused}; {whose}{reference}", limit=limit)
+    return replace(verdict, passed=False)
 
 
 def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
-    """Return the verdict on the largest change of a reading [1] during the hold, caused by the relaxation of the flesh.
+    """Judge the largest change of a reading [1] that the relaxation of the flesh causes during the hold.
 
-    The limit is the limit for the bias, or its default for a design without `[reading]`.
+    The limit is the limit for the bias, or its default for a design without `[reading]`. The verdict fails if a tip
+    leaves the fruit during the hold.
     """
     name = "reading.relaxation"
     limit = (design.reading or ReadingRequirements()).bias_limit
     largest_change = over_time.moves
-    if not math.isfinite(largest_change.value + largest_change.error):
+    if not math.isfinite(largest_change.value + largest_change.error):  # a tip out of contact has no force
         return judge(name, None, "a tip is off the fruit during the hold", limit=limit)
     read_s = over_time.t[over_time.at]  # time of the reading [s]
-    steadiest = over_time.steadiest  # the moment at which the reading changes least
+    steadiest = over_time.steadiest  # the time of a reading at which the reading would change least
     reference = (
         f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
         f"{steadiest.moves_percent:.2g} %, at {steadiest.at_s:.3g} s"

@@ -17,13 +17,13 @@ DISPLACEMENT = "displacement_mm"
 BODY = "#c8ccd2"
 EDGE = "#30343a"
 PALETTE = "YlOrRd"  # pale for low values, so that the shape stays visible
-SUBDIVISION = 3  # number of times that each facet of a second-order cell is halved
+SUBDIVISION = 3  # number of times that each facet of a second-order cell is halved, so that it looks curved
 _SHARP_EDGE_DEG = 25.0  # smallest angle between two facets at a sharp edge
 _ZOOM = 0.75  # less than 1, so that there is space for the title, the ruler and the colour bar
-_NARROW = 900  # [pixels] up to this width of a picture, the colour bar has few numbers
+_NARROW = 900  # largest width of a picture [pixels] at which the colour bar has few numbers
 _RULER_GAP = 0.06  # distance of the ruler below the body, as a fraction of the diagonal of the picture's bounds
 _TITLE_SIZE = 11  # font size of a title
-_LETTER_WIDTH = 1.35  # average width of a letter in a title, divided by the font size
+_LETTER_WIDTH = 1.35  # average width of a letter in a title [pixels], divided by the font size
 
 
 class Vector(NamedTuple):
@@ -35,6 +35,7 @@ class Vector(NamedTuple):
 
 
 FRONT = Vector(0.25, -1.0, 0.45)
+"""Direction from a body to the viewer, who looks at its front from above."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +56,9 @@ class FieldPicture:
     """The mesh [mm] of a whole body, the fields that can colour it, and the view.
 
     The first field is the default. If `enlarged` is true, small displacements are drawn on a larger scale. `direction`
-    points from the body to the viewer. `cut_y` [mm] is the y coordinate of the plane at which the body is cut open.
-    `focus` holds the bounds of the picture [mm]: minimum and maximum x, minimum and maximum y, minimum and maximum z.
+    points from the body to the viewer. `cut_y` [mm] is the y coordinate of the plane at which the body is cut open, or
+    None for an uncut body. `focus` holds the bounds of the picture [mm]: minimum and maximum x, then y, then z. If it
+    is None, the picture shows the whole body.
     """
 
     name: str
@@ -86,12 +88,13 @@ class FieldPicture:
 
 
 def deformed_surface(scene: FieldPicture, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
-    """Return the undeformed surface of a scene [mm], and its surface with the displacements as they are drawn.
+    """Return the undeformed surface of a scene [mm], and its surface displaced in the scale of the drawing [mm].
 
     `subdivision` is the number of times that each facet of a second-order cell is halved.
     """
     mesh = scene.mesh
     if scene.cut_y is not None:
+        # The viewer is on the side of negative y, so the part in front of the plane is removed.
         mesh = mesh.clip(normal=(0.0, -1.0, 0.0), origin=(0.0, scene.cut_y, 0.0))
     surface = mesh.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
     return surface, surface.warp_by_vector(DISPLACEMENT, factor=scene.factor)
@@ -103,6 +106,7 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
     The colour bar has the title and the range of the field. Colours, line widths and positions were chosen by eye.
     """
     field = field or scene.fields[0]
+    # Options of PyVista for the colour bar.
     colour_bar: dict[str, object] = {
         # VTK merges colour bars that have the same title, so the title includes the name of the scene.
         "title": f"{scene.name}: {field.title}\n",
@@ -165,8 +169,20 @@ def frame_picture(
     letters_per_line = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
     lines = textwrap.wrap(title, letters_per_line)
     plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
+    _add_ruler(plotter, bounds, seen_from_above=direction[2] > 0.0)
+    plotter.enable_anti_aliasing("ssaa")  # supersampling, the smoothest method of VTK
+    plotter.enable_parallel_projection()  # so that the ruler holds at every depth
+    plotter.view_vector(direction, viewup=(0.0, 0.0, 1.0), bounds=bounds)
+    plotter.camera.zoom(_ZOOM)
+
+
+def _add_ruler(plotter: Plotter, bounds: tuple[float, ...], *, seen_from_above: bool) -> None:
+    """Add a ruler with its length as a label, parallel to x and below the front of the body.
+
+    `bounds` [mm] are minimum and maximum x, then y, then z. The length of the ruler is a round number, at most a
+    quarter of the width of the body.
+    """
     left, right, front, _, bottom, _ = bounds
-    # The ruler is parallel to x, below the front of the body. A quarter of the width is rounded down to a round length.
     ruler_mm = round_below(0.25 * (right - left))
     diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
     start = np.array([left, front, bottom - _RULER_GAP * diagonal])
@@ -179,15 +195,11 @@ def frame_picture(
         show_points=False,
         always_visible=True,
         # If the body is seen from below, the ruler is at the top of the picture.
-        justification_vertical="bottom" if direction[2] > 0.0 else "top",
+        justification_vertical="bottom" if seen_from_above else "top",
     )
-    plotter.enable_anti_aliasing("ssaa")
-    plotter.enable_parallel_projection()
-    plotter.view_vector(direction, viewup=(0.0, 0.0, 1.0), bounds=bounds)
-    plotter.camera.zoom(_ZOOM)  # leaves space for the title, the ruler and the colour bar
 
 
 def _width(plotter: Plotter) -> float:
     """Return the width [pixels] of the picture, or of the active part of a window with several pictures."""
-    left, _, right, _ = plotter.renderer.viewport
+    left, _, right, _ = plotter.renderer.viewport  # fractions of the window
     return float(plotter.window_size[0] * (right - left))

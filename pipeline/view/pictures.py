@@ -1,5 +1,6 @@
 """Pictures of an output folder, as files or in a window: part, assembly, mesh, and scenes coloured by fields."""
 
+import math
 import os
 import sys
 import tempfile
@@ -20,11 +21,11 @@ from pipeline.view.field_picture import Vector, draw_cells, draw_part, draw_scen
 from pipeline.view.scenes import (
     STRAIN_OVER_LIMIT,
     assembly_parts,
+    complete_half_model,
     draw_assembly,
     draw_exploded_view,
     field_scenes,
     read_mesh,
-    whole_model,
 )
 from sensor.quantity import validation_error
 
@@ -32,7 +33,7 @@ Plotter = Any  # a PyVista plotter; its decorated methods have no types that myp
 
 FLAG = "--png"
 SIZE = (1600, 1000)  # width and height of a picture or a window [pixels]
-_PRINTED_DIRECTION = Vector(0.35, -0.75, 1.0)
+_PRINTED_DIRECTION = Vector(0.35, -0.75, 1.0)  # from the printed housing to the viewer
 _HOUSING_AND_FRUIT = 2  # number of parts of an assembly that consists only of housing and fruit
 _MAX_COLUMNS = 3  # largest number of pictures side by side in a window
 
@@ -69,8 +70,9 @@ def _solid_pictures(report: Report, folder: Path) -> Iterator[Picture]:
     """
     if (folder / "housing.stl").is_file():
         part = read_mesh(folder / "housing.stl")
-        x, y, z = np.ptp(np.reshape(part.bounds, (3, 2)), axis=1)
-        title = f"{report.design.name}: housing as printed, {x:.1f} x {y:.1f} x {z:.1f} mm"
+        # The bounds of VTK are minimum and maximum x, then y, then z.
+        length, width, height = np.ptp(np.reshape(part.bounds, (3, 2)), axis=1)
+        title = f"{report.design.name}: housing as printed, {length:.1f} x {width:.1f} x {height:.1f} mm"
         draw = partial(draw_part, part=part, title=title, direction=_PRINTED_DIRECTION)
         yield Picture(name="housing", draw=draw)
     parts = assembly_parts(report)
@@ -85,8 +87,8 @@ def _solid_pictures(report: Report, folder: Path) -> Iterator[Picture]:
 def _field_pictures(report: Report, folder: Path) -> Iterator[Picture]:
     """Yield the pictures of the fields and of the mesh of the housing.
 
-    Each scene is coloured by its default field, and a second time by the strain divided by its limit if it has this
-    field.
+    Each scene is coloured by its default field. A scene that has the strain divided by its limit is drawn a second time
+    with this field.
     """
     for scene in field_scenes(report, folder):
         yield Picture(name=scene.name, draw=partial(draw_scene, scene=scene))
@@ -95,7 +97,7 @@ def _field_pictures(report: Report, folder: Path) -> Iterator[Picture]:
                 draw = partial(draw_scene, scene=scene, field=field)
                 yield Picture(name=f"{scene.name}-limit", draw=draw, in_window=False)
     if (folder / FLEXURE).is_file():
-        mesh = whole_model(read_mesh(folder / FLEXURE))
+        mesh = complete_half_model(read_mesh(folder / FLEXURE))
         title = f"mesh of the housing: {mesh.n_cells} cells, {mesh.n_points} points with the mirrored half"
         yield Picture(name="mesh", draw=partial(draw_cells, mesh=mesh, title=title), in_window=False)
 
@@ -105,14 +107,14 @@ def write_pictures(
 ) -> list[Path]:
     """Write each picture to a folder as NAME.png, and return the paths. Either all pictures are written or none.
 
-    `count` is called with the number of finished pictures and the number of all pictures. With `force`, other files
-    with these names are kept as NAME.bak. Raises InputError if there are such files and `force` is false, or if the
-    folder cannot be written.
+    `count` is called with the number of finished pictures and the number of all pictures. With `force`, foreign or
+    changed files with these names are kept as NAME.bak. Raises InputError if there are such files and `force` is false,
+    or if the folder cannot be written.
     """
     check_paths_are_free([folder / f"{picture.name}.png" for picture in all_pictures], FLAG, force=force)
     draw_without_display()
-    files = {}
-    # Pictures are drawn in a temporary folder first, so that an interrupted run leaves none in `folder`.
+    files = {}  # content of each file, keyed by its path
+    # The plotter can only write to a file. A temporary folder keeps an interrupted run from leaving some in `folder`.
     with tempfile.TemporaryDirectory(prefix="twintip-") as temporary_folder:
         for number, picture in enumerate(all_pictures):
             count(number, len(all_pictures))
@@ -139,7 +141,7 @@ def window_of(all_pictures: list[Picture], name: str) -> Plotter:
     """Return a window in which the pictures are drawn in rows. The window is not yet open."""
     shown_pictures = [picture for picture in all_pictures if picture.in_window]
     columns = min(_MAX_COLUMNS, len(shown_pictures))
-    rows = -(-len(shown_pictures) // columns)  # division rounded up
+    rows = math.ceil(len(shown_pictures) / columns)
     plotter: Plotter = pv.Plotter(shape=(rows, columns), title=f"twintip: {name}", window_size=list(SIZE))
     for index, picture in enumerate(shown_pictures):
         plotter.subplot(index // columns, index % columns)
@@ -155,4 +157,5 @@ def draw_without_display() -> None:
 
 
 def _has_display() -> bool:
+    """Return whether the environment declares an X11 or Wayland display."""
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -71,7 +71,7 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
     if (folder / FLEXURE).is_file():
         half = read_mesh(folder / FLEXURE)
         if DISPLACEMENT in half.point_data and tip_face("low") in half.point_data:
-            scenes += _flexure_scenes(report, whole_model(half))
+            scenes += _flexure_scenes(report, complete_half_model(half))
     if (folder / FRUIT).is_file():
         block = read_mesh(folder / FRUIT)
         if DISPLACEMENT in block.point_data:
@@ -90,16 +90,18 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
     data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.design.process.strain_limit
     node_x = np.asarray(mesh.points)[:, 0]
     cell_x = np.asarray(mesh.cell_centers().points)[:, 0]
-    # The array of a tip face is 1 at its nodes, and 0 elsewhere.
-    tip_x = {spring: node_x[np.asarray(data[tip_face(spring)]) == 1].mean() for spring in SPRINGS}
-    middle = sum(tip_x.values()) / len(tip_x)
+    tip_x = {}
+    for spring in SPRINGS:
+        is_on_tip = np.asarray(data[tip_face(spring)]) == 1  # the array is 1 at the nodes of the face, and 0 elsewhere
+        tip_x[spring] = node_x[is_on_tip].mean()
+    middle_x = sum(tip_x.values()) / len(tip_x)
     scenes = []
     for spring, x in tip_x.items():
-        is_same_side = (cell_x > middle) if x > middle else (cell_x < middle)
+        is_on_side = (cell_x > middle_x) if x > middle_x else (cell_x < middle_x)
         scene = FieldPicture(
             name=f"flexure-{spring}",
             title=f"{report.design.name}: {spring} spring",
-            mesh=mesh.extract_cells(np.flatnonzero(is_same_side)),
+            mesh=mesh.extract_cells(np.flatnonzero(is_on_side)),
             fields=(VON_MISES, STRAIN_OVER_LIMIT, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
             enlarged=True,
         )
@@ -107,7 +109,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
     return scenes
 
 
-def whole_model(mesh: Mesh) -> Mesh:
+def complete_half_model(mesh: Mesh) -> Mesh:
     """Return the mesh [mm] of a whole body, with its arrays.
 
     A half model is completed by its mirror image in the plane y = 0. Any other mesh is returned unchanged.
@@ -118,11 +120,11 @@ def whole_model(mesh: Mesh) -> Mesh:
     mirror.SetInputData(mesh)
     mirror.SetPlaneToY()
     mirror.SetCenter(0.0)
-    mirror.CopyInputOn()
-    # A reflection in y changes the sign of those components of vectors and tensors that have exactly one index y.
+    mirror.CopyInputOn()  # the result contains the given half too
+    # A reflection in y changes the sign of each component of a vector or tensor that has exactly one index y.
     mirror.FlipAllInputArraysOn()
     mirror.Update()
-    return pv.wrap(mirror.GetOutput()).clean()
+    return pv.wrap(mirror.GetOutput()).clean()  # merges the nodes of both halves on the plane
 
 
 def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
@@ -133,15 +135,16 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
     mesh = bend_to_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
     mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]  # positive in compression
-    # The picture extends a little beyond the tips, but not beyond the block. The bounds of VTK are in the order minimum
-    # x, maximum x, minimum y, and so on.
-    positions = np.array(design.tips.places_mm)
-    first_x, row_y = positions.min(axis=0)  # the row of tips nearest to the viewer
+    positions = np.array(design.tips.places_mm)  # x and y of each tip
+    first_x, row_y = positions.min(axis=0)  # `row_y` is the row of tips nearest to the viewer
     last_x, last_y = positions.max(axis=0)
+    # The picture extends a little beyond the tips, but not beyond the block. Its top is the top of the block.
     margin = _BEYOND_TIPS * design.tips.spacing_mm
-    depth = 0.5 * (last_x - first_x + margin)  # depth of the picture below the top of the fruit
-    lower = np.maximum([first_x - margin, row_y, -depth], mesh.bounds[0::2])
-    upper = np.minimum([last_x + margin, last_y + margin, mesh.bounds[5]], mesh.bounds[1::2])
+    depth = 0.5 * (last_x - first_x + margin)  # below the top of the fruit at z = 0; about half the width
+    block_lower = mesh.bounds[0::2]  # the bounds of VTK are minimum and maximum x, then y, then z
+    block_upper = mesh.bounds[1::2]
+    lower = np.maximum([first_x - margin, row_y, -depth], block_lower)
+    upper = np.minimum([last_x + margin, last_y + margin, block_upper[2]], block_upper)
     return FieldPicture(
         name="fruit",
         title=f"{design.name}: fruit under the tips, cut through a row of them",
@@ -156,8 +159,8 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
 def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     """Return the mesh of a fruit's block [mm], bent to the curved skin of the fruit.
 
-    The solver maps a block to the curved fruit, and the same map is applied to the nodes here. If the fruit is flat, an
-    unchanged copy is returned.
+    The solver maps a block to the curved fruit. This function applies the same map to the nodes. If the fruit is flat,
+    it returns an unchanged copy.
     """
     mesh = block.copy()
     if design.fruit.radius_mm is None:
@@ -165,7 +168,8 @@ def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     footprints = contact_footprints(design.fruit, design.tips)
     shape = CurvedShape(design.fruit, core_of(smooth_loads(design.fruit, footprints)))
     flip_z = np.array([1.0, 1.0, -1.0])  # z points down in the shape and up in the mesh
-    mesh.points = shape.bend((np.asarray(block.points) * flip_z).T).T * flip_z
+    block_points = np.asarray(block.points) * flip_z  # (nodes, 3), while `bend` takes and returns (3, nodes)
+    mesh.points = shape.bend(block_points.T).T * flip_z
     return mesh
 
 
@@ -186,7 +190,7 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
     The view is from below, so that the tips are visible. The labels of the tip and the fruit are below all parts, and
     all other labels are above them.
     """
-    # A leader line runs from the start at the part to the end at the label. Upper starts have labels above all parts.
+    # A leader line runs from its start at the part to its end at the label. The mappings are keyed by the part's name.
     surfaces, upper_starts, lower_starts = _draw_parts_apart(plotter, parts)
     all_parts = pv.merge(surfaces)
     left, right, front, back, bottom, top = all_parts.bounds
@@ -209,9 +213,9 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
 def _draw_parts_apart(
     plotter: Plotter, parts: Sequence[cq.Assembly]
 ) -> tuple[list[Mesh], dict[str, Floats], dict[str, Floats]]:
-    """Draw the parts of an assembly, moved outwards across the sensor; the fruit is moved down instead.
+    """Draw the parts of an assembly, moved apart across the sensor; only the fruit is moved down.
 
-    Return the surfaces of all parts, and two mappings from the name of a part to the starting point (3,) [mm] of a
+    Returns the surfaces of all parts, and two mappings from the name of a part to the starting point (3,) [mm] of its
     leader line. The lines of the first mapping lead to labels above the parts, and the lines of the second to labels
     below. Equal parts have the same name and one line.
     """
@@ -225,18 +229,20 @@ def _draw_parts_apart(
         shift_down = _FRUIT_SHIFT * placed_shape(part).BoundingBox().zlen if is_fruit else 0.0
         surface = _draw_part(plotter, part, (0.0, exploded_shift(part), -shift_down))
         surfaces.append(surface)
+        *_, lowest_z, highest_z = surface.bounds
         if is_fruit:
-            lower_starts[part_name] = _centre_at_height(surface, surface.bounds[4])  # the lowest z
+            lower_starts[part_name] = _centre_at_height(surface, lowest_z)
         else:
-            upper_starts.setdefault(part_name, _centre_at_height(surface, surface.bounds[5]))  # the highest z
+            upper_starts.setdefault(part_name, _centre_at_height(surface, highest_z))  # the first of equal parts
             lowest_points.append(min(np.asarray(surface.points), key=_height))
     # A tip is not a separate part. The tips are the lowest points of the sensor, and the first of them is labelled.
-    lowest_z = min(map(_height, lowest_points))
-    lower_starts["tip"] = next(point for point in lowest_points if _height(point) < lowest_z + _SAME_HEIGHT_MM)
+    tip_z = min(map(_height, lowest_points))
+    lower_starts["tip"] = next(point for point in lowest_points if _height(point) < tip_z + _SAME_HEIGHT_MM)
     return surfaces, upper_starts, lower_starts
 
 
 def _height(point: Floats) -> float:
+    """Return the z coordinate of a point (3,)."""
     return float(point[2])
 
 
@@ -249,22 +255,24 @@ def _centre_at_height(surface: Mesh, z: float) -> Floats:
 def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], *, side: float) -> dict[str, Floats]:
     """Return the positions [mm] of labels in the exploded view: above the assembly if `side` is 1, below it if -1.
 
-    `all_parts` is the mesh of the assembly, and `starts` are the starting points (3,) [mm] of the leader lines. Each
-    label is directly above or below the start of its leader line. In the picture, it is a step farther from the
-    assembly than the previous label, so that no label hides another.
+    `all_parts` is the mesh of the assembly, and `starts` are the starting points (3,) [mm] of the leader lines, keyed
+    by the name of the part. Each label is directly above or below the start of its leader line. In the picture, it is a
+    step farther from the assembly than the previous label, so that no label hides another.
     """
     left, right, front, back, bottom, top = all_parts.bounds
-    # The vertical direction of the picture is z, projected onto the picture plane. A level is a coordinate along it,
-    # multiplied by `side`, so that it increases away from the assembly.
+    # The vertical direction of the picture is z, projected onto the picture plane. The level of a point is the
+    # coordinate along this direction, multiplied by `side`, so that it increases away from the assembly.
     view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - view[2] * view
-    corners = itertools.product((left, right), (front, back), (top if side > 0.0 else bottom,))
+    outer_z = top if side > 0.0 else bottom
+    corners = itertools.product((left, right), (front, back), (outer_z,))
     level = max(side * float(np.dot(corner, upwards)) for corner in corners)
     positions = {}
     for part_name, (x, y, _) in starts.items():
         level += _LABEL_STEP * (top - bottom)
         # The level of a position (x, y, z) is the dot product side (x, y, z) . upwards. It is solved for z.
-        positions[part_name] = np.array([x, y, (side * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
+        z = (side * level - x * upwards[0] - y * upwards[1]) / upwards[2]
+        positions[part_name] = np.array([x, y, z])
     return positions
 
 

@@ -20,9 +20,9 @@ FLAG = "--html"
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     """Write a web page that shows the bodies of an output folder and their fields, and return its path.
 
-    With `force`, a file at this path that was not written by this program is kept as NAME.bak. Raises InputError if
-    there is such a file and `force` is false. InputError is also raised if the path does not end in .html, if it cannot
-    be written, or if the output folder has no body.
+    With `force`, a foreign or changed file at this path is kept as NAME.bak. Raises InputError if there is such a file
+    and `force` is false. It is also raised if the path does not end in .html, if it cannot be written, or if the output
+    folder has no body.
     """
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
@@ -43,7 +43,7 @@ def assembly_bodies(folder: Path) -> list[Plain]:
     """Return the assembly of an output folder as page data, or an empty list if the folder has no assembly."""
     try:
         return [assembly_body(folder)]
-    except ValueError:
+    except ValueError:  # the folder has no readable assembly
         return []
 
 
@@ -57,7 +57,7 @@ def _colour_scene(scene: FieldPicture, field: Field) -> Plain:
 
     The displacements are enlarged by the same factor as in the picture.
     """
-    undeformed, _ = deformed_surface(scene, subdivision=0)  # facets are not divided, to keep the page small
+    undeformed, _ = deformed_surface(scene, subdivision=0)  # coarse facets keep the page small
     surface = undeformed.triangulate()
     low, high = field.range_on(scene.mesh)
     scale = ColourScale(label=field.title, low=low, high=high)

@@ -9,7 +9,7 @@ from refusal import refusal
 from stand_ins import specimen
 from virtual_compression import VirtualTest
 
-from instrument.compress.phases import noise_of, split_phases, without_frame
+from instrument.compress.phases import noise_of, split_phases, subtract_frame
 
 X = np.linspace(0.0, 5.0, 601)  # [mm]
 F = 20.0 * np.maximum(X - 1.0, 0.0) ** 1.5  # [N]: from 0 to 160
@@ -161,5 +161,5 @@ def test_tap_before_the_test_is_no_loading(reached, is_first):
 def test_travel_of_the_frame_is_taken_off():
     """A frame of 3 um/N under 160 N."""
     curve = split_phases(specimen(X + 3e-3 * F, F)).loading
-    np.testing.assert_allclose(without_frame(specimen(X, F), curve, 3.0).travel, X, atol=1e-12)
-    assert refusal(without_frame, specimen(X, F), curve, 60.0).value == 60.0
+    np.testing.assert_allclose(subtract_frame(specimen(X, F), curve, 3.0).travel, X, atol=1e-12)
+    assert refusal(subtract_frame, specimen(X, F), curve, 60.0).value == 60.0

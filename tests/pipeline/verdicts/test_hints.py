@@ -9,7 +9,7 @@ from stand_ins import GOOD, result_of, springs_of
 from cad.parts.housing import Pin
 from pipeline.find.changes import MOVES
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
-from pipeline.verdicts.hints import CONTACT_SIZES, PARTS, SEARCH, hint, shorter_travel, tolerance_hint, with_hints
+from pipeline.verdicts.hints import CONTACT_SIZES, PARTS, SEARCH, find_shorter_travel, hint, tolerance_hint, with_hints
 from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
@@ -129,7 +129,7 @@ def test_springs_that_a_bench_leaves_unknown_ask_for_a_finer_one(cause, words):
     ],
 )
 def test_shorter_travel_is_just_within_its_bound(verdict, tips, springs, bound):
-    travel = shorter_travel(verdict, Design(tips=tips), springs)
+    travel = find_shorter_travel(verdict, Design(tips=tips), springs)
     assert travel is None if bound is None else 0.97 * bound < travel < bound
 
 

@@ -19,8 +19,8 @@ from pipeline.view.scenes import (
     VON_MISES,
     _label_positions,
     bend_to_true_shape,
+    complete_half_model,
     field_scenes,
-    whole_model,
 )
 
 DIGITS = 2.0**-19  # of a value in a VTU file, relative to the largest
@@ -44,7 +44,7 @@ def node_at(mesh, point):
 
 
 def test_mirrored_half_is_the_whole_body(half):
-    whole = whole_model(half)
+    whole = complete_half_model(half)
     assert whole.volume == pytest.approx(2.0 * LENGTH * DEPTH, rel=DIGITS)
     assert whole.bounds[2:4] == pytest.approx((-DEPTH, DEPTH))
     # its surface has no wall in the plane of symmetry, and no cell is inside out
@@ -54,7 +54,7 @@ def test_mirrored_half_is_the_whole_body(half):
 
 def test_vectors_and_tensors_are_mirrored(half):
     """Y and what has one y among its indices change their sign: xx, yy, zz, xy, yz, xz."""
-    whole = whole_model(half)
+    whole = complete_half_model(half)
     at = node_at(whole, (LENGTH / 2, DEPTH, 1.0))
     image = node_at(whole, (LENGTH / 2, -DEPTH, 1.0))
     for name, signs in (("displacement_mm", (1, -1, 1)), ("stress_MPa", (1, 1, 1, -1, -1, 1)), ("von_mises_MPa", 1)):
