@@ -18,7 +18,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.reference_ball import FACTOR, MODULUS, RADIUS, BallCorrection
 from instrument.press.signals import Signal
-from pipeline.reading.form import changes_by_form
+from pipeline.reading.form import form_error_changes
 from pipeline.reading.measurement import RiseModel
 from pipeline.tables import rows
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
@@ -312,7 +312,7 @@ def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
     """
     model = RiseModel(law=on_ball.rise_law)
     curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0  # 0 for a flat surface
-    changes = changes_by_form(on_ball.report.design, model, forces, (curvature, curvature))
+    changes = form_error_changes(on_ball.report.design, model, forces, (curvature, curvature))
     return tuple((100.0 * changes).tolist())
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.reading.bench_uncertainty import calibration_errors
-from pipeline.reading.form import changes_by_form, interpolate_to_middle
+from pipeline.reading.form import form_error_changes, interpolate_to_middle
 from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, SampledPresses
@@ -174,7 +174,7 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         return analysis
     flesh_change = 0.0  # largest relative change of E in a level press if the flesh obeys another constitutive law
     if presses.flesh.any():
-        flesh_change = max(map(model.change, presses.F[:, 0], presses.flesh[:, 0]))
+        flesh_change = max(map(model.modulus_change, presses.F[:, 0], presses.flesh[:, 0]))
     return replace(analysis, moduli=moduli, full_scale=tuple(presses.full_scale.tolist()), flesh=flesh_change)
 
 
@@ -197,7 +197,7 @@ def _accuracy_by_modulus(
     fruit_sources = _fruit_uncertainties(design, model, presses, biases)
     random_presses, random_readings = _random_presses(presses, press_readings)
     # relative changes of E due to each form error: for each modulus an array (presses, form errors)
-    form_changes = [np.array([changes_by_form(design, model, press) for press in row]) for row in random_presses]
+    form_changes = [np.array([form_error_changes(design, model, press) for press in row]) for row in random_presses]
     remaining_form_changes = form_changes
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
@@ -314,7 +314,7 @@ def _read_presses(
                 if width > side_mm:
                     msg = f"tips.side_mm = {side_mm:g} mm is less than the {width:.3g} mm that the contact needs"
                     raise ReadingError(msg)
-                reading = model.reading(press, noises, least_forces)
+                reading = model.read(press, noises, least_forces)
             except ReadingError as error:
                 reasons.append(f"as at {E:.3g} MPa, {placement}: {error}")
             row.append(reading)
@@ -337,7 +337,7 @@ def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> F
     is_large[:, 0] = True
     errors = np.zeros_like(biases)
     for i, j in np.argwhere(is_large).tolist():
-        errors[i, j] = model.change(presses.F[i, j], presses.error[i, j])
+        errors[i, j] = model.modulus_change(presses.F[i, j], presses.error[i, j])
     return errors
 
 
@@ -396,7 +396,7 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     base_change = modulus_ratio * base_compliance(fruit.depth_mm, other_poisson, distances) - base
     contrast = model.law.contrast
     law = replace(model.law, contrast=replace(contrast, S=rows_of(np.array(contrast.S) + base_change)))
-    base_ratio = replace(model, law=law).modulus(press) / model.modulus(press)
+    base_ratio = replace(model, law=law).read_modulus(press) / model.read_modulus(press)
     return abs(modulus_ratio / base_ratio - 1.0)
 
 

@@ -1,4 +1,4 @@
-"""Errors that remain in the springs and gains of a unit after it is calibrated on a bench with `pipeline calibrate`.
+"""Errors that remain in the springs and gains of a unit after its calibration on a bench with `pipeline calibrate`.
 
 **Weights.** The compliance of a spring is the slope of its deflection against the weights hung on it. Weights and
 deflections are rounded to the resolution of the balance and of the dial, so these two errors add in quadrature. A gain
@@ -28,8 +28,8 @@ from sensor.theory.straight_line import ROUNDED, slope_error_of_resolution
 
 LEAST_ERROR = 1e-4
 """Lower bound of the relative error of a stiffness; no dial and no balance is more accurate."""
-_LARGEST_ERROR = 10.0  # relative error assigned to a spring that the bench cannot measure
-# E is at most proportional to this power of a common factor of all deflections. Hertz's law has this exponent.
+_LARGEST_ERROR = 10.0  # relative error assigned to a spring that the bench cannot measure; large, but finite
+# E is at most proportional to this power of a common factor of all deflections, which is the exponent of Hertz's law.
 _STEEPEST = 1.5
 
 
@@ -37,8 +37,8 @@ def refuse_bench_that_cannot_weigh(design: Design) -> None:
     """Raise InputError if the balance of the bench cannot calibrate a low spring of the design.
 
     The weight that bends such a spring by the travel of a press must exceed the resolution of the balance. A fraction
-    `PRESSED` of it must not exceed the largest load. Nothing is solved here, so only springs given in the design are
-    checked.
+    `PRESSED` of this weight must not exceed the largest load. Nothing is solved here, so only springs given in the
+    design are checked.
     """
     bench = design.bench
     K_l = design.springs.K_l_N_per_m
@@ -61,8 +61,8 @@ def refuse_bench_that_cannot_weigh(design: Design) -> None:
 def flattening(design: Design, forces: Floats) -> Floats:
     """Return the flattening [mm] of domes that `forces` (tips,) [N] press against glass; 0 for flat tips.
 
-    Source: contact of two elastic bodies, K. L. Johnson, Contact Mechanics (1985), (4.23),
-    doi:10.1017/CBO9781139171731.
+    A negative force is treated as 0. Source: contact of two elastic bodies, K. L. Johnson, Contact Mechanics (1985),
+    (4.23), doi:10.1017/CBO9781139171731.
     """
     radius = design.tips.dome_radius_mm
     if radius is None:
@@ -75,9 +75,9 @@ def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, spa
     """Return the relative standard deviation [1] of the deflections that calibrate each channel on a plate.
 
     The result has the shape (tips,). `scatter` (tips,) [1] is the relative error of the slope of each channel's line.
-    On the plate, a tip moves by the deflection of its spring and by its own flattening. Over a `span` [mm] of the
-    travel, the flattening is `flattened` (tips,) [mm]. It is proportional to E^(-2/3), and the modulus E of the print
-    varies between prints.
+    On the plate, the travel is the deflection of a tip's spring plus the flattening of the tip. Over a `span` [mm] of
+    the travel, the flattening is `flattened` (tips,) [mm]. It is proportional to E^(-2/3), and the modulus E of the
+    print differs from print to print. So the relative error of the flattening is 2/3 of the relative error of E.
     """
     modulus_scatter = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
     return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)
@@ -90,7 +90,7 @@ def springs_on_plate(
 
     `gains` (tips,), `deflections` (tips,) and `travel` are the relative standard deviations [1] of the forces, the
     deflections and the travel. The stiffnesses measured by plate and by weights differ. `mean_difference` [1] is the
-    mean of their relative differences, and `differences_from_mean` (tips,) [1] the deviation of each spring from this
+    mean of their relative differences. `differences_from_mean` (tips,) [1] holds the deviation of each spring from this
     mean. Both are bounds within which the true stiffness is uniformly distributed (JCGM 100:2008, 4.3.7).
     """
     # The errors of the springs are later combined as if they were independent. The error of the travel and the mean
@@ -112,9 +112,10 @@ class _CalibrationErrors(NamedTuple):
 def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, noises: Floats) -> CalibrationErrors:
     """Compute the relative errors of springs and gains that remain after calibration on the bench of a design.
 
-    If the design gives one of the percentages, it replaces the computed error. `full_scale` [N] are the largest forces,
-    and `stiffnesses` [N/mm] the stiffnesses of the springs. `noises` [N] is the standard deviation of one row of the
-    calibration table. All three have the shape (tips,).
+    If the design gives one of the percentages, it replaces the computed error. A design without a bench is assumed to
+    use the default one. `full_scale` [N] are the largest forces, and `stiffnesses` [N/mm] the stiffnesses of the
+    springs. `noises` [N] are the standard deviations of the forces in one row of the calibration table. All three have
+    the shape (tips,).
     """
     reading = design.reading or ReadingRequirements()
     bench = design.expected_bench or Bench()
@@ -148,8 +149,8 @@ def _errors_after_weights(
 ) -> _CalibrationErrors:
     """Return the errors that remain after a calibration by weights.
 
-    Each spring is loaded up to its force in `largest_forces` (tips,) [N], or up to the largest load of the balance.
-    `stiffnesses` (tips,) are in N/mm. `noises` (tips,) [N] are standard deviations of one row of the table.
+    Each spring is loaded up to its force in `largest_forces` (tips,) [N], or up to the largest load of the `bench`'s
+    balance. `stiffnesses` (tips,) are in N/mm. `noises` (tips,) [N] are standard deviations of one row of the table.
     """
     # The error is computed for a resolution of 1 and a largest value of 1, with rows at the fractions `WEIGHED_AT` of
     # this value. The relative error of any slope is then `slope_error_factor` * resolution / largest value.
@@ -176,12 +177,12 @@ def _errors_after_plate(
     stiffnesses: Floats,
     noises: Floats,
 ) -> _CalibrationErrors:
-    """Return the errors after a calibration by weights and then on a plate, which calibrates deflections.
+    """Return the errors that remain after a calibration by weights and then on a plate, which calibrates deflections.
 
     `weighed` are the errors after the calibration by weights. All tips have the same travel on the plate. The press
     ends when the first tip reaches its force in `largest_forces` (tips,) [N]. `stiffnesses` (tips,) are in N/mm, and
-    `noises` (tips,) [N] are standard deviations of one row of the table. The gains returned are the relative errors of
-    the deflections.
+    `noises` (tips,) [N] are standard deviations of one row of the table. The `gains` of the result are the relative
+    errors of the deflections.
     """
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)  # for a resolution and a largest value of 1
     full_travel = float((largest_forces / stiffnesses).min())  # of the press on the plate [mm]
@@ -189,11 +190,12 @@ def _errors_after_plate(
     # change in the flattening of the domes from the first to the last row of the table [mm]
     flattened = flattening(design, plate_forces) - flattening(design, PLATE_AT[0] * plate_forces)
     scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)
-    # After the calibration by weights, the error of a gain is due to the balance and to noise. This is the noise part.
+    # After the calibration by weights, the error of a gain is due to the balance and to noise. This is its part due to
+    # noise. Round-off may make the difference slightly negative, so it is limited to 0.
     noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, full_travel * (PLATE_AT[-1] - PLATE_AT[0]))
     travel_error = float(_relative_error(slope_error_factor * bench.dial_mm, full_travel))
-    # The two stiffnesses, by plate and by weights, contain the same error of the balance, so it cancels in their ratio.
+    # The stiffnesses by plate and by weights contain the same error of the balance, so it cancels in their ratio.
     ratio_errors = np.hypot(weighed.causes["dial"], noise_error)
     # The n ratios are independent, with standard deviations s_i. The variance of their mean is sum(s_i^2) / n^2. The
     # variance of the difference of a ratio from the mean is s_i^2 (1 - 2 / n) plus the variance of the mean.
@@ -203,7 +205,7 @@ def _errors_after_plate(
         gains=weighed.gains,
         deflections=deflections,
         travel=travel_error,
-        mean_difference=math.hypot(travel_error, mean_error),  # the travel is common to all tips
+        mean_difference=math.hypot(travel_error, mean_error),  # all tips share the error of the travel
         differences_from_mean=deviations_from_mean,
     )
     # The rest of the variance is attributed to the dial, on which the travel is read.
@@ -213,7 +215,10 @@ def _errors_after_plate(
 
 
 def _relative_error(deviation: Floats | float, largest: Floats | float) -> Floats:
-    """Return `deviation` divided by the `largest` value measured [1], but at most 10; 10 if that value is 0."""
+    """Return `deviation` divided by the `largest` value measured [1], but at most `_LARGEST_ERROR`.
+
+    Both are in the same unit. The result is `_LARGEST_ERROR` if the largest value is 0, so that nothing was measured.
+    """
     largest_values = np.asarray(largest, dtype=float)
     relative = np.divide(
         deviation, largest_values, out=np.full(largest_values.shape, _LARGEST_ERROR), where=largest_values > 0.0

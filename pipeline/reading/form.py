@@ -1,4 +1,4 @@
-"""Errors in the modulus caused by form errors of the printed domes, which are the same in every press of a unit."""
+"""Errors of the modulus caused by form errors of the printed domes, which are the same in every press of a unit."""
 
 import math
 from collections.abc import Sequence
@@ -12,22 +12,23 @@ from sensor.arrays import Floats
 from sensor.design.parameters import Design
 
 
-def changes_by_form(design: Design, model: RiseModel, press: Floats, curvatures: Curvatures | None = None) -> Floats:
+def form_error_changes(design: Design, model: RiseModel, press: Floats, curvatures: Curvatures | None = None) -> Floats:
     """Return the signed relative change [1] of E due to one standard deviation of each form error of the domes.
 
     The first form error is the error of the dome radius. Each further form error is a spherical cap on the apex, with
     one of the radii in `CAPS`. The variance of the outline is divided equally among the caps. All domes have the same
-    form errors, because they are printed in the same way. `press` holds the forces (samples, tips) [N]. `curvatures`
-    are the principal curvatures of the fruit [1/mm], by default the curvatures of the design. The result has the shape
-    (form errors,). It is empty for tips without domes.
+    form errors, because they are printed in the same way.
+
+    `press` holds the forces (samples, tips) [N]. `curvatures` are the principal curvatures of the fruit [1/mm], by
+    default the curvatures of the design. The result has the shape (form errors,). It is empty for tips without domes.
     """
     rolling = rolling_domes(design, model.law.contrast.weights, curvatures)
     if rolling is None:
         return np.empty(0)
-    outline, radius_error = form_deviations(design.tips, design.process)
+    outline, radius_error = form_deviations(design.tips, design.process)  # standard deviations: in mm, and relative
     # All caps have the same variance, and the sum of their variances is the variance of the outline.
     deviations = np.array([radius_error, *(len(CAPS) * [outline / math.sqrt(len(CAPS))])])
-    return deviations * model.form(press, rolling, CAPS)
+    return deviations * model.form_slopes(press, rolling, CAPS)
 
 
 def interpolate_to_middle(moduli: Sequence[float], rows: Floats) -> Floats:

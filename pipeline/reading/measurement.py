@@ -36,13 +36,17 @@ RANGE_FACTOR = 1.25  # factor by which the moduli extend beyond both ends of the
 
 @dataclass(frozen=True, kw_only=True)
 class RiseModel:
-    """A model that reads the modulus from the rise of the contrast in a whole press."""
+    """A model that reads the modulus from the rise of the contrast in a whole press.
+
+    `law` relates the contrast to the forces. `level` are level readings, by which all readings are corrected; without
+    any, readings are not corrected.
+    """
 
     law: RiseLaw
     level: tuple[LevelReading, ...] = ()
     method: ClassVar[str] = "rise of the contrast over a press"
 
-    def reading(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RiseReading:
+    def read(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RiseReading:
         """Return the reading of a press with forces (samples, tips) [N], corrected by the level readings.
 
         The samples are at equal steps of the travel. They are timed as in a press by hand that lasts `PRESS_S`.
@@ -52,23 +56,30 @@ class RiseModel:
         uncorrected = read_rise(self.law, self._rise(press, least_forces), noises)
         return replace(uncorrected, E=correct_reading(uncorrected.E, self.level))
 
-    def modulus(self, press: Floats) -> float:
-        """Return the modulus [MPa] read from forces (samples, tips) [N]; raises RiseError."""
+    def read_modulus(self, press: Floats) -> float:
+        """Return the corrected modulus [MPa] that is read from the forces of a press (samples, tips) [N].
+
+        The forces have no noise. Raises RiseError if no modulus can be determined from them.
+        """
         return correct_reading(rise_modulus(self.law, self._rise(press)), self.level)
 
-    def change(self, press: Floats, force_change: Floats) -> float:
-        """Return the absolute relative change in the modulus read [1] if the forces change by `force_change` [N]."""
-        return abs(self.modulus(press + force_change) / self.modulus(press) - 1.0)
+    def modulus_change(self, press: Floats, force_change: Floats) -> float:
+        """Return the magnitude of the relative change of the modulus read [1] if the forces change.
 
-    def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevennessSensitivity:
+        `press` and `force_change` have the shape (samples, tips) [N]. Raises RiseError.
+        """
+        return abs(self.read_modulus(press + force_change) / self.read_modulus(press) - 1.0)
+
+    def unevenness_slopes(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevennessSensitivity:
         """Return the slopes of ln E with respect to uneven skin and flesh in a press; raises RiseError."""
         return unevenness_sensitivity(self.law, self._rise(press), wave_numbers, relative_radius)
 
-    def form(self, press: Floats, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
+    def form_slopes(self, press: Floats, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
         """Return the slopes of ln E with respect to form errors of the domes in a press; raises RiseError."""
         return form_slopes(self.law, self._rise(press), domes, cap_radii)
 
     def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
+        """Return the samples of a press from which its modulus is read, timed as in a press by hand."""
         return rise_of(press, press.shape[1], least_forces, t=times_by_hand(len(press)))
 
 
@@ -76,7 +87,8 @@ class RiseModel:
 def times_by_hand(samples: int) -> Floats:
     """Return the times [s] of samples at equal steps of the travel, in a press by hand that lasts T = `PRESS_S`.
 
-    A hand slows to a stop at the full travel X: x = X (1 - (1 - t / T)^2). The times solve this equation for t.
+    A hand slows to a stop at the full travel X: x = X (1 - (1 - t / T)^2). The times solve this equation for t. The
+    first sample is one step after the first touch, and the last sample is at full travel.
     """
     return np.asarray(PRESS_S * (1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1)[1:])))
 
@@ -90,21 +102,23 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     """Simulate readings of level presses on fruit of several known moduli, by which other readings are corrected.
 
     These readings contain the effects of the fruit's shape and skin, which the law neglects. If the fruit has a skin,
-    the moduli extend beyond the range of the fruit. The result is empty if the law is exact for a level press.
+    the moduli extend beyond the range of the fruit. The result is empty if the law is exact for a level press, because
+    no correction is needed.
     """
     if sensor.is_exact_seated and not sensor.scene.curved:
         return ()
     design = sensor.design
     moduli = _moduli_over_range(design) if sensor.contact.skin is None else _moduli_beyond_range(design)
-    return _read_by_law(sensor, moduli, sensor.presses(moduli, [Placement()]).F[:, 0])
+    level_presses = sensor.presses(moduli, [Placement()]).F[:, 0]  # (moduli, samples, tips) in the only placement
+    return _read_by_law(sensor, moduli, level_presses)
 
 
 def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     """Simulate level readings of a pair whose flat tips touch with their whole faces.
 
-    The result is empty if the law is exact for such a press. The forces are computed in closed form, because forces
-    from the contact solver have errors of a few parts in a thousand. For tips without a flat face, the result is the
-    same as from `level_readings`.
+    They correct the readings of a printed unit. The result is empty if the law is exact for such a press. The forces
+    are computed in closed form, because forces from the contact solver have errors of a few parts in a thousand. Tips
+    without a flat face have no closed form, so `level_readings` simulates them.
     """
     if sensor.is_exact_seated:
         return ()
@@ -118,15 +132,15 @@ def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 
 
 def _read_by_law(sensor: PressedSensor, moduli: Sequence[float], presses: Iterable[Floats]) -> tuple[LevelReading, ...]:
-    """Return the uncorrected reading of a press for each true modulus [MPa]; presses without a reading are omitted.
+    """Return the uncorrected reading of a press for each of the true `moduli` [MPa].
 
-    `presses` holds the forces (samples, tips) [N] of one press for each of the `moduli`.
+    `presses` holds the forces (samples, tips) [N] of one press for each modulus. Presses without a reading are omitted.
     """
     model = RiseModel(law=sensor.law)
     rows = []
     for E, press in zip(moduli, presses, strict=True):
         with suppress(ReadingError):  # a press may be too short to have enough rise
-            rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
+            rows.append(LevelReading(E_MPa=E, read_MPa=model.read_modulus(press)))
     return tuple(rows)
 
 

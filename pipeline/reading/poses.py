@@ -19,10 +19,11 @@ Vector = tuple[float, float]
 """The components of a vector along and across the tips."""
 
 LEVEL: Vector = (0.0, 0.0)
+# unit vectors at 0, 45, ..., 315 deg from the line of the tips
 DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * k for k in range(8))]
-_DIAGONALS = DIRECTIONS[1::2]
+_DIAGONALS = DIRECTIONS[1::2]  # every second direction, from 45 deg on
 RANDOM_PLACEMENTS = 48  # number of random placements
-SEED = 21
+SEED = 21  # fixed, so that every run evaluates the same random placements
 FEWEST_MODULI = 4  # minimum number of moduli at which readings are evaluated
 _AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of the axes by their angle from +x [deg]
 
@@ -89,17 +90,18 @@ class OccurringFruits:
 
     def extremes(self) -> Iterator[Placement]:
         """Yield level placements on fruits at the ends of all ranges except the flesh thickness."""
-        for first in self.radius or ():
+        for first in self.radius or ():  # a fruit whose radii do not vary yields nothing
             for second in self.across or (self.aspect * first,):
-                for azimuth in self.azimuths or (None,):
+                for azimuth in self.azimuths or (None,):  # None keeps the azimuth of the design
                     yield Placement(from_touch=True, radii_mm=(first, second), azimuth_deg=azimuth)
 
 
 def occurring_fruits(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
     """Return the ranges of the fruits to be read, from the design's `[reading]`.
 
-    `[reading]` gives ranges of radii, or a relative spread of the design's radius, and a range of the thickness. If it
-    gives ranges of radii, the azimuth of the fruit is arbitrary. The dimensions of a flat fruit do not vary.
+    `[reading]` gives ranges of the two radii, or a relative spread of the design's radius. It may also give a range of
+    the flesh thickness. If it gives ranges of radii, the azimuth of the fruit is arbitrary. The dimensions of a flat
+    fruit do not vary.
     """
     if fruit.radius_mm is None:
         return OccurringFruits()
@@ -122,11 +124,14 @@ def occurring_fruits(fruit: Fruit, reading: ReadingRequirements) -> OccurringFru
 def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterator[Placement]:
     """Yield the placements at which readings are evaluated: level, at the ends of all ranges, and at random.
 
-    The first placement is level on the design's fruit, and the next ones are tilted in eight directions. They are
-    followed by level placements at the apex of fruits at the ends of the ranges of flesh thickness and radii, at
-    several azimuths. On fruits of other radii, the sensor is also tilted towards each of four diagonals, as far from
-    the apex as the design allows. These placements are omitted at azimuth 0, where the skin under the tips has a
-    smaller saddle.
+    The placements are in this order:
+
+    - The first one is level on the design's fruit. The next ones are tilted in eight directions, if tilts are allowed.
+    - Level placements follow, at the apex of fruits at the ends of the ranges of flesh thickness and radii, at several
+      azimuths.
+    - On each fruit of other radii, the sensor is also tilted towards each of four diagonals, as far from the apex as
+      the design allows. These placements are omitted at azimuth 0, where the skin under the tips has a smaller saddle.
+    - The random placements come last.
     """
     fruits = occurring_fruits(design.fruit, reading)
     # The level press is placement 0; the error analysis relies on it.
@@ -135,7 +140,7 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
     if reading.tilt_deg:
         yield from (replace(level, tilt_deg=_scale(direction, reading.tilt_deg)) for direction in DIRECTIONS)
     for shape in (level, *fruits.extremes()):
-        for thickness in (None, *(fruits.thickness or ())):
+        for thickness in (None, *(fruits.thickness or ())):  # None is the thickness of the design
             with_flesh = replace(shape, thickness_mm=thickness)
             if with_flesh != level:
                 yield with_flesh
@@ -148,7 +153,8 @@ def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: V
     """Return a placement with the largest distance from the apex, and the largest tilt at the end of the press.
 
     `shape` is a level placement, which gives the fruit. The distance and the tilt are along `direction`, a unit vector.
-    During the press, the tilt increases by the largest change in the design, as in a press by hand.
+    The press begins at a smaller tilt. During the press, the tilt increases by the largest change that the design
+    allows, as in a press by hand.
     """
     tilt_change = min(reading.tilt_change_deg, reading.tilt_deg)
     return replace(
@@ -162,12 +168,12 @@ def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: V
 def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) -> Iterator[Placement]:
     """Yield `RANDOM_PLACEMENTS` random placements, uniformly distributed over every range except the flesh thickness.
 
-    Tilts and positions are uniformly distributed over the area of a disc. The thickness is a separate source of
-    uncertainty, so it keeps the value of the design.
+    Tilts, their changes and positions are uniformly distributed over the area of a disc. The thickness is a separate
+    source of uncertainty, so it keeps the value of the design.
     """
     rng = np.random.default_rng(SEED)
     for _ in range(RANDOM_PLACEMENTS):
-        # All random numbers are drawn even if a range is missing, so that the others remain the same.
+        # All random numbers are drawn even if a range is missing, so that the other numbers remain the same.
         radius_fraction, across_fraction, azimuth_fraction = rng.uniform(size=3).tolist()
         tilt, position, tilt_change = (_sample_disc(rng) for _ in range(3))  # fractions of their largest values
         radii = None
@@ -187,24 +193,29 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
 
 
 def _sample_disc(rng: np.random.Generator) -> Vector:
-    """Return a random point in the unit disc, uniformly distributed over its area."""
+    """Return a random point in the unit disc, uniformly distributed over its area.
+
+    The area within a radius grows with its square, so the radius is the square root of a uniform number.
+    """
     area, direction = rng.uniform(size=2).tolist()
     angle = 2.0 * math.pi * direction
     return math.sqrt(area) * math.cos(angle), math.sqrt(area) * math.sin(angle)
 
 
 def _scale(vector: Vector, length: float) -> Vector:
+    """Return a vector multiplied by a length."""
     return length * vector[0], length * vector[1]
 
 
 def _interpolate(ends: Vector, fraction: float) -> float:
+    """Return the value at a fraction [1] of a range, linearly between its ends."""
     return ends[0] + fraction * (ends[1] - ends[0])
 
 
 def refuse_unsolvable_poses(design: Design) -> None:
     """Raise InputError if contact cannot be solved in the scene of a design or in a pose of its `[reading]`.
 
-    The slope of the fruit under each tip must not exceed the limit of the contact solver. This check solves nothing.
+    The angle between each tip and the skin must not exceed the limit of the contact solver. This check solves nothing.
     """
     refuse_unsolvable_scene(design)
     reading = design.reading
@@ -223,4 +234,4 @@ def refuse_unsolvable_poses(design: Design) -> None:
         raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, hint)
     if not scene.obeys_dome_law:  # all poses are solved on the cells of the most tilted pose
         tilted = replace(scene.press, tilt_deg=reading.tilt_deg)
-        scene_footprints(replace(scene, press=tilted), design.press.travel_mm)  # only raises InputError
+        scene_footprints(replace(scene, press=tilted), design.press.travel_mm)  # called only to raise InputError

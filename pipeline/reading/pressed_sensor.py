@@ -100,7 +100,8 @@ class PressedSensor(Record):
 
         The contrast is a weighted sum over the tips in which travel and tilt cancel. The law relates the contrast to
         the forces. It depends on the compliances of springs and fruit, and on the gaps under the tips of a level
-        sensor. A pair needs no gaps, because its reading of a whole press does not depend on them.
+        sensor. A pair needs no gaps, because its reading of a whole press does not depend on them. Weight that lowers a
+        tip makes its gap smaller.
         """
         tips = self.design.tips
         if tips.tip_layout.is_pair:
@@ -108,13 +109,13 @@ class PressedSensor(Record):
             return pair_law(rows_of(self.C), s11_minus_s12)
         weights = contrast_weights(tips.places_mm, tips.springs)
         if tips.dome_radius_mm is None:
-            # depth of the skin below the apex [mm]
+            # depth of the skin below the apex under each tip [mm]; a protruding tip has a smaller gap
             skin_depths = [self.design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
             gaps = tuple(np.subtract(skin_depths, tips.height_offset_mm).tolist())
             law = ContrastLaw(weights=weights, gaps=gaps, C=rows_of(self.C), S=rows_of(self.contact.S))
         else:
             law = self._dome_law(weights)
-        if self.height_offsets:  # the weight of the parts displaces the tips
+        if self.height_offsets:  # empty if the weight of the parts does not displace the tips
             law = replace(law, gaps=tuple(np.subtract(law.gaps, self.height_offsets).tolist()))
         return law
 
@@ -124,7 +125,7 @@ class PressedSensor(Record):
         `weights` (tips,) [1] are the weights of the tips in the contrast. The compliances are evaluated at the
         geometric mean of the smallest and the largest modulus.
         """
-        # `contrast` adds the height offsets due to weight, so the scene has none
+        # `contrast` adds the height offsets due to weight, so this scene has none
         scene = scene_of(self.design, (), self.springs.sideways)
         middle_E = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
         contrast = dome_contrast(scene, self.contact, self.C, middle_E)
@@ -146,10 +147,10 @@ class PressedSensor(Record):
     def fastest_press_s(self) -> float | None:
         """Return the shortest duration of a press by hand [s], from the first touch, that gives an accurate modulus.
 
-        The duration must meet two conditions in a level press on the firmest fruit. The standard deviation of E due to
-        the conversion times of the channels is at most 2 %. At least `FEWEST` samples follow the touch of the last tip.
-        The result is None without a read-out, or if the press has too little rise for a reading. Raises the same errors
-        as `pose_forces`.
+        The duration must meet two conditions in a level press on the firmest fruit. The relative standard deviation of
+        E due to the conversion times of the channels is at most 2 %. At least `FEWEST` samples follow the touch of the
+        last tip. The result is None without a read-out, or if the press has too little rise for a reading. Raises the
+        same errors as `pose_forces`.
         """
         signal = self.signal
         if signal is None:
@@ -157,10 +158,10 @@ class PressedSensor(Record):
         # The times are fractions of the duration, so the slopes with respect to time errors are for a press of 1 s.
         times = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
         press = self._press_by_hand(times)
-        least_forces = LEAST_OVER_NOISE * np.array(signal.errors_N)
+        least_forces = LEAST_OVER_NOISE * np.array(signal.errors_N)  # a smaller force may be only noise [N]
         try:
             rise = rise_of(press, len(least_forces), least_forces, t=times)
-            reading = read_rise(self.law, rise, np.zeros(len(least_forces)))
+            reading = read_rise(self.law, rise, np.zeros(len(least_forces)))  # simulated forces have no noise
         except ReadingError:
             return None
         # The standard deviation of E is inversely proportional to the duration T. So for T = 1 s, its ratio to the
@@ -170,8 +171,8 @@ class PressedSensor(Record):
         # The instrumental variable of a sample is the total force one sample earlier. If the channels are interpolated
         # to a common time, it is the force two samples earlier. So the first one or two samples cannot be used.
         samples = FEWEST + (2 if signal.delays else 1)
-        # If the last tip touches as late as allowed, this fraction of the duration remains. It follows from x = X (1 -
-        # (1 - t / T)^2).
+        # If the last tip touches at the largest allowed fraction of the travel, this fraction of the duration remains.
+        # It follows from the travel of a hand, x = X (1 - (1 - t / T)^2).
         fraction_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
         return max(shortest_for_times, samples / signal.rate_Hz / fraction_after_touch)
 
@@ -183,7 +184,8 @@ class PressedSensor(Record):
         as `pose_forces`.
         """
         travel = self.design.press.travel_mm
-        forces = self.presses([self.design.fruit.largest_E_MPa], [Placement()]).F[0, 0]
+        forces = self.presses([self.design.fruit.largest_E_MPa], [Placement()]).F[0, 0]  # (samples, tips)
+        # The solved press begins one step after the first touch, so the first touch without a force is added.
         x = np.concatenate([[0.0], travels(travel, RISE_TRAVELS)])
         forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
         travel_by_hand = travel * (1.0 - (1.0 - times) ** 2)
@@ -191,23 +193,24 @@ class PressedSensor(Record):
 
     @property
     def is_exact_seated(self) -> bool:
-        """Return whether the law is exact after all faces touch: a flat pair at the centre of a fruit without skin."""
+        """Return whether the law is exact once all faces touch: a flat pair at the centre of a fruit without skin."""
         tips = self.design.tips
         is_central = self.contact.stiffness_ratio() == 1.0
         has_no_skin = self.contact.skin is None
         return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and is_central and has_no_skin
 
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> SampledPresses:
-        """Solve whole presses on fruit of each modulus [MPa] in each placement, at `RISE_TRAVELS` equal steps.
+        """Solve whole presses on fruit of each of the `moduli` [MPa] in each placement, at `RISE_TRAVELS` equal steps.
 
-        Raises the same errors as `pose_forces`.
+        The first sample of a press is one step after the first touch, and the last sample is at full travel. Raises the
+        same errors as `pose_forces`.
         """
         travel = self.design.press.travel_mm
         steps = travels(travel, RISE_TRAVELS).tolist()
         # a placement may change its tilt in proportion to the travel x
         stands = [(x, placement.after(x / travel)) for placement in placements for x in steps]
         poses = [Pose(E=E, travel=x, stand=stand) for E in moduli for x, stand in stands]
-        forces = self.forces_in_poses(poses)
+        forces = self.forces_in_poses(poses)  # all poses are solved at once, in the order of `shape`
         shape = (len(moduli), len(placements), RISE_TRAVELS)
         return SampledPresses(
             moduli=tuple(moduli),
@@ -217,7 +220,7 @@ class PressedSensor(Record):
             mean_pressure=forces.mean_pressure.reshape(*shape, -1),
             pressure_error=forces.pressure_error.reshape(*shape, -1),
             error=forces.common_error.reshape(*shape, -1),
-            face_mm=forces.face_mm.reshape(shape).max(axis=2),
+            face_mm=forces.face_mm.reshape(shape).max(axis=2),  # the largest over the samples of a press
         )
 
     def forces_in_poses(self, poses: Sequence[Pose]) -> PoseForces:

@@ -25,8 +25,9 @@ class LevelReading:
 def correct_reading(E_read: float, level: Sequence[LevelReading]) -> float:
     """Correct a modulus that was read [MPa] for the shape and the skin of the fruit, by simulated level readings.
 
-    The logarithm of the correction factor is interpolated linearly in ln E between the level readings, and is constant
-    beyond them. Without level readings, the modulus is unchanged.
+    The correction factor is the true modulus divided by the modulus read. Its logarithm is interpolated linearly in the
+    logarithm of the modulus read, and is constant beyond the first and the last of the `level` readings. Without level
+    readings, the modulus is unchanged.
     """
     if not level:
         return E_read
@@ -128,8 +129,8 @@ class ReadingConstants(Record):
         """Return the errors of the channels, which do not drift without a read-out."""
         signal = self.signal
         if signal is None:
-            none = (0.0,) * len(self.full_scale_N)
-            return ReadChannels(zero_drift_N=none, gain_drift_percent=none)
+            no_drift = (0.0,) * len(self.full_scale_N)  # one for each tip
+            return ReadChannels(zero_drift_N=no_drift, gain_drift_percent=no_drift)
         return ReadChannels(
             zero_drift_N=signal.zero_drift_N,
             gain_drift_percent=signal.gain_drift_percent,

@@ -22,8 +22,8 @@ from solve.contact.linear_response import high_over_low
 from solve.contact.pose_forces import Pose
 from solve.contact.relaxing import elastic_forces, timed_forces
 
-RAMP_STEPS = 12  # number of time steps until the full travel
-HOLD_STEPS = 12  # number of time steps of the hold
+RAMP_STEPS = 12  # number of time steps from the first touch to the full travel
+HOLD_STEPS = 12  # number of time steps of the hold, during which the travel is constant
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -77,7 +77,8 @@ def _is_solvable(design: Design) -> bool:
 def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     """Compute forces and apparent moduli during a level press and its hold; None if the flesh does not relax.
 
-    The press is solved for each modulus of the design. Raises SolveError if a solution is not exact.
+    The press is solved for each modulus of the design. The change of the apparent modulus during the hold shows how
+    much the time of the reading matters. Raises SolveError if a solution is not exact.
     """
     design = sensor.design
     if design.fruit.relaxation is None:
@@ -92,7 +93,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     F = solution.F
     apparent = _apparent_moduli(law, F)
     changes = _largest_changes(apparent[:, RAMP_STEPS:])  # the hold begins at index `RAMP_STEPS`
-    steadiest = int(changes.argmin())
+    steadiest = int(changes.argmin())  # index of the steadiest moment in the hold, like `read_at`
     change = float(changes[read_at])
     smallest_change = float(changes[steadiest])
     step_error = float((solution.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())  # relative error due to time steps
@@ -117,8 +118,10 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
 def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     """Return the largest relative decrease of the modulus read [1], over all moduli, if a press takes twice as long.
 
-    A reading is corrected for the relaxation that the design states, so only the spread between fruits remains. If the
-    design states none, a typical relaxation is assumed. The result is None if the presses cannot be solved or read.
+    Flesh that relaxes presses back with smaller forces in a slower press, so it is read softer. A reading is corrected
+    for the relaxation that the design states, so only the spread between fruits remains. If the design states no
+    relaxation, a typical one is assumed, and nothing is corrected. The result is None if the presses cannot be solved
+    or read.
     """
     design = sensor.design
     if not _is_solvable(design):
@@ -131,7 +134,7 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
         flesh, uncorrected = Relaxation(stated), STATED_SPREAD
     law = _contrast_law(sensor)
     first_touch = _first_touch_depth(sensor, law)
-    ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
+    ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS  # fractions of the travel and of the duration
     decreases = []
     for E in design.fruit.E_MPa:
         # one press of the usual duration, and one of twice this duration
@@ -150,13 +153,14 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
 def _first_touch_depth(sensor: PressedSensor, law: ContrastLaw) -> float:
     """Return the depth of the tips [mm] at first touch, from which the travel is counted.
 
-    The first tip touches at the smallest gap, without the displacement of the tips by their weight.
+    The first tip touches at the smallest gap. The gaps of the law contain the displacement of the tips by their weight,
+    which is removed here.
     """
     return float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
 
 
 def _read_by_rise(law: RiseLaw, F: Floats) -> float:
-    """Return the modulus [MPa] read from a whole press without noise, F (samples, tips) [N]; raises RiseError."""
+    """Return the modulus [MPa] read from a whole press without noise, given F (samples, tips) [N]; raises RiseError."""
     no_noise = np.zeros(F.shape[1])
     return read_rise(law, rise_of(F, F.shape[1], no_noise), no_noise).E
 
@@ -164,8 +168,8 @@ def _read_by_rise(law: RiseLaw, F: Floats) -> float:
 def _contrast_law(sensor: PressedSensor) -> ContrastLaw:
     """Return the contrast law of the tips in a level press.
 
-    The contrast is a weighted sum over the tips in which the travel cancels. For a pair, it is the high tip minus the
-    low tip.
+    The contrast is a weighted sum over the tips in which the travel cancels. For a pair, it is the value at the high
+    tip minus the value at the low tip.
     """
     if not sensor.design.tips.tip_layout.is_pair:
         return sensor.contrast
@@ -177,24 +181,29 @@ def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
     """Return times since first touch [s], the travels at these times [mm], and the index of the reading in the hold.
 
     The travel increases linearly with time until the hold. The forces change fastest at first touch and at the
-    beginning of the hold, so the time steps are shortest there.
+    beginning of the hold, so the time steps are shortest there. The index of the reading counts the time steps of the
+    hold, from 0 at its beginning.
     """
-    ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
+    ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2  # fractions of the time until the stop, and of the travel
     hold_s = design.press.hold_s or 0.0
     # times [s] in the hold, counted from its beginning: the time of the reading, and the time steps
     reading_time = design.read_s - design.stop_s
     hold_times = hold_s * (np.arange(1 + HOLD_STEPS) / HOLD_STEPS) ** 3
-    # The nearest time step is moved to the time of the reading. The two ends of the hold keep their times.
+    # The nearest time step is moved to the time of the reading. The two ends of the hold keep their times, so an inner
+    # step is moved unless the reading is at an end.
     read_at = int(np.abs(hold_times - reading_time).argmin())
     if reading_time not in (0.0, hold_s):
         read_at = min(max(read_at, 1), HOLD_STEPS - 1)
         hold_times[read_at] = reading_time
-    times = np.concatenate([design.stop_s * ramp, design.stop_s + hold_times[1:]])
+    times = np.concatenate([design.stop_s * ramp, design.stop_s + hold_times[1:]])  # the stop occurs only once
     return times, design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)]), read_at
 
 
 def _apparent_moduli(law: ContrastLaw, F: Floats) -> Floats:
-    """Read moduli [MPa] from forces (..., tips) [N] as if the flesh were elastic; nan if no modulus fits."""
+    """Return the moduli [MPa], shape (...), read from forces F (..., tips) [N] as if the flesh were elastic.
+
+    A modulus is nan if no modulus fits the forces, for example because a tip is out of contact.
+    """
     moduli = np.full(F.shape[:-1], np.nan)
     for index in np.ndindex(moduli.shape):
         try:
@@ -207,9 +216,10 @@ def _apparent_moduli(law: ContrastLaw, F: Floats) -> Floats:
 def _largest_changes(held: Floats) -> Floats:
     """Return the largest relative change [1] of the apparent modulus from each moment to any other, shape (moments,).
 
-    `held` (moduli, moments) [MPa] holds the apparent moduli during the hold. If a tip is out of contact, the change is
-    infinite.
+    `held` (moduli, moments) [MPa] holds the apparent moduli during the hold. The change is the largest one over all
+    moduli. If a tip is out of contact, it is infinite.
     """
+    # the axes of the ratio are the modulus, the moment of the reading, and the other moment
     change = np.abs(held[:, None, :] / held[:, :, None] - 1.0).max(axis=(0, 2))
     return np.where(np.isfinite(change), change, np.inf)
 
@@ -217,8 +227,8 @@ def _largest_changes(held: Floats) -> Floats:
 def _elastic_error(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
     """Return the relative error [1] of elastic forces by the contrast law at full travel, compared with solved forces.
 
-    The error is 0 for flat tips, for which the law is exact. `first_touch` [mm] is the depth at which the first tip
-    touches.
+    It is the largest error over all moduli of the design and all tips. It is 0 for flat tips, for which the law is
+    exact. `first_touch` [mm] is the depth at which the first tip touches.
     """
     design = sensor.design
     if law.hertz == 0.0:

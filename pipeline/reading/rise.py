@@ -22,15 +22,18 @@ def design_curvatures(design: Design) -> Curvatures:
 
 
 def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
-    """Return the gaps [mm] between level domes and the fruit when a tip at the apex just touches, shape (tips,).
+    """Return the gaps [mm] between level domes and the fruit when a dome at the apex would just touch, shape (tips,).
 
     The domes are spheres of radius r, and the fruit is a paraboloid with the principal radii R1 and R2. The axis of a
-    dome has the coordinates (u, v) along the principal directions of the fruit. The gap under this dome is u^2 / (2 (R1
-    + r)) + v^2 / (2 (R2 + r)). For tips without domes, r = 0.
+    dome has the coordinates (u, v) along the principal directions of the fruit. The gap under this dome is
+
+        u^2 / (2 (R1 + r)) + v^2 / (2 (R2 + r)).
+
+    For tips without domes, r = 0.
     """
-    radius_sums = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
-    principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
-    return np.asarray(0.5 * (np.square(principal) / radius_sums).sum(axis=1))
+    radius_sums = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)  # R1 + r, R2 + r
+    u_and_v = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)  # (tips, 2)
+    return np.asarray(0.5 * (np.square(u_and_v) / radius_sums).sum(axis=1))
 
 
 def rolling_domes(
@@ -57,13 +60,17 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
     """Return the law by which the modulus is read from a whole press, for the design's fruit or for known curvatures.
 
     `contrast` is the contrast law on the design's fruit. If the principal `curvatures` [1/mm] of a fruit are known, the
-    law for domes is adapted to them. Hertz's factor h is proportional to R*^(-1/3), where R* is the relative radius of
-    dome and skin. The compliance S is recomputed for the new distances between the contacts. The gaps become the gaps
-    on a ball of the same mean curvature, because the saddle is determined from the press itself.
+    law for domes is adapted to them in three respects:
+
+    - Hertz's factor h is proportional to R*^(-1/3), where R* is the relative radius of dome and skin.
+    - The compliance S is recomputed for the new distances between the contacts.
+    - The gaps become the gaps on a ball of the same mean curvature, because the saddle is determined from the press.
+
+    The law of tips without domes does not depend on `curvatures`.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)
-    if designed is None or rolling is None:
+    if designed is None or rolling is None:  # tips without domes
         return RiseLaw(contrast=contrast)
     if curvatures is not None:
         gap_per_square = 0.5 * rolling.mean_curvature / rolling.rolling_factor  # gap over squared distance [1/mm]
@@ -75,5 +82,5 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
             S=rows_of(np.array(contrast.S) + rolling.S() - designed.S()),
             hertz=contrast.hertz * math.pow(designed.relative_radius / rolling.relative_radius, 1.0 / 3.0),
         )
-    is_curved = rolling.mean_curvature > 0.0
+    is_curved = rolling.mean_curvature > 0.0  # on a flat fruit, the contacts do not shift
     return RiseLaw(contrast=contrast, rolling=rolling if is_curved and rolling.contrast_depends_on_saddle else None)

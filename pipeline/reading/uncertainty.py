@@ -39,7 +39,10 @@ it, (tips,) or (readings, tips)."""
 
 
 def standard_uncertainties(sources: Sources) -> dict[str, float]:
-    """Return the relative standard uncertainty of E due to each source [1], averaged over equally likely readings."""
+    """Return the relative standard uncertainty of E due to each source [1], by the name of the source.
+
+    Each is a root mean square over equally likely readings.
+    """
     return {name: _root_mean_square(deviation * slopes) for name, (deviation, slopes) in sources.items()}
 
 
@@ -69,7 +72,8 @@ class UncertaintySources:
     def noise_to_reach(self, limit: float) -> float | None:
         """Return the noise of the forces [% of full scale] at which the standard uncertainty reaches a `limit` [1].
 
-        The result is None if the other sources reach the limit without any noise.
+        The uncertainties due to noise and to the other sources add in quadrature. The result is None if the other
+        sources reach the limit without any noise.
         """
         other_contributions = [value for name, value in self.contributions.items() if name not in NOISE_SOURCES]
         without_noise = math.hypot(*other_contributions)
@@ -121,20 +125,23 @@ class Channels:
 
     @property
     def least_forces(self) -> Floats:
-        """Return the forces [N] below which tips are considered to be out of contact."""
+        """Return the forces [N] below which tips are considered to be out of contact, shape (tips,)."""
         return np.maximum(LEAST_OVER_NOISE * self.errors, LEAST_OF_SCALE * self.full_scale)
 
     def calibrated(self, errors: CalibrationErrors) -> "Channels":
-        """Return a copy of the channels with the errors of springs and gains that remain after a calibration."""
+        """Return a copy of the channels with the `errors` of springs and gains that remain after a calibration.
+
+        The errors are given in per cent.
+        """
         gains = {**self.gains, "gain": 0.01 * np.array(errors.gain_percent)}
         return replace(self, gains=gains, springs=0.01 * np.array(errors.stiffness_percent))
 
     def press_uncertainty(self, slopes: Sequence[RiseSlopes]) -> dict[str, float]:
         """Return the relative standard uncertainty of the modulus due to each cause except noise [1].
 
-        `slopes` belong to whole presses that are equally likely; the result is a root mean square over them. A zero may
-        have an error from the first sample on, and it may drift by the same amount during the press. These two errors
-        are independent.
+        `slopes` belong to whole presses that are equally likely. The result is a root mean square over them, by the
+        name of the cause. A zero may have an error from the first sample on, and it may drift by the same amount during
+        the press. These two errors are independent, so their slopes add in quadrature.
         """
 
         def slopes_of(cause: str) -> Floats:
@@ -152,18 +159,19 @@ class Channels:
     def moment_uncertainty(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
         """Return the uncertainties of `press_uncertainty` for a modulus that is read from the forces at one moment.
 
-        `slopes` are the slopes of ln E with respect to errors of forces and springs, and `forces` (tips,) are in N.
+        `slopes` are the slopes of ln E with respect to errors of forces and springs, and `forces` (tips,) are in N. The
+        times of the channels do not matter at one moment, so `times` is not among the causes.
         """
-        force_slopes = np.array(slopes.forces)
+        force_slopes = np.array(slopes.forces)  # [1/N]; times the force, they are the slopes for the gains
         zero_sources = standard_uncertainties({"zero_drift": (UNIFORM_DEVIATION * self.zero_drift, force_slopes)})
         return {**zero_sources, **self.spring_and_gain_uncertainty(np.array(slopes.springs), force_slopes * forces)}
 
     def spring_and_gain_uncertainty(self, springs: Floats, gains: Floats) -> dict[str, float]:
         """Return the relative standard uncertainty of the modulus due to errors of stiffnesses, creep and gains [1].
 
-        `springs` and `gains` are the slopes of ln E with respect to relative errors of stiffnesses and gains [1], with
-        the shape (tips,) or (readings, tips). The slopes on a reference ball are subtracted, because the ball corrects
-        the readings.
+        The uncertainties are keyed by the name of the cause. `springs` and `gains` are the slopes of ln E with respect
+        to relative errors of stiffnesses and gains [1], with the shape (tips,) or (readings, tips). With a reference
+        ball, the slopes on the ball are subtracted, because the ball corrects the readings.
         """
         corrected_springs, corrected_gains = springs, gains
         if self.on_ball is not None:
@@ -175,8 +183,8 @@ class Channels:
         if self.creep:
             # creep changes all forces by one factor, and the modulus is proportional to this factor
             sources["creep"] = (self.creep, np.ones(1))
-        # The temperature may change between the presses on the ball and on the fruit, so the ball does not remove the
-        # drift.
+        # The temperature may change between the presses on the ball and on the fruit. So the ball does not remove the
+        # drift, whose slopes are not corrected.
         for cause, deviation in self.gains.items():
             gain_slopes = gains if cause == DRIFT_SOURCE else corrected_gains
             sources[cause] = (deviation, gain_slopes)
@@ -193,11 +201,12 @@ def designed_channels(
     """Return the errors of the channels that a design expects, from its read-out or from `[reading]`.
 
     `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. `signal` is
-    the signal path of the read-out, or None without a read-out. If `[reading]` has no value for springs or gains, their
-    errors are 0 until `calibrated` replaces them. `creep` is the creep law of the print material. Creep is counted from
-    `WEIGHED_AFTER_S`, the time after which a weight hung on a spring is read.
+    the signal path of the read-out, or None without a read-out. Without it, the noise comes from `[reading]`, and
+    nothing drifts. If `[reading]` has no value for springs or gains, their errors are 0 until `calibrated` replaces
+    them. `creep` is the creep law of the print material. Creep is counted from `WEIGHED_AFTER_S`, the time after which
+    a weight hung on a spring is read.
     """
-    ones = np.ones(len(full_scale))
+    ones = np.ones(len(full_scale))  # one entry for each tip
     # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on fruit.
     calibrated_after_s = EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S
     channels = Channels(
@@ -217,7 +226,8 @@ def designed_channels(
         noise={"readout_noise": np.array(signal.noise_N), "quantisation": np.array(signal.rounding_N)},
         zero_drift=np.array(signal.zero_drift_N),
         gains={**channels.gains, DRIFT_SOURCE: UNIFORM_DEVIATION * 0.01 * np.array(signal.gain_drift_percent)},
-        # The effect of a time error is inversely proportional to the duration. The slopes are for a press of PRESS_S.
+        # The effect of a time error is inversely proportional to the duration of a press. The slopes hold for a press
+        # of PRESS_S, so the error is scaled to this duration.
         time_s=UNIFORM_DEVIATION * 1e-3 * signal.time_error_ms * PRESS_S / press_s,
     )
 
@@ -237,8 +247,9 @@ def uncertainty_sources(
 ) -> UncertaintySources:
     """Return all sources of the uncertainty of a reading, computed from the slopes of equally likely `readings`.
 
-    `samples` is the number of samples of the solved presses. A real press has `PRESS_SAMPLES`, which reduces the effect
-    of noise. `other_sources` [1] are uncertainties by name that do not follow from these slopes.
+    `channels` hold the errors. `samples` is the number of samples of the solved presses. A real press has
+    `PRESS_SAMPLES`, and the effect of noise is inversely proportional to the square root of the number of samples.
+    `other_sources` [1] are uncertainties by name that do not follow from these slopes.
     """
     slopes = [reading.slopes for reading in readings]
     noise_slopes = np.array([press_slopes.noise for press_slopes in slopes]) * math.sqrt(samples / PRESS_SAMPLES)

@@ -1,4 +1,4 @@
-"""Errors in the modulus caused by uneven skin and flesh, in one press and in the mean of presses at several places."""
+"""Errors of the modulus caused by uneven skin and flesh, in one press and in the mean of presses at several places."""
 
 import math
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
 
     The skin has waves of random directions and phases, so its heights under tips closer than a wavelength are
     correlated. The modulus of the flesh varies independently from tip to tip. `presses` holds the forces (samples,
-    tips) [N] of each press. Raises ReadingError for a press without a reading.
+    tips) [N] of each press, which `model` reads. Raises ReadingError for a press without a reading.
     """
     fruit, tips = design.fruit, design.tips
     rolling = rolling_domes(design, model.law.contrast.weights)
@@ -29,16 +29,19 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
         distances = distances / rolling.rolling_factor
     # wave numbers [1/mm], and the fraction [1] of the variance of the heights that each wave has
     waves, variance_fractions = wave_numbers(*fruit.roughness_wave_mm)
-    correlation = np.array([correlations(k, distances) for k in waves])  # (waves, tips, tips)
+    correlation = np.array([correlations(k, distances) for k in waves])  # of the heights, (waves, tips, tips)
     relative_radius = 0.0 if rolling is None else rolling.relative_radius
-    slopes = [model.uneven(press, waves, relative_radius) for press in presses]
+    slopes = [model.unevenness_slopes(press, waves, relative_radius) for press in presses]
     # If the heights have a variance of 1 mm^2, the variance of ln E in a press is g^T R g, averaged over the waves.
     # Here g are the slopes with respect to the heights under the tips, and R is the correlation of these heights.
-    skin_variances = [
-        variance_fractions @ np.einsum("wi,wij,wj->w", press.heights, correlation, press.heights) for press in slopes
-    ]
-    # the same for a relative standard deviation of the flesh of 1, which is independent between tips
-    flesh_variances = [press.flesh @ press.flesh for press in slopes]
+    skin_variances = []
+    for press_slopes in slopes:
+        heights = press_slopes.heights  # (waves, tips) [1/mm]
+        variance_by_wave = np.einsum("wi,wij,wj->w", heights, correlation, heights)
+        skin_variances.append(variance_fractions @ variance_by_wave)
+    # The same for a relative standard deviation of the flesh of 1. The flesh is independent from tip to tip, so R is
+    # the identity matrix.
+    flesh_variances = [press_slopes.flesh @ press_slopes.flesh for press_slopes in slopes]
     # A flat face averages the skin to one height, which is only an offset. The computed slope would be round-off.
     skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(skin_variances))
     flesh = fruit.flesh_scatter_percent * math.sqrt(np.mean(flesh_variances))

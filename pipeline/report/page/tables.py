@@ -230,7 +230,7 @@ def press_reader(model: RiseModel) -> Reader:
 
     def read(press: Floats) -> tuple[float, Floats]:
         no_noise = np.zeros(press.shape[1])
-        reading = model.reading(press, no_noise)
+        reading = model.read(press, no_noise)
         return reading.E, np.array(reading.slopes.noise) * math.sqrt(len(press) / PRESS_SAMPLES)
 
     return read

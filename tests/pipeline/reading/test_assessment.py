@@ -25,7 +25,7 @@ from pipeline.reading.analysis import (
     uncertainty_by_pose,
     uncertainty_by_thickness,
 )
-from pipeline.reading.form import changes_by_form
+from pipeline.reading.form import form_error_changes
 from pipeline.reading.measurement import LEVEL_MODULI, rise_model
 from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, SampledPresses
@@ -192,15 +192,15 @@ def no_modulus(*_):
 
 @pytest.mark.parametrize(
     ("design", "form"),
-    [(hard(1e6), changes_by_form), (square_design(tilt_deg=1.0), no_modulus)],
+    [(hard(1e6), form_error_changes), (square_design(tilt_deg=1.0), no_modulus)],
     ids=["known better than to a ten thousandth", "no modulus where domes are off"],
 )
 def test_forces_that_tell_no_modulus_or_hardly_one_fail_bias_and_uncertainty(design, form, monkeypatch):
     """At 1e6 MPa the fruit gives less than 1e-6 of the travel."""
-    monkeypatch.setattr("pipeline.reading.analysis.changes_by_form", form)
+    monkeypatch.setattr("pipeline.reading.analysis.form_error_changes", form)
     found = assessed(design)
     assert (found.bias, found.uncertainty, found.moduli) == (None, None, ())
-    assert bool(found.refused) == (form is changes_by_form)
+    assert bool(found.refused) == (form is form_error_changes)
     checked = outcomes(found, design)
     assert (checked["reading.bias"], checked["reading.uncertainty"]) == (False, False)
 
@@ -222,7 +222,7 @@ def test_flesh_of_another_law(of_high, plant):
     sensor = sensor_of(design)
     model = rise_model(sensor)
     level = sensor.presses(read_moduli(design.fruit), [Placement(from_touch=True)]).F[:, 0]
-    moved = [model.modulus(more * F) / model.modulus(F) - 1.0 for F in level]
+    moved = [model.read_modulus(more * F) / model.read_modulus(F) - 1.0 for F in level]
     plant(lambda of: {"F_flesh": (more - 1.0) * of.made.F})
     assert assessed(design).flesh == pytest.approx(np.abs(moved).max(), rel=1e-9)
     assert np.abs(moved).max() > 0.01

@@ -11,7 +11,7 @@ from squares import GENTLE
 
 from cad.parts.dome_form import CAPS
 from pipeline.options import load_design
-from pipeline.reading.form import changes_by_form, interpolate_to_middle
+from pipeline.reading.form import form_error_changes, interpolate_to_middle
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.rise import rolling_domes
 from pipeline.reading.uncertainty import SlopesOnBall, designed_channels
@@ -35,8 +35,8 @@ def test_radius_is_off_as_far_as_the_rim_of_its_face():
     rim = radius - math.sqrt(radius**2 - half**2)
     rounder = replace(DOMES, dome_radius=radius * (1.0 + SMALL)).law(MODEL.law.contrast.C)
     # A reading moves against its law: domes that are flatter than the law has them read too large.
-    slope = -math.log(RiseModel(law=rounder).modulus(PRESS) / MODEL.modulus(PRESS)) / SMALL
-    found = changes_by_form(GENTLE, MODEL, PRESS)
+    slope = -math.log(RiseModel(law=rounder).read_modulus(PRESS) / MODEL.read_modulus(PRESS)) / SMALL
+    found = form_error_changes(GENTLE, MODEL, PRESS)
     assert len(found) == 1 + len(CAPS)
     assert found[0] == pytest.approx(0.025 / rim * slope, rel=0.02)
 
@@ -44,9 +44,9 @@ def test_radius_is_off_as_far_as_the_rim_of_its_face():
 def test_ground_tips_are_off_by_less_and_flat_ones_have_no_form():
     """As pins of 0.01 mm against a print of 0.05 mm."""
     pins = replace(GENTLE, tips=replace(GENTLE.tips, socket="pin"))
-    ratio = changes_by_form(pins, MODEL, PRESS) / changes_by_form(GENTLE, MODEL, PRESS)
+    ratio = form_error_changes(pins, MODEL, PRESS) / form_error_changes(GENTLE, MODEL, PRESS)
     assert ratio == pytest.approx(np.full(1 + len(CAPS), 0.2))
-    assert changes_by_form(square_design(), MODEL, PRESS).size == 0
+    assert form_error_changes(square_design(), MODEL, PRESS).size == 0
 
 
 def test_middle_of_moduli_is_that_of_their_logarithms():

@@ -63,7 +63,7 @@ class Pressed:
         """Return the modulus by springs that are taken for stiffer by factors."""
         known = self.model.law
         contrast = replace(known.contrast, C=stiffened_compliance(known.contrast.C, factors))
-        return RiseModel(law=replace(known, contrast=contrast)).modulus(forces)
+        return RiseModel(law=replace(known, contrast=contrast)).read_modulus(forces)
 
     def channels(self, signal=None, creep=NO_CREEP, press_s=PRESS_S, **reading):
         """Return its channels with planted errors only."""
@@ -72,13 +72,13 @@ class Pressed:
     def sources(self, *signal, **planted):
         """Return the sources of this press; noise is that of its own samples."""
         channels = self.channels(*signal, **planted)
-        found = self.model.reading(self.forces, channels.noises)
+        found = self.model.read(self.forces, channels.noises)
         return uncertainty_sources([found], channels, PRESS_SAMPLES, {})
 
     def scattered(self, planted, count):
         """Return the relative standard deviation of some readings, each of forces with a planted error."""
         rng = np.random.default_rng(5)
-        return np.std([self.model.modulus(planted(rng)) for _ in range(count)]) / E
+        return np.std([self.model.read_modulus(planted(rng)) for _ in range(count)]) / E
 
     def moved(self, *reads):
         """Return by which fraction E moves with small errors of all tips together, in squares; each takes one a tip."""
@@ -94,26 +94,26 @@ class Pressed:
 
     def by_gains(self, by):
         """Return the modulus of forces that are shown too large by fractions."""
-        return self.model.modulus(self.forces * (1.0 + by))
+        return self.model.read_modulus(self.forces * (1.0 + by))
 
     def by_units(self, by):
         """Return the modulus by deflections times known stiffnesses, of springs that are stiffer by fractions."""
-        return self.model.modulus(self.on_springs(1.0 + by) / (1.0 + by))
+        return self.model.read_modulus(self.on_springs(1.0 + by) / (1.0 + by))
 
     def by_zeros(self, by):
         """Return the modulus of forces that are off by shares of the full scale."""
-        return self.model.modulus(self.forces + by * self.full_scale)
+        return self.model.read_modulus(self.forces + by * self.full_scale)
 
     def by_drifts(self, by):
         """Return the modulus of forces that drift by shares of the full scale after the touch, to the last sample."""
         part = (np.arange(RISE_TRAVELS)[:, None] - 1) / (RISE_TRAVELS - 2)
-        return self.model.modulus(self.forces + part * by * self.full_scale)
+        return self.model.read_modulus(self.forces + part * by * self.full_scale)
 
     def by_times(self, by):
         """Return the modulus of channels that are later [s]: they show what forces have become, by a slowing hand."""
         steps = np.diff(self.forces, axis=0, prepend=self.forces[:1])
         rates = steps / np.diff(times_by_hand(RISE_TRAVELS), prepend=0.0)[:, None]
-        return self.model.modulus(self.forces + by * rates)
+        return self.model.read_modulus(self.forces + by * rates)
 
 
 @COUNTS
@@ -152,7 +152,7 @@ def pressed(request):
 
 
 def test_press_without_error_is_read_exactly(pressed):
-    assert pressed.model.modulus(pressed.forces) == pytest.approx(E, rel=1e-8)
+    assert pressed.model.read_modulus(pressed.forces) == pytest.approx(E, rel=1e-8)
 
 
 def test_noise_is_that_of_a_press_of_sixty_samples(pressed):
@@ -161,7 +161,7 @@ def test_noise_is_that_of_a_press_of_sixty_samples(pressed):
     fine = np.linspace(*pressed.travels[[0, -1]], PRESS_SAMPLES)
     many = np.stack([np.interp(fine, pressed.travels, tip) for tip in pressed.forces.T], axis=1)
     of_few, of_many = (
-        uncertainty_sources([pressed.model.reading(forces, channels.noises)], channels, samples, {})
+        uncertainty_sources([pressed.model.read(forces, channels.noises)], channels, samples, {})
         for forces, samples in ((pressed.forces, RISE_TRAVELS), (many, PRESS_SAMPLES))
     )
     assert 1.0 <= of_few.contributions["noise_percent"] / of_many.contributions["noise_percent"] < 1.1
@@ -217,7 +217,7 @@ def of_creep(pressed):
     """
     more = CreepLaw(CREEP.per_decade + 1e-5).press_stiffness_ratio(30.0, 3.0) / CREEP.press_stiffness_ratio(30.0, 3.0)
     shown = pressed.on_springs(more * np.ones(4)) / more
-    by_share = (pressed.model.modulus(shown) / E - 1.0) * CREEP.error / 1e-5
+    by_share = (pressed.model.read_modulus(shown) / E - 1.0) * CREEP.error / 1e-5
     return np.hypot(by_share, CREEP.exponent / np.sqrt(3.0))
 
 
@@ -280,7 +280,7 @@ def test_planted_errors_move_readings_as_told(name, pressed):
 def test_drift_of_the_modulus_of_leaves_moves_readings_as_told(pressed):
     """Leaves that are stiffer by a fraction show the force of the same deflection, which is larger by it."""
     stiffer = np.full(4, 1.003)
-    moved = abs(pressed.model.modulus(pressed.on_springs(stiffer) / stiffer) / E - 1.0)
+    moved = abs(pressed.model.read_modulus(pressed.on_springs(stiffer) / stiffer) / E - 1.0)
     told = heat_uncertainty(replace(QUIET_SIGNAL, modulus_drift_percent=0.3))["modulus_drift"]
     assert told * np.sqrt(3.0) == pytest.approx(moved, rel=0.01)
 
@@ -295,7 +295,7 @@ def test_noise_for_an_uncertainty_gives_it(pressed):
 def test_sources_of_readings_that_are_equally_likely_add_by_their_mean_squares(pressed):
     """Of a whole press, of half of it, and of both together."""
     channels = pressed.channels(gain_percent=0.3, noise_percent=0.1)
-    found = [pressed.model.reading(pressed.forces[:count], channels.noises) for count in (RISE_TRAVELS, 8)]
+    found = [pressed.model.read(pressed.forces[:count], channels.noises) for count in (RISE_TRAVELS, 8)]
     one, other, both = (
         {**sources.contributions, "stiffness slope": sources.stiffness_slope, "noise slope": sources.noise_slope}
         for each in (found[:1], found[1:], found)
@@ -321,7 +321,7 @@ def test_flesh_of_another_ratio_moves_a_square_of_flat_tips_as_told(poisson, oth
     for row in analyse_readings(sensor).moduli:
         S = softer * square_contact().S / row.E
         press = np.array([np.linalg.solve(square_springs() + S, np.full(4, x)) for x in np.linspace(0.1, 0.6, 11)])
-        moved = abs(model.modulus(press) / row.E - 1.0)
+        moved = abs(model.read_modulus(press) / row.E - 1.0)
         assert row.sources.contributions["poisson"] == pytest.approx(moved, rel=1e-6)
 
 
@@ -339,7 +339,7 @@ def test_base_under_flesh_of_another_ratio():
     change = reduced * base_compliance(4.0, 0.47, apart) - base_compliance(4.0, 0.45, apart)
     other_law = replace(contrast, S=(np.array(contrast.S) + change).tolist())
     other = Pressed(replace(own.model.law, contrast=other_law), 0.9)
-    moved = reduced * own.model.modulus(other.forces) / E - 1.0
+    moved = reduced * own.model.read_modulus(other.forces) / E - 1.0
     told = uncertainty_by_poisson(design, own.model, own.forces)
     assert told == pytest.approx(abs(moved), rel=0.04)  # the next order is 0.04 of it
     assert abs(told - abs(reduced - 1.0)) > 0.1 * told
@@ -365,7 +365,7 @@ def bias_on(sensor, fruit, modulus):
     design = replace(sensor.design, fruit=fruit)
     other = replace(sensor, design=design, contact=contact_compliance(fruit, design.tips))
     press = other.presses([modulus], [Placement(from_touch=True)]).F[0, 0]
-    return rise_model(sensor).modulus(press) / modulus - 1.0
+    return rise_model(sensor).read_modulus(press) / modulus - 1.0
 
 
 @pytest.mark.study

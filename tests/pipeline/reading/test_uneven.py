@@ -37,13 +37,13 @@ def test_skin_is_that_of_random_waves(waves):
     touch = np.array(GENTLE.tips.places_mm) / DOMES.rolling_factor
     along = np.stack([np.cos(direction), np.sin(direction)], axis=1) @ touch.T
     heights = 0.016 * np.sqrt(2.0) * np.cos(k[:, None] * along + phase[:, None])
-    moved = (MODEL.uneven(PRESS, k, DOMES.relative_radius).heights * heights).sum(axis=1)
+    moved = (MODEL.unevenness_slopes(PRESS, k, DOMES.relative_radius).heights * heights).sum(axis=1)
     found = uneven(roughness_wave_mm=waves).skin_percent
     assert found == pytest.approx(100.0 * np.sqrt(np.mean(moved**2)), rel=0.03)
 
 
 def test_flesh_is_that_of_independent_tips():
-    slopes = MODEL.uneven(PRESS, np.ones(1), DOMES.relative_radius).flesh
+    slopes = MODEL.unevenness_slopes(PRESS, np.ones(1), DOMES.relative_radius).flesh
     assert uneven(flesh_scatter_percent=10.0).flesh_percent == pytest.approx(10.0 * np.linalg.norm(slopes))
 
 

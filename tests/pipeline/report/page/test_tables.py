@@ -83,7 +83,7 @@ def solved_over_tilt(result, moduli, tilts):
     count = len(moduli) * len(tilts)
     F, pressure = (each[:, :, -1].reshape(count, -1) for each in (solved.F, solved.mean_pressure))
     model, noises = rise_model(result.pressed), 0.01 * np.array(result.read_out.full_scale_N)
-    found = [model.reading(press, noises) for press in solved.F.reshape(count, *solved.F.shape[2:])]
+    found = [model.read(press, noises) for press in solved.F.reshape(count, *solved.F.shape[2:])]
     springs = np.array(result.design.tips.springs)
     return {
         "F": F,
@@ -163,7 +163,7 @@ def test_modulus_over_its_noise(flat_page):
     over_noise = np.array(table["numbers"]["E_over_noise"])[:, -1]
     np.testing.assert_allclose(over_noise, pair_over_noise(flat_page.result, F), rtol=1e-6)
     found = SimpleNamespace(E=2.0, slopes=SimpleNamespace(noise=(3.0, 0.5)))
-    model = SimpleNamespace(reading=lambda *_: found)
+    model = SimpleNamespace(read=lambda *_: found)
     presses = np.ones((1, 2, 15, 2))
     presses[0, 1, 3, 0] = np.nan
     (read,) = read_presses(presses, press_reader(model), SimpleNamespace(full_scale_N=(1.0, 8.0)))
