@@ -121,12 +121,12 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     width, height = _SIZE
     left, top, right, bottom = _MARGINS
 
-    def x_of(values: Floats) -> Floats:
+    def horizontal_px(values: Floats) -> Floats:
         """Return the horizontal positions [px] of moduli [MPa]."""
         fraction = (values - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])
         return np.asarray(left + fraction * (width - left - right))
 
-    def y_of(values: Floats) -> Floats:
+    def vertical_px(values: Floats) -> Floats:
         """Return the vertical positions [px] of force ratios; in SVG, they are counted downwards from the top."""
         fraction = (values - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])
         return np.asarray(height - bottom - fraction * (height - top - bottom))
@@ -136,14 +136,15 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
         'font-family="sans-serif" font-size="11" fill="currentColor" role="img">'
         "<title>force ratio P against the modulus of the fruit</title>"
     )
-    placed_x_ticks = list(zip(x_ticks, x_of(x_ticks), strict=True))
-    placed_y_ticks = list(zip(y_ticks, y_of(y_ticks), strict=True))
+    placed_x_ticks = list(zip(x_ticks, horizontal_px(x_ticks), strict=True))
+    placed_y_ticks = list(zip(y_ticks, vertical_px(y_ticks), strict=True))
     yield from _axes(placed_x_ticks, placed_y_ticks)
     for known in _known_slices(is_known):
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[known]), y_of(P[known]), strict=True))
+        pixels = zip(horizontal_px(E[known]), vertical_px(P[known]), strict=True)
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in pixels)
         yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'
     dots = np.asarray(moduli, dtype=np.float64)
-    for x, y in zip(x_of(dots), y_of(np.interp(dots, E, P)), strict=True):
+    for x, y in zip(horizontal_px(dots), vertical_px(np.interp(dots, E, P)), strict=True):
         if np.isfinite(y):  # no dot in a gap of the curve
             yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{_BLUE}"/>'
     yield "</svg>"

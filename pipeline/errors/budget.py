@@ -43,7 +43,7 @@ class Budgets(Record):
     contact: UncertaintyBudget | None
 
     @property
-    def widest_spring(self) -> float:
+    def largest_spring_error(self) -> float:
         """Return the largest stiffness error due to the inputs [1], two standard deviations; 0 without a housing."""
         springs = [budget for budget in (self.K_l, self.K_h) if budget is not None]
         return max((budget.inputs_total for budget in springs), default=0.0)

@@ -19,6 +19,7 @@ from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import tip_height_offsets
 from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.processes import FOOT_MM, Process
 from sensor.design.reading import WEIGHED_AFTER_S
@@ -393,18 +394,7 @@ def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
 def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
     """Yield the scatter of the scene: Poisson's ratio of the fruit, and the tilt and the attitude of the sensor."""
     design = pair.design
-    fruit = design.fruit
-    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2), so only the magnitude of nu matters. It changes
-    # most at the upper end of the range of nu, which is at most the value of incompressible flesh.
-    largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
-    stiffness_change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
-    yield Cause(
-        name="Poisson's ratio",
-        reason=f"Poisson's ratio nu within {fruit.poisson_spread:g} (as 1 / (1 - nu^2), as on a half-space)",
-        fruit=np.array([stiffness_change, stiffness_change]),
-        scatters=True,
-        advice="Set fruit.poisson if it is known",
-    )
+    yield _unknown_poisson(design.fruit)
 
     degrees = design.press.tilt_spread_deg
     # A tilt about the middle of the sensor lowers one tip by this step [mm] and raises the other one by it.
@@ -430,6 +420,21 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
             calibrated=True,
             advice=zeroing(design),
         )
+
+
+def _unknown_poisson(fruit: Fruit) -> Cause:
+    """Return the scatter of the stiffness of a fruit whose Poisson's ratio nu is known only within a range."""
+    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2), so only the magnitude of nu matters. It changes
+    # most at the upper end of the range of nu, which is at most the value of incompressible flesh.
+    largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
+    stiffness_change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
+    return Cause(
+        name="Poisson's ratio",
+        reason=f"Poisson's ratio nu within {fruit.poisson_spread:g} (as 1 / (1 - nu^2), as on a half-space)",
+        fruit=np.array([stiffness_change, stiffness_change]),
+        scatters=True,
+        advice="Set fruit.poisson if it is known",
+    )
 
 
 def zeroing(design: Design) -> str:

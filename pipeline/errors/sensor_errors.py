@@ -124,7 +124,7 @@ def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets:
     accuracies = readings.moduli
     return ReadingTable(
         response=curve,
-        printed=_bands_of_readings(curve, accuracies, budgets.widest_spring),
+        printed=_bands_of_readings(curve, accuracies, budgets.largest_spring_error),
         calibrated=_bands_of_readings(curve, accuracies, 0.0),
     )
 

@@ -118,7 +118,10 @@ def _target_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
     """Return sweeps of smaller and larger targets; none if the design gives the stiffnesses of its springs."""
     if design.springs.given:
         return []
-    return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaling_sweeps(design, key, SMALLER, LARGER)]
+    return [
+        *_scaling_sweeps(design, "targets.NL", SMALLER, LARGER),
+        *_scaling_sweeps(design, "targets.P_max", SMALLER, LARGER),
+    ]
 
 
 def _number_sweeps(keys: Sequence[str], design: Design, is_solved_on_cells: bool) -> list[Sweep]:
@@ -198,11 +201,13 @@ def _scaling_sweeps(design: Design, key: str, *directions: tuple[float, ...]) ->
     is not a number.
     """
     value = value_of(design, key)
-    if isinstance(value, tuple):
-        return [[{key: tuple(factor * number for number in value)} for factor in factors] for factors in directions]
-    if not isinstance(value, float):
-        return []
-    return [[{key: factor * value} for factor in factors] for factors in directions]
+    scaled_sweeps: list[Sweep] = []
+    for factors in directions:
+        if isinstance(value, tuple):
+            scaled_sweeps.append([{key: tuple(factor * number for number in value)} for factor in factors])
+        elif isinstance(value, float):
+            scaled_sweeps.append([{key: factor * value} for factor in factors])
+    return scaled_sweeps
 
 
 def _remove_keys(design: Design, keys: list[str]) -> dict[str, None]:

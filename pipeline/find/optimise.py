@@ -75,8 +75,8 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
     starts with the same candidates, because no step depends on the number of steps that follow. `engine` solves the
     candidates, and `progress` is called with the number of evaluated candidates and the total number.
 
-    Raises InputError if a key has a normal distribution, if the base is invalid for a value of the front, or if no
-    candidate can have a verdict of the goal.
+    Raises InputError if a key has a normal distribution, or if the base is invalid for a value of the front. Also
+    raises it if no candidate can have a verdict of the goal.
     """
     _refuse_missing_verdicts(study)
     for key, varied in study.vary.items():
@@ -87,7 +87,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
         study.base.design({**study.completing_settings, study.goal.front_key: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
-        candidates = [candidate_of(study, result) for result in store.rows()]
+        candidates = [stored_candidate(study, result) for result in store.rows()]
     return tuple(sorted(candidates, key=lambda candidate: (candidate.cost, candidate.number)))
 
 
@@ -134,8 +134,7 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
     start = _base_fractions(study)
     initial_members: Literal["latinhypercube"] | Floats = "latinhypercube"
     max_evaluations = study.goal.evaluations * max(1, front_values)
-    # A store from an earlier search may have more points than this search evaluates. The total is then raised to them.
-    report_progress = None if progress is None else lambda stored, _: progress(stored, max(max_evaluations, stored))
+    report_progress = None if progress is None else _progress_of_search(progress, max_evaluations)
     generations = study.goal.evaluations // (_MEMBERS * searched_keys)
     # The front's key is the last varied key. Its range is divided into one interval for each value, and its fraction is
     # fixed at the middle of the interval. Without a front, there is one search with no such fraction.
@@ -157,6 +156,18 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
         )
         start = evolution.x
         initial_members = evolution.population
+
+
+def _progress_of_search(progress: Count, max_evaluations: int) -> Count:
+    """Return a function that reports the number of stored candidates out of all evaluations of a search.
+
+    A store from an earlier search may have more candidates than this search evaluates. Their number is then the total.
+    """
+
+    def report_progress(stored: int, _total_of_generation: int) -> None:
+        progress(stored, max(max_evaluations, stored))
+
+    return report_progress
 
 
 def _costs(
@@ -181,16 +192,16 @@ def _costs(
     member_settings = [study.settings_at([*member, *front_fraction]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, member_settings))
     # Settings to evaluate, by their text. Members of a generation may be equal if all keys vary over lists.
-    allowed = {}
+    to_evaluate = {}
     for text, settings in zip(texts, member_settings, strict=True):
         if len(requested) < study.goal.evaluations:
             requested.add(text)
         if text in requested:
-            allowed[text] = settings
-    missing = store.missing_points(allowed.values())
-    solve_missing(study, store, missing, len(missing), engine, progress)
-    results = store.results(allowed.values())
-    costs = {text: candidate_of(study, result).cost for text, result in zip(allowed, results, strict=True)}
+            to_evaluate[text] = settings
+    missing_points = store.missing_points(to_evaluate.values())  # the store already has the others
+    solve_missing(study, store, missing_points, len(missing_points), engine, progress)
+    results = store.results(to_evaluate.values())
+    costs = {text: stored_candidate(study, result).cost for text, result in zip(to_evaluate, results, strict=True)}
     return [costs.get(text, REFUSED_COST) for text in texts]
 
 
@@ -232,7 +243,7 @@ def _base_value(study: Study, name: str) -> object:
     return getattr(getattr(study.design, table, None), key, None)
 
 
-def candidate_of(study: Study, result: PointResult) -> Candidate:
+def stored_candidate(study: Study, result: PointResult) -> Candidate:
     """Return the candidate for a stored point of a study; a point that was refused or that failed has no verdicts."""
     candidate = Candidate(changes=result.settings, verdicts=None, number=result.number)
     if result.status != "done":
@@ -297,6 +308,30 @@ def prove(
     the design file of an earlier search is deleted. Returns None if there is no candidate to run. Raises the same
     errors as `write_files`, and OutputError if the output folder cannot be used.
     """
+    to_run = _candidates_to_run(study, candidates, place)
+
+    def make_design(candidate: Candidate) -> Design:
+        """Report the run of a candidate, and return its design."""
+        progress(f"running candidate {candidate.number}, the best that has not been run yet")
+        # the design is named after the study, not after its base design
+        return replace(study.base.design(candidate.changes), name=study.name)
+
+    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too loose for a whole run
+    proof = prove_first(to_run, make_design, RunOptions(out=place.run, tolerance=tolerance, force=force), len(to_run))
+    if proof is not None and proof.passed:
+        text = design_as_toml(make_design(proof.candidate))
+        write_files({place.design: text.encode()}, "--out", force=force)
+    elif is_ours(place.design):  # an earlier search wrote this design file, but its run has been replaced
+        place.design.unlink()
+    return proof
+
+
+def _candidates_to_run(study: Study, candidates: Sequence[Candidate], place: Place) -> list[Candidate]:
+    """Return the candidates that `prove` runs, in this order: the best ones that pass, and then the base design.
+
+    `candidates` are sorted, the best first. For a Pareto front, only candidates with the front's value at `place` are
+    returned.
+    """
     eligible = list(candidates)
     if study.front:
         front_key = study.goal.front_key
@@ -304,20 +339,7 @@ def prove(
         eligible = [candidate for candidate in candidates if front_number(candidate.changes[front_key]) == front_value]
     to_run = [candidate for candidate in eligible if candidate.passes][:MAX_RUNS]
     to_run += [candidate for candidate in eligible if is_base(study, candidate) and candidate not in to_run]
-
-    def design_of(candidate: Candidate) -> Design:
-        progress(f"running candidate {candidate.number}, the best that has not been run yet")
-        # the design is named after the study, not after its base design
-        return replace(study.base.design(candidate.changes), name=study.name)
-
-    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too loose for a whole run
-    proof = prove_first(to_run, design_of, RunOptions(out=place.run, tolerance=tolerance, force=force), len(to_run))
-    if proof is not None and proof.passed:
-        text = design_as_toml(design_of(proof.candidate))
-        write_files({place.design: text.encode()}, "--out", force=force)
-    elif is_ours(place.design):  # an earlier search wrote this design file, but its run has been replaced
-        place.design.unlink()
-    return proof
+    return to_run
 
 
 def value_of_run(study: Study, proof: Proof) -> float | None:

@@ -37,14 +37,14 @@ class Proof:
 
 def prove_first(
     candidates: Iterable[Candidate],
-    design_of: Callable[[Candidate], Design],
+    make_design: Callable[[Candidate], Design],
     options: RunOptions,
     max_runs: int,
     next_candidates: Callable[[Proof], list[Candidate]] = lambda _: [],
 ) -> Proof | None:
     """Run up to `max_runs` candidates one after another until one passes, and return the last run.
 
-    `design_of` returns the design of a candidate, and each run has the same `options`. If a run does not pass,
+    `make_design` returns the design of a candidate, and each run has the same `options`. If a run does not pass,
     `next_candidates` may derive further candidates from it, which are run next. A candidate whose design is invalid or
     cannot be solved has not passed. Returns None if there are no candidates. Raises OutputError if the output folder
     cannot be used.
@@ -57,7 +57,7 @@ def prove_first(
         candidate = waiting.pop(0)
         result = None
         try:
-            result = run(design_of(candidate), options)
+            result = run(make_design(candidate), options)
         except OutputError:
             # OutputError is a subclass of InputError, but a different candidate would not make the folder usable.
             raise

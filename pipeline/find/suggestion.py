@@ -88,12 +88,13 @@ class Search:
             candidates = []
             for start in beam:
                 candidates += self._add_one_change(start)
-            passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size_of)
+            passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
             if passing:
-                # the trials of `_move_nearer` need a part of the budget
+                # The trials of `_move_nearer` need a part of the budget, so a reserve is added if it is used up.
                 self._budget_left = max(self._budget_left, _RESERVE * BUDGET)
-                return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size_of)
-            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size_of(candidate)))[:_BEAM_WIDTH]
+                nearer = [self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]]
+                return sorted(nearer, key=self._size)
+            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM_WIDTH]
             failed_candidates = [*beam, self.nearest_miss] if self.nearest_miss else beam
             self.nearest_miss = min(failed_candidates, key=lambda candidate: candidate.rank, default=None)
         return []
@@ -119,11 +120,11 @@ class Search:
             return None
         return Candidate(changes=changes, verdicts=verdicts)
 
-    def _design_of(self, candidate: Candidate) -> Design:
+    def _changed_design(self, candidate: Candidate) -> Design:
         """Return the base design with the changes of a candidate."""
         return change_design(self._base.design, candidate.changes)
 
-    def _size_of(self, candidate: Candidate) -> tuple[int, int, float]:
+    def _size(self, candidate: Candidate) -> tuple[int, int, float]:
         """Return the size of a candidate's changes to the base design, which can be compared."""
         return size(self._base.design, candidate.changes)
 
@@ -134,7 +135,7 @@ class Search:
         passes. Sweeps of keys that are fixed, or that `start` has already changed, are omitted.
         """
         failed_names = [verdict.name for verdict in start.failed]
-        design = self._design_of(start)
+        design = self._changed_design(start)
         unavailable_keys = self._fixed | start.changes.keys()
         best = []
         for sweep in sweeps(design, failed_names, is_solved_on_cells=scene_of(design).is_solved_on_cells):
@@ -197,7 +198,8 @@ class Search:
         The numbers are moved one after another. Each gets a margin from the nearest value that passes, and is rounded
         away from the failing value. Strings, and numbers whose sign was changed, keep their new values.
         """
-        bisections = _BISECTIONS_ON_CELLS if scene_of(self._design_of(candidate)).is_solved_on_cells else _BISECTIONS
+        scene = scene_of(self._changed_design(candidate))
+        bisections = _BISECTIONS_ON_CELLS if scene.is_solved_on_cells else _BISECTIONS
         nearest = candidate
         for key, new_value in candidate.changes.items():
             base_value = value_of(self._base.design, key)
@@ -248,8 +250,9 @@ def suggestion(
 ) -> Suggestion:
     """Search for the passing design nearest to a given design; the keys in `fixed` do not change.
 
-    The runs of the search have the given `options`, but write no files. If no changes are found, the suggestion states
-    the reason. Raises the same errors as `run` if the given design cannot be run.
+    The unchanged design is run first. If it does not pass, candidates are searched with ideal springs, and the nearest
+    ones are run until one passes. All runs have the given `options`, but write no files. If no changes are found, the
+    suggestion states the reason. Raises the same errors as `run` if the given design cannot be run.
     """
     progress("running the unchanged design")
     run_options = replace(options, out=None)
@@ -259,15 +262,15 @@ def suggestion(
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
-        # The springs are printed in one piece. If a finer tolerance may decide every verdict that did not pass, it is
-        # suggested instead of changes.
+        # If a finer tolerance may decide every verdict that did not pass, it is suggested instead of changes. It does
+        # not reduce the error of glued pins, which springs in one piece do not have.
         finer_tolerance_hints = [tolerance_hint(verdict, run_options.tolerance) for verdict in failed_verdicts]
         if all(finer_tolerance_hints):
             return replace(none_found, reason=str(finer_tolerance_hints[0]))
     search = Search(result, fixed, progress)
     passing = search.passing(failed_verdicts)
 
-    def design_of(candidate: Candidate) -> Design:
+    def make_design(candidate: Candidate) -> Design:
         """Report the run of a candidate, and return its design."""
         progress(f"running the candidate with {in_words(candidate.changes)}")
         return change_design(design, candidate.changes)
@@ -278,8 +281,8 @@ def suggestion(
 
     # A shorter travel for the strains and clearances of the unchanged design is tried first.
     candidates = [*_shorten_travel(result, {}, fixed), *passing]
-    proof = prove_first(candidates, design_of, run_options, MAX_RUNS, with_shorter_travel)
-    runs = 1 if proof is None else 1 + proof.runs
+    proof = prove_first(candidates, make_design, run_options, MAX_RUNS, with_shorter_travel)
+    runs = 1 if proof is None else 1 + proof.runs  # with the run of the unchanged design
     if proof is None or proof.result is None or not proof.passed:
         return replace(none_found, reason=_failure_reason(search, passing), tried=search.tried, runs=runs)
     changes = proof.candidate.changes

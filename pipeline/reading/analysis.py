@@ -38,8 +38,8 @@ TILTS = 5  # number of tilts at which presses are solved for the page
 _LARGE_BIAS = 0.5  # only a bias of at least this fraction of the largest bias gets an error bar, to save time
 _LARGEST_POISSON = 0.499  # largest Poisson's ratio that is evaluated; at 0.5 the flesh would be incompressible
 NOISE_LIMIT = 0.1  # uncertainty of the modulus [1] at which the noise is reported
-FoundReadings = list[list[RiseReading | None]]
-"""The reading for each modulus (rows) in each placement (columns), None for a press without a reading."""
+PressReadings = list[list[RiseReading | None]]
+"""A reading for each modulus (rows) in each placement (columns); None for a press without a reading."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,11 +149,7 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         return None
     presses = sensor.presses(read_moduli(design.fruit), tuple(occurring_placements(design, reading)))
     model = rise_model(sensor)
-    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # a read-out may not allow presses as fast as `PRESS_S`
-    channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
-    stiffnesses = 1.0 / np.diag(sensor.C)  # of the springs, one for each tip [N/mm]
-    calibration = calibration_errors(design, presses.full_scale, stiffnesses, channels.noises)
-    channels = channels.calibrated(calibration)
+    channels, calibration = _calibrated_channels(sensor, reading, presses.full_scale)
     press_readings, refused_text = _read_presses(model, presses, channels, design.tips.side_mm)
     analysis = ReadingAccuracy(
         method=model.method,
@@ -178,8 +174,22 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     return replace(analysis, moduli=moduli, full_scale=tuple(presses.full_scale.tolist()), flesh=flesh_change)
 
 
+def _calibrated_channels(
+    sensor: PressedSensor, reading: ReadingRequirements, full_scale: Floats
+) -> tuple[Channels, CalibrationErrors]:
+    """Return the errors of the channels after the calibration of a unit, and the errors that the calibration leaves.
+
+    `reading` holds the requirements on readings, and `full_scale` (tips,) [N] the largest force of each channel.
+    """
+    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # a read-out may not allow presses as fast as `PRESS_S`
+    channels = designed_channels(reading, full_scale, sensor.signal, sensor.springs.creep, press_s)
+    stiffnesses = 1.0 / np.diag(sensor.C)  # of the springs, one for each tip [N/mm]
+    calibration = calibration_errors(sensor.design, full_scale, stiffnesses, channels.noises)
+    return channels.calibrated(calibration), calibration
+
+
 def _accuracy_by_modulus(
-    sensor: PressedSensor, model: RiseModel, presses: SampledPresses, channels: Channels, press_readings: FoundReadings
+    sensor: PressedSensor, model: RiseModel, presses: SampledPresses, channels: Channels, press_readings: PressReadings
 ) -> tuple[ModulusAccuracy, ...]:
     """Compute for each modulus the largest bias over all placements, and the uncertainty of a reading.
 
@@ -191,7 +201,7 @@ def _accuracy_by_modulus(
     # `design.reading` is never None here, because `analyse_readings` returns early without `[reading]`.
     reading = design.reading or ReadingRequirements()
     # moduli read (moduli, placements) [MPa], and their relative errors; nan for a press without a reading
-    E_read = np.array([[math.nan if found is None else found.E for found in row] for row in press_readings])
+    E_read = np.array([[math.nan if one is None else one.E for one in row] for row in press_readings])
     biases = E_read / np.array(presses.moduli)[:, None] - 1.0
     bias_errors = _bias_errors(model, presses, biases)
     fruit_sources = _fruit_uncertainties(design, model, presses, biases)
@@ -201,11 +211,7 @@ def _accuracy_by_modulus(
     remaining_form_changes = form_changes
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
-        # Calibration on a reference ball removes the change of E that fruit and ball have in common. The ball is
-        # assumed to have the geometric mean of the smallest and the largest modulus.
-        mean_changes = np.array([changes.mean(axis=0) for changes in form_changes])
-        changes_on_ball = interpolate_to_middle(presses.moduli, mean_changes)
-        remaining_form_changes = [changes - changes_on_ball for changes in form_changes]
+        remaining_form_changes = _changes_beyond_ball(presses.moduli, form_changes)
         channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, random_readings))
         ball_uncertainty = {"ball": 0.01 * reading.ball_percent}
     rows = []
@@ -250,7 +256,7 @@ def _fruit_uncertainties(
 
 
 def _random_presses(
-    presses: SampledPresses, press_readings: FoundReadings
+    presses: SampledPresses, press_readings: PressReadings
 ) -> tuple[list[list[Floats]], list[list[RiseReading]]]:
     """Return the presses in random placements that have a reading, as two lists with a row for each modulus.
 
@@ -263,8 +269,8 @@ def _random_presses(
     random_readings: list[list[RiseReading]] = []
     for forces, row in zip(presses.F, press_readings, strict=True):
         random_presses.append([forces[index] for index in random_indices if row[index] is not None])
-        row_in_random_placements = [row[index] for index in random_indices]
-        random_readings.append([found for found in row_in_random_placements if found is not None])
+        readings_in_random_placements = [row[index] for index in random_indices]
+        random_readings.append([one for one in readings_in_random_placements if one is not None])
     return random_presses, random_readings
 
 
@@ -277,6 +283,18 @@ def _form_uncertainty(changes: Floats) -> dict[str, float]:
     if not changes.size:
         return {}
     return {"dome_form": float(np.sqrt(np.square(changes).sum(axis=1).mean()))}
+
+
+def _changes_beyond_ball(moduli: Sequence[float], changes: Sequence[Floats]) -> list[Floats]:
+    """Return the relative changes of E [1] that remain after calibration on a reference ball, shaped like `changes`.
+
+    `changes` holds an array (presses, form errors) for each of the `moduli` [MPa]. The calibration removes the change
+    that fruit and ball have in common. The ball is assumed to have the geometric mean of the smallest and the largest
+    modulus.
+    """
+    mean_changes = np.array([changes_at_modulus.mean(axis=0) for changes_at_modulus in changes])
+    changes_on_ball = interpolate_to_middle(moduli, mean_changes)
+    return [changes_at_modulus - changes_on_ball for changes_at_modulus in changes]
 
 
 def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
@@ -293,7 +311,7 @@ def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseRea
 
 def _read_presses(
     model: RiseModel, presses: SampledPresses, channels: Channels, side_mm: float
-) -> tuple[FoundReadings, str | None]:
+) -> tuple[PressReadings, str | None]:
     """Read a modulus from each press, and return the readings and a text about the presses without a reading.
 
     The text has the number of these presses and the reason for the first one. It is None if every press has a reading.
@@ -305,7 +323,7 @@ def _read_presses(
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     least_forces = channels.least_forces
     reasons = []
-    press_readings: FoundReadings = []
+    press_readings: PressReadings = []
     for E, forces, widths in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
         row: list[RiseReading | None] = []
         for placement, press, width in zip(presses.placements, forces, widths, strict=True):
@@ -476,21 +494,9 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
     limits = fruit.bruise_limits_MPa
     if not limits:
         return ()
-    if set(fruit.E_MPa) <= set(presses.moduli):
-        indices = [presses.moduli.index(E) for E in fruit.E_MPa]
-        # the last sample is at full travel
-        pressures, errors = presses.mean_pressure[indices, :, -1], presses.pressure_error[indices, :, -1]
-    else:  # readings of a fruit with few moduli are evaluated at other moduli, so the presses are solved here
-        travel = sensor.design.press.travel_mm
-        poses = [Pose(E=E, travel=travel, stand=placement) for E in fruit.E_MPa for placement in placements]
-        forces = sensor.forces_in_poses(poses)
-        pressures, errors = forces.mean_pressure, forces.pressure_error
-    shape = (len(limits), len(placements), -1)  # (moduli, placements, tips)
-    # The pressure under a tip out of contact is nan, which is replaced by 0.
-    known_pressures = np.nan_to_num(pressures).reshape(shape)
-    known_errors = np.nan_to_num(errors).reshape(shape)
+    pressures, errors = _pressures_at_full_travel(sensor, presses)
     rows = []
-    for E, limit, pressure, error in zip(fruit.E_MPa, limits, known_pressures, known_errors, strict=True):
+    for E, limit, pressure, error in zip(fruit.E_MPa, limits, pressures, errors, strict=True):
         # `pressure` has the shape (placements, tips), so the first index of `worst` is the placement.
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
         row = SkinPressure(
@@ -502,6 +508,27 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
         )
         rows.append(row)
     return tuple(rows)
+
+
+def _pressures_at_full_travel(sensor: PressedSensor, presses: SampledPresses) -> tuple[Floats, Floats]:
+    """Return the mean pressures under the tips at full travel [MPa] and their errors, both (moduli, placements, tips).
+
+    The moduli are the moduli of the fruit. If `presses` were not solved at all of them, presses are solved here, in the
+    same placements. The pressure and its error are 0 under a tip that is out of contact.
+    """
+    fruit_moduli = sensor.design.fruit.E_MPa
+    placements = presses.placements
+    if set(fruit_moduli) <= set(presses.moduli):
+        indices = [presses.moduli.index(E) for E in fruit_moduli]
+        # the last sample is at full travel
+        pressures, errors = presses.mean_pressure[indices, :, -1], presses.pressure_error[indices, :, -1]
+    else:  # readings of a fruit with few moduli are evaluated at other moduli
+        travel = sensor.design.press.travel_mm
+        poses = [Pose(E=E, travel=travel, stand=placement) for E in fruit_moduli for placement in placements]
+        forces = sensor.forces_in_poses(poses)
+        pressures, errors = forces.mean_pressure, forces.pressure_error
+    shape = (len(fruit_moduli), len(placements), -1)
+    return np.nan_to_num(pressures).reshape(shape), np.nan_to_num(errors).reshape(shape)
 
 
 def reading_constants(sensor: PressedSensor, press: ScenePress, readings: ReadingAccuracy | None) -> ReadingConstants:

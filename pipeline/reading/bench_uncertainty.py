@@ -172,16 +172,16 @@ def _errors_after_weights(
 def _errors_after_plate(
     design: Design,
     bench: Bench,
-    weighed: _CalibrationErrors,
+    after_weights: _CalibrationErrors,
     largest_forces: Floats,
     stiffnesses: Floats,
     noises: Floats,
 ) -> _CalibrationErrors:
     """Return the errors that remain after a calibration by weights and then on a plate, which calibrates deflections.
 
-    `weighed` are the errors after the calibration by weights. All tips have the same travel on the plate. The press
-    ends when the first tip reaches its force in `largest_forces` (tips,) [N]. `stiffnesses` (tips,) are in N/mm, and
-    `noises` (tips,) [N] are standard deviations of one row of the table. The `gains` of the result are the relative
+    `after_weights` are the errors after the calibration by weights. All tips have the same travel on the plate. The
+    press ends when the first tip reaches its force in `largest_forces` (tips,) [N]. `stiffnesses` (tips,) are in N/mm,
+    and `noises` (tips,) [N] are standard deviations of one row of the table. The `gains` of the result are the relative
     errors of the deflections.
     """
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)  # for a resolution and a largest value of 1
@@ -192,26 +192,37 @@ def _errors_after_plate(
     scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)
     # After the calibration by weights, the error of a gain is due to the balance and to noise. This is its part due to
     # noise. Round-off may make the difference slightly negative, so it is limited to 0.
-    noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
+    noise_error = np.sqrt(np.maximum(after_weights.gains**2 - after_weights.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, full_travel * (PLATE_AT[-1] - PLATE_AT[0]))
     travel_error = float(_relative_error(slope_error_factor * bench.dial_mm, full_travel))
     # The stiffnesses by plate and by weights contain the same error of the balance, so it cancels in their ratio.
-    ratio_errors = np.hypot(weighed.causes["dial"], noise_error)
-    # The n ratios are independent, with standard deviations s_i. The variance of their mean is sum(s_i^2) / n^2. The
-    # variance of the difference of a ratio from the mean is s_i^2 (1 - 2 / n) plus the variance of the mean.
-    mean_error = float(np.linalg.norm(ratio_errors)) / len(ratio_errors)
-    deviations_from_mean = np.sqrt(np.maximum(ratio_errors**2 * (1.0 - 2.0 / len(ratio_errors)) + mean_error**2, 0.0))
+    ratio_errors = np.hypot(after_weights.causes["dial"], noise_error)
+    mean_error, errors_from_mean = _errors_of_mean(ratio_errors)
     springs = springs_on_plate(
-        gains=weighed.gains,
+        gains=after_weights.gains,
         deflections=deflections,
         travel=travel_error,
         mean_difference=math.hypot(travel_error, mean_error),  # all tips share the error of the travel
-        differences_from_mean=deviations_from_mean,
+        differences_from_mean=errors_from_mean,
     )
     # The rest of the variance is attributed to the dial, on which the travel is read.
-    dial_error = np.sqrt(np.maximum(springs**2 - weighed.gains**2 - deflections**2, 0.0))
-    causes = {"balance": weighed.causes["balance"], "dial": dial_error, "noise": np.hypot(noise_error, deflections)}
+    dial_error = np.sqrt(np.maximum(springs**2 - after_weights.gains**2 - deflections**2, 0.0))
+    causes = {
+        "balance": after_weights.causes["balance"],
+        "dial": dial_error,
+        "noise": np.hypot(noise_error, deflections),
+    }
     return _CalibrationErrors(springs=springs, gains=deflections, causes=causes)
+
+
+def _errors_of_mean(deviations: Floats) -> tuple[float, Floats]:
+    """Return the standard deviation of the mean of independent values, and of the difference of each from the mean.
+
+    `deviations` (n,) are the standard deviations s_i of the values. The variance of the mean is sum(s_i^2) / n^2. The
+    variance of the difference of a value from the mean is s_i^2 (1 - 2 / n) plus the variance of the mean.
+    """
+    mean_error = float(np.linalg.norm(deviations)) / len(deviations)
+    return mean_error, np.sqrt(np.maximum(deviations**2 * (1.0 - 2.0 / len(deviations)) + mean_error**2, 0.0))
 
 
 def _relative_error(deviation: Floats | float, largest: Floats | float) -> Floats:

@@ -20,7 +20,8 @@ Vector = tuple[float, float]
 
 LEVEL: Vector = (0.0, 0.0)
 # unit vectors at 0, 45, ..., 315 deg from the line of the tips
-DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * k for k in range(8))]
+_ANGLES = [0.25 * math.pi * k for k in range(8)]
+DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in _ANGLES]
 _DIAGONALS = DIRECTIONS[1::2]  # every second direction, from 45 deg on
 RANDOM_PLACEMENTS = 48  # number of random placements
 SEED = 21  # fixed, so that every run evaluates the same random placements

@@ -11,7 +11,22 @@ from pipeline.reading.rise import rolling_domes
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import Tips
+from sensor.theory.contrast_rise import RollingDomes
 from sensor.theory.uneven_skin import correlations, wave_numbers
+
+
+def _contact_distances(tips: Tips, rolling: RollingDomes | None) -> Floats:
+    """Return the distances between the contacts of the tips [mm], shape (tips, tips).
+
+    `rolling` are the domes, or None for other tips. The contacts of domes on a curved skin are closer together than the
+    axes of the domes.
+    """
+    tip_axes = np.array(tips.places_mm)
+    distances = np.linalg.norm(tip_axes[:, None] - tip_axes, axis=-1)
+    if rolling is not None:
+        distances = distances / rolling.rolling_factor
+    return np.asarray(distances)
 
 
 def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) -> UnevenFruit:
@@ -21,12 +36,9 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     correlated. The modulus of the flesh varies independently from tip to tip. `presses` holds the forces (samples,
     tips) [N] of each press, which `model` reads. Raises ReadingError for a press without a reading.
     """
-    fruit, tips = design.fruit, design.tips
+    fruit = design.fruit
     rolling = rolling_domes(design, model.law.contrast.weights)
-    tip_axes = np.array(tips.places_mm)
-    distances = np.linalg.norm(tip_axes[:, None] - tip_axes, axis=-1)  # between contacts [mm]
-    if rolling is not None:  # the contacts of domes on a curved skin are closer together than their axes
-        distances = distances / rolling.rolling_factor
+    distances = _contact_distances(design.tips, rolling)
     # wave numbers [1/mm], and the fraction [1] of the variance of the heights that each wave has
     waves, variance_fractions = wave_numbers(*fruit.roughness_wave_mm)
     correlation = np.array([correlations(k, distances) for k in waves])  # of the heights, (waves, tips, tips)

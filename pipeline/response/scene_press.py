@@ -30,7 +30,7 @@ class ScenePress(Record):
     - `table` has the moduli of the design, each at twelve travels. It becomes the response table of the report.
     - `scan` has 20 moduli up to E_max at full travel. It shows whether P increases with the modulus.
     - `at_largest_E` has only the largest modulus of the design, at full travel.
-    - `curve` has moduli in equal steps up to E_max, each at six travels. Its first modulus is that of the softest
+    - `curve` has moduli in equal steps up to E_max, each at six travels. Its first modulus is nearly 0, for the softest
       possible fruit.
     - `tilted` has two presses at full travel, one with the tilt minus its spread and one with the tilt plus its spread.
       Their moduli are the first, the middle and the last one of the curve. It is empty if contact is linear, if the

@@ -59,9 +59,9 @@ class FittedSprings(Record):
     process can print it. `fitted` is the housing with its solution, or None if no housing is solved.
 
     `ideal` springs have exactly the stiffness for which they were sized. They are not printed, and `ideal_offsets_mm`
-    are the heights of their tips relative to the foremost tip. `of_plate` is the lateral compliance of the tips on one
-    plate. It is None until it is solved. For flat tips on a flat fruit it stays None, because their forces are not
-    inclined.
+    are the heights of their tips relative to the foremost tip. `plate_sideways` is the lateral compliance of the tips
+    on one plate. It is None until it is solved. For flat tips on a flat fruit it stays None, because their forces are
+    not inclined.
     """
 
     springs: dict[str, MadeSpring]
@@ -72,7 +72,7 @@ class FittedSprings(Record):
     tips: Tips = field(default_factory=Tips)
     ideal: bool = False
     ideal_offsets_mm: tuple[float, ...] = ()
-    of_plate: LateralCompliance | None = None
+    plate_sideways: LateralCompliance | None = None
 
     @property
     def housing(self) -> Housing | None:
@@ -136,17 +136,17 @@ class FittedSprings(Record):
         press axis. Tips on different plates are not coupled. Each plate is rotated by 180 degrees about z relative to
         the previous plate, which reverses the signs of x and y.
         """
-        if self.of_plate is None:
+        if self.plate_sideways is None:
             return None
-        tips_per_plate = len(self.of_plate.compliance)
+        tips_per_plate = len(self.plate_sideways.compliance)
         tips = len(self.tips.springs)
         compliance = np.zeros((tips, tips, 3, 3))
         signs = np.array([1.0, 1.0, 1.0])  # signs of x, y and z on a plate, relative to the first plate
         for first in range(0, tips, tips_per_plate):
             plate = slice(first, first + tips_per_plate)
-            compliance[plate, plate] = self.of_plate.compliance * np.outer(signs, signs)
+            compliance[plate, plate] = self.plate_sideways.compliance * np.outer(signs, signs)
             signs = signs * [-1.0, -1.0, 1.0]
-        return replace(self.of_plate, compliance=compliance)
+        return replace(self.plate_sideways, compliance=compliance)
 
 
 def springs_for(
@@ -181,8 +181,9 @@ def springs_for(
     try:
         housing = housing_for(design, process, lengths, springs.deflections)
         if accuracy == "leaning":
-            of_plate = solve_lateral_compliance(housing, process.E_MPa, process.poisson, targets, rough=True)
-            return replace(springs, of_plate=of_plate)
+            plate_sideways = solve_lateral_compliance(housing, process.E_MPa, process.poisson, targets, rough=True)
+            return replace(springs, plate_sideways=plate_sideways)
+        # The solver knows only the housing, so `begin_solid` gets the deflections here.
         begin = None if begin_solid is None else (lambda housing: begin_solid(housing, springs.deflections))
         solver = HousingSolver(process.E_MPa, process.poisson, begin)
         fitted = _fit_housing(housing, targets, solver, tolerance)
@@ -227,7 +228,7 @@ def with_lateral_compliance(springs: FittedSprings, design: Design, options: Run
     inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
     solve = partial(solve_lateral_compliance, fitted.housing, E, poisson, K, rough=rough)
     try:
-        return replace(springs, of_plate=load_or_compute("sideways give", inputs, solve, LateralCompliance))
+        return replace(springs, plate_sideways=load_or_compute("sideways give", inputs, solve, LateralCompliance))
     except (MeshError, SolveError) as error:
         return springs.undecided(str(error))
 

@@ -307,6 +307,7 @@ def file_stiffness(
         tip_points,
     )
 
+    # `faces` holds the indices of the faces by name. `directions` holds the unit vectors of the presses.
     solid = read_own_solid(path, housing)
     if pressed:
         faces = {name: faces_at(solid, "--pressed", [point]) for name, point in pressed.items()}
@@ -445,18 +446,24 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
         solutions.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
         if len(solutions) == 1:  # a block is recognised on the coarsest mesh already
             _refuse_block(solutions[0], part, scene)
-        if (
-            len(solutions) >= _MIN_MESHES
-            and max(error / abs(K) for K, error in _extrapolate(solutions)) < _MAX_TETRAHEDRA_ERROR
-        ):
+        if len(solutions) >= _MIN_MESHES and _largest_relative_error(solutions) < _MAX_TETRAHEDRA_ERROR:
             break
     if len(solutions) < _MIN_MESHES:
-        most_unknowns = MAX_SECONDS / _SECONDS_PER_UNKNOWN
-        bound = f"at most about {most_unknowns:.3g} for all meshes, {MAX_SECONDS:g} s of CPU time"
-        hint = "remove fine details where nothing bends, or draw the part as an extrusion of one section"
-        quantity = "unknowns of the tetrahedral mesh of the part"
-        raise validation_error(quantity, unknowns, "", bound, hint)
+        raise _too_many_unknowns(unknowns)
     return solutions, layers
+
+
+def _too_many_unknowns(unknowns: int) -> InputError:
+    """Return the error for a part whose next tetrahedral mesh, with this number of unknowns, exceeds the limits."""
+    most_unknowns = MAX_SECONDS / _SECONDS_PER_UNKNOWN
+    bound = f"at most about {most_unknowns:.3g} for all meshes, {MAX_SECONDS:g} s of CPU time"
+    hint = "remove fine details where nothing bends, or draw the part as an extrusion of one section"
+    return validation_error("unknowns of the tetrahedral mesh of the part", unknowns, "", bound, hint)
+
+
+def _largest_relative_error(solutions: Sequence[PartCompliance]) -> float:
+    """Return the largest relative error [1] of the extrapolated stiffnesses of all pressed faces."""
+    return max(error / abs(K) for K, error in _extrapolate(solutions))
 
 
 def _extrapolate(solutions: Sequence[PartCompliance]) -> list[tuple[float, float]]:

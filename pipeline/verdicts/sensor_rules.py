@@ -187,5 +187,5 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
 def _on_paper_springs(sensor: PressedSensor) -> PressedSensor:
     """Return the sensor with ideal springs that have exactly the stiffnesses given in the paper."""
     springs = {"low": MadeSpring(target=PAPER_SPRINGS.K_l), "high": MadeSpring(target=PAPER_SPRINGS.K_h)}
-    ideal = replace(sensor.springs, springs=springs, fitted=None, of_plate=None, ideal=True)
+    ideal = replace(sensor.springs, springs=springs, fitted=None, plate_sideways=None, ideal=True)
     return replace(sensor, springs=ideal)

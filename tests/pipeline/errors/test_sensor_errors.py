@@ -29,7 +29,7 @@ def test_bands_of_readings():
     rows = (read(0.5, -0.02, 0.03, 1.5), read(2.0, 0.04, 0.05, 1.2))
     E = np.array([1e-9, 0.5, 1.0, 2.0])
     curve = SimpleNamespace(P=np.ones((4, 3)), E=E)
-    table = table_of_readings(curve, SimpleNamespace(moduli=rows), SimpleNamespace(widest_spring=0.2))
+    table = table_of_readings(curve, SimpleNamespace(moduli=rows), SimpleNamespace(largest_spring_error=0.2))
     for bands, widths in (
         (table.calibrated, (0.02 + 0.06, 0.04 + 0.1)),
         (table.printed, (0.02 + math.hypot(0.06, 0.3), 0.04 + math.hypot(0.1, 0.24))),
@@ -39,7 +39,7 @@ def test_bands_of_readings():
         assert bands[1:, -1, 1] == pytest.approx(E[1:] * (1.0 + width), rel=1e-12)
         assert np.isnan(bands[0]).all()
         assert np.isnan(bands[:, :-1]).all()
-    unread = table_of_readings(curve, SimpleNamespace(moduli=()), SimpleNamespace(widest_spring=0.2))
+    unread = table_of_readings(curve, SimpleNamespace(moduli=()), SimpleNamespace(largest_spring_error=0.2))
     assert np.isnan(unread.printed).all()
 
 

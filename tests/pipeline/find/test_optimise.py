@@ -16,11 +16,11 @@ from pipeline.find import proved_candidate as proof
 from pipeline.find.candidate import MARGIN, Candidate
 from pipeline.find.optimise import (
     MAX_RUNS,
-    candidate_of,
     is_base,
     places,
     prove,
     search,
+    stored_candidate,
     value_of_run,
 )
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
@@ -259,7 +259,7 @@ def solved(study, values, value, limit, **settings):
     verdicts = {f"verdicts.{name}.{word}": told for name in study.goal.under for word, told in words.items()}
     named = {key.replace("__", "."): setting for key, setting in settings.items()}
     point = PointResult(number=0, settings=named, status="done", values=verdicts | values, error=None, seconds=0.0)
-    return candidate_of(study, point)
+    return stored_candidate(study, point)
 
 
 def test_poses_without_a_reading_count_as_a_shortfall(written):
@@ -317,7 +317,7 @@ def test_base_without_a_number_in_the_search_is_told_by_its_run(
     """Without verdicts the search refuses it, without a number it has no reading: neither nan nor 0 is its number."""
     base = Candidate(changes={}, verdicts=verdicts, value=math.nan)
     monkeypatch.setattr(
-        optimise, "candidate_of", lambda _, point: replace(base, changes=point.settings, number=point.number)
+        optimise, "stored_candidate", lambda _, point: replace(base, changes=point.settings, number=point.number)
     )
     is_proved = outcome is True
     for flags in (["--force"], ["--force", "--json"]):

@@ -80,7 +80,7 @@ def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_
 def test_second_plate_of_a_square_gives_sideways_as_the_first_turned_half_round():
     """Seen from the other side, a force along x or y there moves tips the other way, and one up the same way."""
     give = np.arange(36.0).reshape(2, 2, 3, 3)
-    springs = replace(springs_of(gentle()), of_plate=LateralCompliance(give, 0.1))
+    springs = replace(springs_of(gentle()), plate_sideways=LateralCompliance(give, 0.1))
     found = springs.sideways
     turn = np.diag([-1.0, -1.0, 1.0])
     np.testing.assert_array_equal(found.compliance[:2, :2], give)
