@@ -13,14 +13,17 @@ from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
 from sensor.words import OUTCOMES, value_text, value_with_bar
 
-# Both maxima are judgements: more lines are more complete, but no longer fit on one screen.
+# Both maxima are judgements, which balance a complete answer against one that fits on one screen.
 _MAX_REASONS = 3  # maximum number of lines on verdicts that did not pass; further verdicts are only counted
 _MAX_NOTES = 5  # maximum number of notes and lines on verdicts together
 _SHOWN_CAUSES = 2  # number of causes that the table of errors names for each number
 
 
 def report_passed(report: Json) -> bool | None:
-    """Return True if every verdict of a report passed, False if one failed, and None if one is only undecided."""
+    """Return True if every verdict of a report passed, and False if one failed.
+
+    The result is None if none failed but at least one is undecided.
+    """
     return all_passed(_verdicts(report))
 
 
@@ -39,8 +42,8 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield from reason_lines(problems[:_MAX_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
     if len(problems) > _MAX_REASONS:
         yield f"and {len(problems) - _MAX_REASONS} more: --verbose lists them all"
-    # Each line on a verdict replaces a note, so that the answer fits on one screen. The line that counts the further
-    # verdicts does too; the 1 is this line.
+    # Each line on a verdict replaces a note, so that the answer fits on one screen. So does the line that counts the
+    # further verdicts, hence + 1.
     verdict_lines = min(len(problems), _MAX_REASONS + 1)
     for note in notes[: _MAX_NOTES - verdict_lines]:
         yield f"- {escape(note)}"

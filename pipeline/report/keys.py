@@ -36,7 +36,7 @@ def report_key(name: str) -> ReportKey | None:
     """
     path = name.split(".")
     if path[0] == "verdicts" and len(path) > 1:
-        # A verdict's name is no index of a list. All verdicts have the same keys, so the first represents any of them.
+        # A list is indexed by number. All verdicts have the same keys, so the first one represents any of them.
         path = ["verdicts", "0", path[-1]]
     field_type: Any = Report
     metadata: dict[str, Any] = {}  # metadata along the path; inner fields override outer ones

@@ -22,7 +22,7 @@ from sensor.theory.hertz import equivalent_radius
 from sensor.theory.relaxation import ASSUMED_RELAXATION
 from sensor.words import rounded
 
-# Changes [%] by which notes are sorted that state no change, or not only one
+# Sorting values [%] of notes that do not state a single change of a number
 _ALWAYS_FIRST = math.inf
 _ALWAYS_LAST = 0.0
 _NOISE_RANK = 10.0  # a judgement: the note on noise is sorted like a change in E of 10 %
@@ -64,9 +64,9 @@ def notes(result: SensorResult) -> list[str]:
 
 
 def _unusual_moduli(design: Design) -> list[str]:
-    """Return a sentence on the first modulus of a design that is unusual for fruit, because its unit may be wrong.
+    """Return a sentence that asks the user to check the unit of the first modulus that is unusual for fruit.
 
-    The list is empty if all moduli are usual.
+    The list is empty if all moduli of the design are usual.
     """
     moduli = [("fruit.E_max_MPa", design.fruit.E_max_MPa), *(("fruit.E_MPa", E) for E in design.fruit.E_MPa)]
     usual = f"fruit mostly have {USUAL_MODULI.at_least:g} to {USUAL_MODULI.at_most:g} MPa"

@@ -38,7 +38,8 @@ def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
 def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any record
     """Return one line of text for a record: the texts of the fields in `names`, in this order.
 
-    The metadata `line` and `absent` of the fields define these texts. Empty texts are left out.
+    The text of a field comes from its metadata `line`, or from `absent` if the field has its default value. Empty texts
+    are left out.
     """
     texts = []
     for name in names:

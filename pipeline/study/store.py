@@ -41,13 +41,13 @@ WITH
         SELECT number, iif(json_type(results, :path) IS NULL, settings, results) AS record
         FROM points WHERE status = 'done'
     ),
-    of_key AS (SELECT number, json_type(record, :path) AS kind, json_extract(record, :path) AS value FROM done),
-    numbers AS (SELECT number, iif(kind IN ('integer', 'real'), value, NULL) AS value FROM of_key)
+    entries AS (SELECT number, json_type(record, :path) AS kind, json_extract(record, :path) AS value FROM done),
+    numbers AS (SELECT number, iif(kind IN ('integer', 'real'), value, NULL) AS value FROM entries)
 """
 """Beginning of a query for the values of one key.
 
 The value is taken from the results of a point, or from its settings if the results lack the key. The query provides two
-tables with a row for each point that is done: `of_key` with any value, and `numbers`, in which a value that is not a
+tables with a row for each point that is done. `entries` has any value and its type. In `numbers`, a value that is not a
 number is NULL.
 """
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
@@ -66,7 +66,10 @@ class StudyStore:
         self.path = path
 
     def put(self, results: Iterable[PointResult]) -> None:
-        """Store all results in one transaction, so that either all or none of them are stored."""
+        """Store all results in one transaction, so that either all or none of them are stored.
+
+        A result is ignored if a point with its number is already stored.
+        """
         rows = []
         for result in results:
             seconds = round(result.seconds, 6)
@@ -139,9 +142,10 @@ class StudyStore:
         return int(faults)
 
     def messages(self) -> dict[str, int]:
-        """Return the five most frequent messages of refused and failed points, and how often each occurs.
+        """Return the most frequent messages of refused and failed points, each with its number of points.
 
-        Messages that differ only in their numbers are counted together, and the first of them represents the others.
+        There are at most `_MAX_MESSAGES` of them, the most frequent one first. Messages that differ only in their
+        numbers are counted together, and the first of them represents the others.
         """
         by_pattern: dict[str, list[str]] = {}
         for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):
@@ -169,7 +173,7 @@ class StudyStore:
         return high - low > _ROUND_OFF * max(abs(low), abs(high))
 
     def best(self, key: str, max_count: int) -> list[int]:
-        """Return the numbers of up to `max_count` points with the smallest values of a key, in ascending order.
+        """Return the numbers of up to `max_count` points with the smallest values of a key, the smallest value first.
 
         Points without a value come last.
         """
@@ -178,12 +182,12 @@ class StudyStore:
 
     def text_counts(self, key: str) -> dict[str | bool, int]:
         """Return the string and Boolean values of a key, and the number of points with each value."""
-        query = "SELECT kind, value, COUNT(*) FROM of_key WHERE kind IN ('text', 'true', 'false') GROUP BY kind, value"
+        query = "SELECT kind, value, COUNT(*) FROM entries WHERE kind IN ('text', 'true', 'false') GROUP BY kind, value"
         counts = self._query_key(key, query)
         return {value if kind == "text" else kind == "true": points for kind, value, points in counts}
 
     def _query_key(self, key: str, query: str, **values: object) -> sqlite3.Cursor:
-        """Run a query on the tables `of_key` and `numbers` for a key; `values` are the query's named parameters."""
+        """Run a query on the tables `entries` and `numbers` for a key; `values` are the query's named parameters."""
         return self._connection.execute(f"{_KEY_VALUES} {query}", {"path": f'$."{key}"', **values})
 
     def prepare(self, study: Study) -> None:
@@ -308,7 +312,9 @@ def _check_same_study(path: Path, stored_facts: Mapping[str, str], new_facts: Ma
     may increase, because a longer study begins with the points of the shorter one. The exception is the method
     `sensitivity`, for which SciPy draws different points for each number of samples.
     """
-    may_increase = ("goal.evaluations",) if new_facts["how"] == '"sensitivity"' else ("goal.evaluations", "samples")
+    may_increase = ["goal.evaluations"]
+    if json.loads(new_facts["how"]) != "sensitivity":
+        may_increase.append("samples")
     for key in {**stored_facts, **new_facts}:
         before = json.loads(stored_facts.get(key, "null"))  # None if only the new study has this fact
         now = json.loads(new_facts.get(key, "null"))

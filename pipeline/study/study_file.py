@@ -39,7 +39,7 @@ How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
 MAX_POINTS = 10_000_000  # maximum number of points of a study
-REFUSED = "reading.refused"
+REFUSED = "reading.refused"  # key of the reason why forces cannot be read
 UNCERTAINTY_KEYS = ("verdicts.reading.uncertainty.value", "reading.uncertainty_percent")
 """Keys of the uncertainty of a reading, at the modulus with the largest ratio of uncertainty to limit."""
 UNCERTAINTY_LIMIT = "verdicts.reading.uncertainty.limit"
@@ -88,7 +88,7 @@ class Goal:
     @property
     def front_key(self) -> str:
         """Return the key of the front, or an empty string if there is no front."""
-        return "".join(self.front or ())
+        return "".join(self.front or ())  # a front has exactly one key
 
 
 def _check_front(front: Mapping[str, Variation]) -> None:
@@ -100,12 +100,12 @@ def _check_front(front: Mapping[str, Variation]) -> None:
     if len(front) != 1:
         bound = "one key of the design file with a list of values"
         raise validation_error("front", ", ".join(front), "", bound, "make a study file for each front")
-    for key, varied in front.items():
-        numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
-        all_differ = len(numbers) > 1 and len(numbers) == len(set(numbers))
-        if not all(map(is_number, numbers)) or not all_differ:
-            bound = "a list of at least two different numbers, or of lists whose first numbers differ"
-            raise validation_error("front", f"{key} {numbers}", "", bound, "list the values of this key")
+    ((key, varied),) = front.items()
+    numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
+    all_differ = len(numbers) > 1 and len(numbers) == len(set(numbers))
+    if not all(map(is_number, numbers)) or not all_differ:
+        bound = "a list of at least two different numbers, or of lists whose first numbers differ"
+        raise validation_error("front", f"{key} {numbers}", "", bound, "list the values of this key")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -373,7 +373,7 @@ def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     row, if a key occurs twice, if a row is not as long as the header, and for an invalid value.
     """
     sheet = single_sheet(path)
-    header, *points = [row for row in sheet.rows if not row.empty]
+    header, *points = [row for row in sheet.rows if not row.is_empty]
     if not points:
         raise validation_error("points", path.name, "", "a file with a header and at least one row", "add a point")
     keys = header.cells

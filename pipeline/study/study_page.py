@@ -26,7 +26,7 @@ MAX_DOTS = 1_000  # maximum number of points in a plot; more would overlap
 _DESIGNS = "best-designs"  # folder of the design files, inside the folder of the study
 _BASE = "base.toml"
 _SEED = 1  # a fixed seed, so that a study always has the same page
-_VALUE_SENTENCE = re.compile(r"The value is [^.]*\.")
+_VALUE_SENTENCE = re.compile(r"The value is [^.]*\.")  # in the text of a verdict
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # a Markdown link
 
 
@@ -97,13 +97,8 @@ def _plot_data(
     """Return the data for the plots of the page: the keys that can be shown, and the points.
 
     `keys` are the keys with their own row on the page. `best` holds the numbers of the best points, and `proved` the
-    design file of each point whose whole run passed, keyed by its number. All of these points are in the data, and a
-    random sample of the others.
+    design file of each point whose whole run passed, keyed by its number.
     """
-    sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
-    points = []
-    for point in store.rows(sorted({*best, *proved, *sample})):
-        points.append({**point.settings, **point.values, "number": point.number})
     minimised_key = study.goal.minimise if study.how == "search" else study.wanted[0]
     front = None
     if study.front:
@@ -116,10 +111,20 @@ def _plot_data(
         "axes": [shown_key.key for shown_key in keys if store.differs(shown_key.key)],  # a constant makes no axis
         "parts": [key for key in study.wanted if is_part_of_limit(key)],
         "minimise": minimised_key,
-        "points": points,
+        "points": _drawn_points(store, {*best, *proved}),
         "best": list(best),
         "front": front,
     }
+
+
+def _drawn_points(store: StudyStore, required: set[int]) -> list[Plain]:
+    """Return the settings, values and number of each point that the plots show, sorted by number.
+
+    These are the points with the numbers in `required`, and a random sample of at most `MAX_DOTS` other points.
+    """
+    sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
+    points = store.rows(sorted({*required, *sample}))
+    return [{**point.settings, **point.values, "number": point.number} for point in points]
 
 
 def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
@@ -195,8 +200,11 @@ def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
     if has_unit:
         label = f"{label} [{entry.unit}]"
     question, _, _ = entry.meaning.partition("?")
-    value_sentence = _VALUE_SENTENCE.search(entry.meaning) if field == "value" else None
-    return label, f"{question}? {value_sentence[0]}" if value_sentence else f"{question}?"
+    meaning = f"{question}?"
+    value_sentence = _VALUE_SENTENCE.search(entry.meaning)
+    if field == "value" and value_sentence:
+        meaning = f"{meaning} {value_sentence[0]}"
+    return label, meaning
 
 
 def _design_files(

@@ -82,20 +82,21 @@ class StatedUnits:
 
     def __init__(self, words: HeaderWords) -> None:
         self._words = words
-        self._stated: dict[str, list[UnitStatement]] = {}  # by quantity
-        self._mentioned: dict[str, list[UnitStatement]] = {}  # by quantity, only units that are not the default
-        self._assumed: dict[str, str] = {}  # for each quantity whose unit is assumed, the place of its header
+        # All three are keyed by the name of a quantity. In `_stated`, "" is the key of statements of a system of units.
+        self._stated: dict[str, list[UnitStatement]] = {}
+        self._mentioned: dict[str, list[UnitStatement]] = {}  # only units that are not the default
+        self._assumed: dict[str, str] = {}  # the place of the header of each quantity whose unit is assumed
 
     def record_statements(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[UnitStatement]]:
-        """Record the statements in lines outside a table, and return them by quantity.
+        """Record the statements in lines outside a table, and return them, keyed by the name of the quantity.
 
-        `rows` are these lines of the file `source`. Raises InputError if a statement or a mention contradicts a unit
-        that has been assumed for a table.
+        `rows` are these lines of the file `source`. Their mentions of units are recorded too. Raises InputError if a
+        statement or a mention contradicts a unit that has been assumed for a table.
         """
         stated: dict[str, list[UnitStatement]] = {}
         for row in rows:
             for index, cell in enumerate(row.cells):
-                for name, text in self._statements(row, index, cell[:LONGEST_LABEL]):
+                for name, text in self._statements_in_cell(row, index, cell[:LONGEST_LABEL]):
                     stated.setdefault(name, []).append(UnitStatement(text, place_of(source, row.line)))
             self.record_mentions(source, row)
             for name in self._assumed:
@@ -109,14 +110,21 @@ class StatedUnits:
         Cells with the indices `used` belong to the table and are left out. A unit is recorded for each quantity whose
         default is another unit. Units of time are not recorded, because texts mention them for many other reasons.
         """
+        place = place_of(source, row.line)
+        # the quantities whose default unit a mention may contradict
+        quantities = {
+            name: quantity
+            for name, quantity in self._words.quantities.items()
+            if quantity.default and quantity.units is not TIME
+        }
         unused_cells = [cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used]
         for cell in unused_cells:
+            # One of the two groups of the pattern is empty in each match.
             mentions = [after_number or in_brackets for after_number, in_brackets in _MENTION.findall(cell)]
             for text in (cell, *mentions):
-                for name, quantity in self._words.quantities.items():
-                    is_other = unit_of(quantity, text) not in ("", quantity.default)
-                    if quantity.default and quantity.units is not TIME and is_other:
-                        self._mentioned.setdefault(name, []).append(UnitStatement(cell, place_of(source, row.line)))
+                for name, quantity in quantities.items():
+                    if unit_of(quantity, text) not in ("", quantity.default):
+                        self._mentioned.setdefault(name, []).append(UnitStatement(cell, place))
 
     def columns(self, source: str, header: Row, below: Sequence[Row], first: Row) -> list[Column]:
         """Return the columns that a header names, each with its unit.
@@ -132,26 +140,30 @@ class StatedUnits:
         units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
         for row in (header, *below, units):
             self.record_mentions(source, row, used)
-        quantities = self._words.quantities
-        # the rows that state a unit of at least one column
-        unit_rows = [
-            row
-            for row in below
-            if any(unit_of(quantities[column.name], row.cell(column.position)) for column in named_columns)
-        ]
         columns = []
         for named_column in named_columns:
             column = self._make_column(source, header, named_column, unit_columns.get(named_column.position))
-            if column.quantity.units:
-                statements = [UnitStatement(text, "--units") for text in [column.quantity.flag_unit] if text]
+            if column.quantity.units:  # not a column of text
+                flag_unit = column.quantity.flag_unit
+                statements = [UnitStatement(flag_unit, "--units")] if flag_unit else []
                 statements += [UnitStatement(text, column.place) for text in named_column.units]
                 # If nothing else states a unit, any text below the header is taken for a unit, which may be unknown.
-                statements += self._statements_in_rows(source, column, unit_rows if statements else below, first)
+                rows = self._unit_rows(named_columns, below) if statements else below
+                statements += self._statements_in_rows(source, column, rows, first)
                 statements += self._statements_above(column, is_stated_in_table=bool(statements))
                 is_time_of_day = seconds_of_day(column.cell(first)) is not None
                 column = self._with_unit(column, statements, is_known=is_time_of_day)
             columns.append(column)
         return columns
+
+    def _unit_rows(self, named_columns: Sequence[NamedColumn], rows: Sequence[Row]) -> list[Row]:
+        """Return the rows that state a unit of at least one column."""
+        quantities = self._words.quantities
+        return [
+            row
+            for row in rows
+            if any(unit_of(quantities[column.name], row.cell(column.position)) for column in named_columns)
+        ]
 
     def _make_column(self, source: str, header: Row, named_column: NamedColumn, unit_index: int | None) -> Column:
         """Return a column that a header names, before its unit is known.
@@ -172,7 +184,7 @@ class StatedUnits:
     def _statements_above(self, column: Column, *, is_stated_in_table: bool) -> list[UnitStatement]:
         """Return the statements about the quantity of a column in lines above its table.
 
-        If the table states a unit itself, a line above it is ignored unless it states a unit of the quantity.
+        If the table states a unit itself, a line above it is ignored unless its text is a known unit of the quantity.
         """
         return [
             statement
@@ -182,7 +194,7 @@ class StatedUnits:
 
     @staticmethod
     def _statements_in_rows(source: str, column: Column, rows: Sequence[Row], first: Row) -> list[UnitStatement]:
-        """Return the units of a column that are stated in `rows` below the header, and in the `first` row of numbers.
+        """Return the statements of the unit of a column in the `rows` below the header and the `first` row of numbers.
 
         In the row of numbers, the unit follows the number or is in the column of units. `source` is the name of the
         file in error messages.
@@ -227,13 +239,11 @@ class StatedUnits:
         unit_columns: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
-            words = re.sub(r"[()\[\]]", " ", fold_words(label[:LONGEST_LABEL])).split()
-            other_words = [word for word in words if re.sub(r"[.\d]+$", "", word) not in _UNIT_WORDS]
-            has_unit_word = len(other_words) < len(words)
+            subject = _subject_of_unit_label(label)
             is_unlabelled_unit = not label and is_unit(first.cell(index))
-            if index in names or not (has_unit_word or is_unlabelled_unit):
+            if index in names or (subject is None and not is_unlabelled_unit):
                 continue
-            name = self._words.quantity_of(" ".join(word for word in other_words if not word.isdecimal()))
+            name = self._words.quantity_of(subject or "")
             # The numeric column to which the units belong; the first one, if several hold the quantity.
             owner: int | None = index - 1
             if name:
@@ -251,17 +261,17 @@ class StatedUnits:
                 hint = f"state the unit with --units, for example --units {name}={quantity.default}"
                 raise validation_error(statement.place, statement.text[:SHOWN_LABEL], "", bound, hint)
 
-    def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
+    def _statements_in_cell(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
         """Yield the quantity and the unit of each statement that begins in a cell, as in `Force unit: kN`.
 
-        `cell` is the beginning of the cell of `row` at `index`. The unit may also be in the next cell. The quantity is
-        "" if the statement names a system of units, as in `Unit system: Imperial`.
+        `cell` is the beginning of the cell of `row` at `index`. The unit may also be in a cell after it. The quantity
+        is "" if the statement names a system of units, as in `Unit system: Imperial`.
         """
         key, _, value = cell.replace("=", ":").partition(":")
         words = fold_words(re.sub(r"[()\[\]]", " ", key)).split(" ")
         if _UNIT_WORDS.isdisjoint(words):
             return
-        stated_texts = list(filter(None, (value.strip(), *row.cells[index + 1 :])))
+        stated_texts = list(filter(None, (value.strip(), *row.cells[index + 1 :])))  # after the colon, then other cells
         subject = " ".join(word for word in words if word not in _UNIT_WORDS and word not in _FILLERS)
         name = self._words.quantity_of(subject)
         if name:
@@ -271,7 +281,20 @@ class StatedUnits:
             # As in `Units: N, mm`, or in `Unit system: Imperial`, which contradicts every assumed unit.
             for text in filter(None, re.split(r"[\s,;]+", " ".join(stated_texts))):
                 names = [name for name, quantity in self._words.quantities.items() if unit_of(quantity, text)]
-                yield from ((name, text) for name in names or [""])
+                yield from ((name, text) for name in names or [""])  # "" if the text is the name of a system
+
+
+def _subject_of_unit_label(label: str) -> str | None:
+    """Return the words beside a word for "unit" in a label, as `force` in `Force unit`; None without such a word.
+
+    Numbers are left out: `Unit 2` has no subject, so the result is empty.
+    """
+    words = re.sub(r"[()\[\]]", " ", fold_words(label[:LONGEST_LABEL])).split()
+    # A word with a number, such as `units2` or `unit.1`, is a word for "unit" too.
+    other_words = [word for word in words if re.sub(r"[.\d]+$", "", word) not in _UNIT_WORDS]
+    if len(other_words) == len(words):
+        return None
+    return " ".join(word for word in other_words if not word.isdecimal())
 
 
 def agreed_unit(quantity: Quantity, statements: Iterable[UnitStatement]) -> str:
@@ -279,14 +302,14 @@ def agreed_unit(quantity: Quantity, statements: Iterable[UnitStatement]) -> str:
 
     Raises InputError for a text that is not a unit of the quantity, and if two statements differ.
     """
-    by_unit: dict[str, UnitStatement] = {}  # the first statement of each unit
+    first_by_unit: dict[str, UnitStatement] = {}  # the first statement of each unit
     for statement in statements:
         unit = unit_of(quantity, statement.text)
         if not unit:
             raise no_unit(statement.place, quantity, statement.text)
-        by_unit.setdefault(unit, statement)
-    if len(by_unit) > 1:
-        (unit, first), (_, second), *_ = by_unit.items()
+        first_by_unit.setdefault(unit, statement)
+    if len(first_by_unit) > 1:
+        (unit, first), (_, second), *_ = first_by_unit.items()
         bound = f"in {unit}, the unit that {first.place} states"
         raise validation_error(second.place, second.text[:SHOWN_LABEL], "", bound, "correct or remove one of them")
-    return next(iter(by_unit), "")
+    return next(iter(first_by_unit), "")

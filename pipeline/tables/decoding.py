@@ -12,6 +12,7 @@ from sensor.quantity import validation_error
 
 MAX_LINES = 1_000_000
 LONGEST_LINE = 65536  # maximum length of a line [bytes]; a longer line is not a row of a table
+SHOWN_CELL = 40  # length to which a line or a cell is truncated in messages [characters]
 # Byte order marks and the encodings that they announce; the mark of UTF-32 begins like a mark of UTF-16, so it is first
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _LEGACY = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # legacy encodings of exported tables
@@ -43,10 +44,10 @@ def lines_of_text(source: str, content: bytes) -> list[str]:
     lines = list(itertools.islice(io.StringIO(text, newline=None), MAX_LINES + 1))
     if len(lines) > MAX_LINES:
         raise validation_error(source, "its lines", "", f"at most {MAX_LINES}", "export fewer samples per second")
-    too_long = next((number for number, line in enumerate(lines, start=1) if len(line) >= LONGEST_LINE), None)
-    if too_long is not None:
-        bound = f"a line of fewer than {LONGEST_LINE} characters"
-        raise validation_error(place_of(source, too_long), lines[too_long - 1][:40], "", bound, "correct that line")
+    for number, line in enumerate(lines, start=1):
+        if len(line) >= LONGEST_LINE:
+            bound = f"a line of fewer than {LONGEST_LINE} characters"
+            raise validation_error(place_of(source, number), line[:SHOWN_CELL], "", bound, "correct that line")
     return lines
 
 

@@ -14,6 +14,7 @@ from pipeline.tables.units import LONGEST_LABEL, Quantity, is_other_unit, is_uni
 from sensor.quantity import validation_error
 
 _MAX_HEADER_CHECKS = 50_000  # maximum number of lines that are checked for a header, which limits the time for a file
+# A label in two groups: its words, and a text in brackets at its end, as in `Force (N)`
 _IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
 _WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # R turns Force (kgf) into Force..kgf.
 _R_DOTS = re.compile(r"[.]{3,}$")
@@ -255,10 +256,12 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     one, a text in brackets or after a known word is yielded as an unknown unit, which is refused too. So are the dots
     that R writes instead of (%).
     """
-    units = list(_trailing_units(label, name, quantity)) if quantity.units else []
-    known_words = set(map(fold_words, (*quantity.words, *quantity.words_with_unit)))
+    if not quantity.units:  # a column of text
+        return
+    units = list(_trailing_units(label, name, quantity))
     yield from units
-    if units or not quantity.units or quantity.flag_unit or fold_words(label) in known_words:
+    known_words = set(map(fold_words, (*quantity.words, *quantity.words_with_unit)))
+    if units or quantity.flag_unit or fold_words(label) in known_words:
         return
     if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
         yield in_brackets[2].strip()
@@ -313,7 +316,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
     # With more than one pair of brackets, the pattern above does not match. The tail is then in the last pair.
     without_closing = label.rstrip(")]}>")
     opening = max(map(without_closing.rfind, "([{<"))
-    if without_closing != label and opening > 0:
+    if without_closing != label and opening > 0:  # with words before the bracket
         yield without_closing[:opening].strip(), without_closing[opening + 1 :].strip()
 
 

@@ -37,7 +37,7 @@ def numbers_of(
     """Read the only table of a file as numbers and texts.
 
     The columns may hold `quantities`. The header must name all quantities of at least one set in `needed`; messages
-    show the header `example`. Raises InputError like `only_table`, and for the first invalid cell.
+    show the header `example`. Raises InputError as `only_table` does, and for the first invalid cell.
     """
     table = only_table(source, quantities, needed, example)
     rows = list(table.rows)
@@ -50,6 +50,7 @@ def numbers_of(
             texts[column.name] = cells
             continue
         numbers[column.name] = np.array([table.number(row, column) for row in rows])
+        # The exponent of the last written digit is -2 for 24.10. A time of day is not a plain number and gets 0.
         exponents = [Decimal(table.plain(cell) or "0").as_tuple().exponent for cell in cells]
         last_digits[column.name] = column.factor * 10.0 ** np.array(exponents, dtype=np.float64)
     return MeasuredTable(

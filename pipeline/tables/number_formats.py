@@ -3,14 +3,14 @@
 import datetime
 import functools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from pipeline.tables.decoding import place_of
 from pipeline.tables.units import is_unit
 from sensor.quantity import validation_error
 
-_MAX_NUMBER_LENGTH = 64  # [characters]
+_MAX_NUMBER_LENGTH = 64  # maximum length of a number; a longer text is not a number [characters]
 _SPACES = " '\u2019\u00a0\u202f\u2009"  # characters that may separate thousands
 
 
@@ -19,12 +19,14 @@ def _number_pattern(decimal: str, other: str) -> re.Pattern[str]:
 
     If a number has an exponent and only one sign, the sign is decimal: 1,500e3 is 1.5e3.
     """
-    whole = rf"[0-9]+|[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+|[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+"
+    by_spaces = rf"[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+"  # thousands that spaces separate
+    by_sign = rf"[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+"  # thousands that the other sign separates
+    whole = rf"[0-9]+|{by_spaces}|{by_sign}"
     exponent = "[eEdD][+-]?[0-9]{1,4}"
-    return re.compile(
-        rf"(?P<number>[+-]?(?![0-9]+\{other}[0-9]+{exponent})(?:(?:{whole})(?:\{decimal}[0-9]*)?|\{decimal}[0-9]+)"
-        rf"(?:{exponent})?)(?: ?(?P<unit>[^\W\d_]{{1,12}}))?"
-    )
+    other_is_decimal = rf"[0-9]+\{other}[0-9]+{exponent}"
+    number = rf"[+-]?(?!{other_is_decimal})(?:(?:{whole})(?:\{decimal}[0-9]*)?|\{decimal}[0-9]+)(?:{exponent})?"
+    unit = r"[^\W\d_]{1,12}"
+    return re.compile(rf"(?P<number>{number})(?: ?(?P<unit>{unit}))?")
 
 
 _WITH_POINT, _WITH_COMMA = _number_pattern(".", ","), _number_pattern(",", ".")
@@ -55,7 +57,7 @@ class WrittenNumber(NamedTuple):
         return self.with_point is None or self.with_comma is None
 
     @property
-    def unclear(self) -> bool:
+    def is_unclear(self) -> bool:
         """Return whether a sign in the text may be decimal or may separate thousands, as in 1,500 and 1.500."""
         return not self.is_unambiguous and self.with_point != self.with_comma
 
@@ -75,15 +77,16 @@ def as_number(cell: str) -> WrittenNumber | None:
     if not cell or len(cell) > _MAX_NUMBER_LENGTH:
         return None
     text = cell.replace("\u2212", "-")  # the typographic minus sign
-    matches = [pattern.fullmatch(text) for pattern in (_WITH_POINT, _WITH_COMMA)]
-    match = matches[0] or matches[1]
+    point_match, comma_match = _WITH_POINT.fullmatch(text), _WITH_COMMA.fullmatch(text)
+    match = point_match or comma_match
     if match is None or (match["unit"] and not is_unit(match["unit"])):  # text such as `3 samples`
         return None
     number = match["number"].replace("D", "e").replace("d", "e")  # Fortran writes exponents with D
     for space in _SPACES:
         number = number.replace(space, "")
-    with_point = number.replace(",", "") if matches[0] else None
-    with_comma = number.replace(".", "").replace(",", ".") if matches[1] else None
+    # The sign that is not decimal separates thousands, so it is removed.
+    with_point = number.replace(",", "") if point_match else None
+    with_comma = number.replace(".", "").replace(",", ".") if comma_match else None
     return WrittenNumber(number, with_point, with_comma, match["unit"] or "")
 
 
@@ -120,22 +123,28 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
     numbers_by_column = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
     all_numbers = [number for column in numbers_by_column for _, number in column]
     has_points = any(number.with_comma is None for number in all_numbers)
-    sign = "," if any(number.with_point is None for number in all_numbers) and not has_points else "."
-    ambiguous = []
-    for column in numbers_by_column:
-        # The other sign separates thousands if one number of the column shows the decimal sign, and if no number begins
-        # with four digits in a row.
-        numbers = [number for _, number in column]
-        has_thousands_sign = any(number.is_unambiguous for number in numbers) and not any(
-            _FOUR_DIGITS.match(number.text) for number in numbers
-        )
-        for line, number in column:
-            is_invalid = number.plain(sign) is None
-            is_unclear = number.unclear and sign not in number.text and not has_thousands_sign
-            if is_invalid or is_unclear:
-                ambiguous.append((line, number.text))
+    has_commas = any(number.with_point is None for number in all_numbers)
+    sign = "," if has_commas and not has_points else "."
+    ambiguous = [pair for column in numbers_by_column for pair in _ambiguous_numbers(column, sign)]
     if ambiguous:
-        line, text = min(ambiguous)
+        line, text = min(ambiguous)  # the first one in the file
         bound = "a number whose comma or point is clearly decimal, because commas may separate thousands here"
         raise validation_error(place_of(source, line), text, "", bound, "export it with decimal points")
     return sign
+
+
+def _ambiguous_numbers(column: Sequence[tuple[int, WrittenNumber]], sign: str) -> Iterator[tuple[int, str]]:
+    """Yield the line number and the text of each number in a column whose value is not certain.
+
+    The number is invalid with the decimal sign `sign`, or its only sign is the other one and may be decimal too.
+    """
+    # The other sign separates thousands if one number of the column shows the decimal sign, and if no number begins
+    # with four digits in a row.
+    has_thousands_sign = any(number.is_unambiguous for _, number in column) and not any(
+        _FOUR_DIGITS.match(number.text) for _, number in column
+    )
+    for line, number in column:
+        is_invalid = number.plain(sign) is None
+        is_unclear = number.is_unclear and sign not in number.text and not has_thousands_sign
+        if is_invalid or is_unclear:
+            yield line, number.text

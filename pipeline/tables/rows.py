@@ -7,20 +7,28 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.tables.decoding import LONGEST_LINE, MAX_LINES, lines_of_stream, lines_of_text, place_of
+from pipeline.tables.decoding import (
+    LONGEST_LINE,
+    MAX_LINES,
+    SHOWN_CELL,
+    lines_of_stream,
+    lines_of_text,
+    place_of,
+)
 from pipeline.tables.number_formats import is_number
 from pipeline.tables.workbook import cells_of_workbook
 from sensor.input_file import read_bytes
 from sensor.quantity import validation_error
 
-_MAX_JOINED = 5  # maximum number of lines that a quoted cell spans
+_MAX_JOINED = 5  # maximum number of lines over which a quoted cell may extend
 _SAMPLE_LINES = 400  # number of lines that determine the delimiter
-_DELIMITERS = ("\t", ";", "|", ",", "  ", " ")
+_DELIMITERS = ("\t", ";", "|", ",", "  ", " ")  # two spaces represent any larger number of them
 _SPACES = {
     " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # no split before a unit in brackets
     "  ": re.compile(r"[ \u3000]{2,}"),
 }
 _COMMENT = re.compile(r"\s*(?:#|%|//)\s*")
+# The time of day that a serial monitor writes before a line, as in `12:30:01.250 -> `
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
 _SPECIAL_CHARACTERS = ('"', "'", ">", "\u2192", "#", "%", "/")  # characters of quoted cells, clocks and comments
 
@@ -45,7 +53,7 @@ class Row(NamedTuple):
     commented: bool = False
 
     @property
-    def empty(self) -> bool:
+    def is_empty(self) -> bool:
         """Return whether all cells are empty."""
         return not any(self.cells)
 
@@ -74,7 +82,7 @@ class Rows:
         self._last_delimiter = delimiter
 
     @property
-    def are_parted_by_spaces(self) -> bool:
+    def are_split_at_spaces(self) -> bool:
         """Return whether spaces separate the cells of the last row, so that an empty cell cannot be recognised."""
         return not self._last_delimiter.strip(" ")
 
@@ -86,10 +94,13 @@ class Rows:
         self._kept_delimiter = self._last_delimiter if keep else ""
 
     def __iter__(self) -> Iterator[Row]:
-        """Yield the rows, without commented lines that hold numbers."""
+        """Yield the rows, without commented lines that hold numbers.
+
+        A quoted cell may extend over several lines, which become one row.
+        """
         numbered_lines = enumerate(self._lines, start=1)
         lookahead: list[_NumberedLine] = []  # lines read ahead for a quoted cell, but not used yet
-        has_line_ends = False  # whether an earlier line has a line end
+        has_line_ends = False  # True if an earlier line has a line end
         while True:
             numbered_line = lookahead.pop(0) if lookahead else next(numbered_lines, None)
             if numbered_line is None:
@@ -98,7 +109,7 @@ class Rows:
             row = self._split_line(number, line)
             has_open_quote = str(line).count('"') % 2 == 1
             if row.fault and has_open_quote:
-                # The quoted cell may continue in the next lines.
+                # The quoted cell may continue in the next lines. The maximum includes this line, hence - 1.
                 lookahead += itertools.islice(numbered_lines, _MAX_JOINED - 1 - len(lookahead))
                 row, joined_count = self._join_lines(row, line, lookahead)
                 lookahead = lookahead[joined_count:]
@@ -121,6 +132,7 @@ class Rows:
         return row, 0
 
     def _split_line(self, number: int, line: str | Sequence[str]) -> Row:
+        """Return the row of a line, and store the delimiter at which it was split."""
         self._last_delimiter = self._kept_delimiter or delimiter_of([line])
         return row_of(self._last_delimiter, number, line)
 
@@ -134,8 +146,9 @@ class WholeRows(Rows):
     def __init__(self, lines: Sequence[str | Sequence[str]], source: str) -> None:
         super().__init__(lines, source, delimiter_of(lines))
         self.rows = list(super().__iter__())
-        if all(one.empty or other.empty for one, other in itertools.pairwise(self.rows)):
-            self.rows = [row for row in self.rows if not row.empty]
+        is_every_second_empty = all(one.is_empty or other.is_empty for one, other in itertools.pairwise(self.rows))
+        if is_every_second_empty:
+            self.rows = [row for row in self.rows if not row.is_empty]
 
     def __iter__(self) -> Iterator[Row]:
         return iter(self.rows)
@@ -145,7 +158,8 @@ def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
     """Return the sheets of a file that are not empty.
 
     A text file has one sheet, and so has the standard input, whose `source` is `-`. Raises InputError if the file
-    cannot be read, or if all its sheets are empty. `name` is how the message refers to the file's parameter.
+    cannot be read, or if all its sheets are empty. `name` is the parameter of the command that gives the file, which
+    the message names.
     """
     lines_by_sheet: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
     if str(source) == "-":
@@ -155,7 +169,7 @@ def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
     else:
         lines_by_sheet = [(str(source), lines_of_text(str(source), content))]
     sheets = [WholeRows(lines, sheet_name) for sheet_name, lines in lines_by_sheet]
-    filled_sheets = [sheet for sheet in sheets if not all(row.empty for row in sheet.rows)]
+    filled_sheets = [sheet for sheet in sheets if not all(row.is_empty for row in sheet.rows)]
     if not filled_sheets:
         bound = "a CSV file with a header and numbers, not an empty one"
         raise validation_error(str(source), "", "", bound, "export the table again")
@@ -188,20 +202,29 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
     numbers, the first delimiter that occurs in half of the lines is returned, or else a comma. In a long file, only a
     sample of the lines is tested.
     """
-    sample = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
-    sample = sample[:: max(1, len(sample) // _SAMPLE_LINES)]
-    best = ""
-    best_score = (1, 0)  # (numbers, minus the number of other cells); a single number needs no delimiter
+    texts = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
+    sample = texts[:: max(1, len(texts) // _SAMPLE_LINES)]
+    best_delimiter = ""
+    best_score = (1, 0)  # a delimiter must yield more than one number, because a single number needs no delimiter
     for delimiter in _DELIMITERS:
-        cells = [cell for line in sample if delimiter in line for cell in row_of(delimiter, 0, line).cells]
-        numbers = sum(map(is_number, cells))
-        if (numbers, numbers - len(cells)) > best_score:
-            best, best_score = delimiter, (numbers, numbers - len(cells))
-    if best:
-        return best
+        score = _delimiter_score(delimiter, sample)
+        if score > best_score:
+            best_delimiter, best_score = delimiter, score
+    if best_delimiter:
+        return best_delimiter
     half = max(1, len(sample)) / 2
     frequent = (delimiter for delimiter in _DELIMITERS if sum(delimiter in line for line in sample) >= half)
     return next(frequent, ",")
+
+
+def _delimiter_score(delimiter: str, lines: Sequence[str]) -> tuple[int, int]:
+    """Return the number of numbers into which a delimiter splits the lines, and minus the number of other cells.
+
+    The larger of two tuples is the better score. Lines without the delimiter are not counted.
+    """
+    cells = [cell for line in lines if delimiter in line for cell in row_of(delimiter, 0, line).cells]
+    numbers = sum(map(is_number, cells))
+    return numbers, numbers - len(cells)
 
 
 def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
@@ -214,22 +237,30 @@ def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
     # Shortcut for speed: most lines have no quotes, clocks or comments.
     if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _SPECIAL_CHARACTERS):
         return Row(number, tuple(map(str.strip, line.split(delimiter))))
-    # A line of text is one piece until it is split; the cells of a workbook are separate already.
+    # A line of text is one piece until it is split below. The cells of a workbook are separate already.
     first, *other_cells = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
     comment = _COMMENT.match(first)
     first = first[comment.end() :] if comment else first
     clock = _CLOCK_BEFORE.match(first)
-    cells = [first[clock.end() :] if clock else first, *other_cells]
+    first = first[clock.end() :] if clock else first
+    cells = [first, *other_cells]
     fault = ""
-    is_text = isinstance(line, str)
-    if is_text and delimiter in _SPACES:
-        cells = _SPACES[delimiter].split(cells[0].strip())
-    elif is_text:
+    if isinstance(line, str):
         try:
-            cells = next(csv.reader(cells, delimiter=delimiter, strict=True, skipinitialspace=True), [])
+            cells = _split_text(first, delimiter)
         except csv.Error as error:
             fault = str(error)
     return Row(number, tuple(map(_strip_cell, cells)), clock[1] if clock else "", fault, commented=comment is not None)
+
+
+def _split_text(text: str, delimiter: str) -> list[str]:
+    """Split a text at a delimiter; raises csv.Error for an unclosed quote or a huge cell.
+
+    The csv module has no delimiter of several spaces, so a text is split at spaces by a pattern, without quotes.
+    """
+    if delimiter in _SPACES:
+        return _SPACES[delimiter].split(text.strip())
+    return next(csv.reader([text], delimiter=delimiter, strict=True, skipinitialspace=True), [])
 
 
 def _strip_cell(cell: str) -> str:
@@ -245,4 +276,4 @@ def refuse_fault(source: str, row: Row) -> None:
     if row.fault:
         name = place_of(source, row.line)
         bound = f"a valid row of a table ({row.fault})"
-        raise validation_error(name, row.cells[0][:40], "", bound, "correct that line")
+        raise validation_error(name, row.cells[0][:SHOWN_CELL], "", bound, "correct that line")

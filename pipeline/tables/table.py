@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.tables.columns import Column, StatedUnits, UnitStatement
-from pipeline.tables.decoding import place_of
+from pipeline.tables.decoding import SHOWN_CELL, place_of
 from pipeline.tables.header_words import WORDS
 from pipeline.tables.headers import HeaderWords, fold_words
 from pipeline.tables.number_formats import as_number, decimal_sign, is_missing, is_number, seconds_of_day
@@ -68,10 +68,11 @@ class FoundTable:
     def plain(self, cell: str) -> str | None:
         """Return the number in a cell in Python's notation.
 
-        The result is None if the text is not a number, or if its comma may be decimal or may separate thousands.
+        The result is None if the text is not a number. It is also None if its comma may be decimal or may separate
+        thousands, and the table has no decimal sign that decides this.
         """
         number = as_number(cell)
-        if number is None or (not self.decimal and "," in number.text and number.unclear):
+        if number is None or (not self.decimal and "," in number.text and number.is_unclear):
             return None
         return number.plain(self.decimal)
 
@@ -79,36 +80,49 @@ class FoundTable:
         """Return the number in a cell, converted to mm, N, s, MPa or 1.
 
         Raises InputError if the cell does not hold a finite number, if its unit differs from the unit of its column, or
-        if the number is implausibly large. The message names the file, line and column.
+        if the number exceeds the largest value that its quantity allows. The message names the file, line and column.
         """
         cell = column.cell(row)
-        notation = as_number(cell)
-        plain = self.plain(cell)
-        value: float | None = None
-        if plain is not None:
-            value = float(plain)
-        elif column.unit == "s":
-            value = seconds_of_day(cell)
+        value = self._value(cell, column)
         if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and not an empty cell"
-            if value is None and notation is not None:
+            if value is None and as_number(cell) is not None:
                 bound = "a number whose comma is clearly decimal, because commas may separate thousands here"
             raise self._cell_error(row, column, cell, bound, "correct it, or leave the row out")
-        # The unit may follow the number, or stand in the column of units; the message shows the cell that states it.
-        unit_after_number = notation.unit if notation else ""
-        unit_cell = "" if column.unit_index is None else row.cell(column.unit_index)
-        for unit, text in ((unit_after_number, cell), (unit_cell, unit_cell)):
-            if unit and unit_of(column.quantity, unit) != column.unit:
-                bound = f"in {column.unit}, the unit of its column"
-                raise self._cell_error(row, column, text, bound, "use the same unit in the whole column")
+        self._refuse_other_unit(row, column)
         value *= column.factor
         if abs(value) > column.quantity.most:
             bound = f"at most {column.quantity.most / column.factor:g}"
             raise self._cell_error(row, column, cell, bound, "check the unit of the column")
         return value
 
+    def _value(self, cell: str, column: Column) -> float | None:
+        """Return the number in a cell in the unit of its column; None if there is none.
+
+        In a column of seconds, a time of day is a number too.
+        """
+        plain = self.plain(cell)
+        if plain is not None:
+            return float(plain)
+        return seconds_of_day(cell) if column.unit == "s" else None
+
+    def _refuse_other_unit(self, row: Row, column: Column) -> None:
+        """Raise InputError if a row states another unit for its number than the unit of the column.
+
+        The unit may follow the number, or be in the column of units. The message shows the cell that states it.
+        """
+        cell = column.cell(row)
+        number = as_number(cell)
+        unit_after_number = number.unit if number else ""
+        unit_cell = "" if column.unit_index is None else row.cell(column.unit_index)
+        for unit, text in ((unit_after_number, cell), (unit_cell, unit_cell)):
+            if unit and unit_of(column.quantity, unit) != column.unit:
+                bound = f"in {column.unit}, the unit of its column"
+                raise self._cell_error(row, column, text, bound, "use the same unit in the whole column")
+
     def _cell_error(self, row: Row, column: Column, text: str, bound: str, hint: str) -> InputError:
-        return validation_error(self.place(row.line, column), text[:40], "", bound, hint)
+        """Return the error for a cell, of which the message shows the beginning of `text`."""
+        return validation_error(self.place(row.line, column), text[:SHOWN_CELL], "", bound, hint)
 
     @property
     def passed_over(self) -> list[str]:
@@ -120,7 +134,7 @@ class FoundTable:
     def summary(self) -> str:
         """Return a one-line summary of what was read: the columns, the lines of the rows, and what was skipped."""
         parts = [", ".join(map(str, self.columns))]
-        if isinstance(self.rows, Sequence):
+        if isinstance(self.rows, Sequence):  # not a generator, whose rows are read only once
             lines = f", lines {self.rows[0].line} to {self.rows[-1].line}" if self.rows else ""
             parts.append(f"{len(self.rows)} rows{lines}")
         if self.decimal == ",":
@@ -135,12 +149,61 @@ class FoundTable:
 
 
 def _list_first(texts: Sequence[str]) -> str:
+    """Return a list of the first texts, with "and others" if there are more than `_MAX_LISTED`."""
     return ", ".join(texts[:_MAX_LISTED]) + (" and others" if len(texts) > _MAX_LISTED else "")
 
 
 def row_text(row: Row) -> str:
     """Return the description of a skipped line for notes: its number and the beginning of its text."""
     return f"line {row.line}, {row.text[:SHOWN_LABEL]!r}"
+
+
+class _RowKind(enum.Enum):
+    """What a row below the first row of numbers holds."""
+
+    NUMBERS = enum.auto()
+    TEXT = enum.auto()  # only text, for example a remark or another header
+    STATISTIC = enum.auto()  # a statistic of the rows, such as their mean
+    INCOMPLETE = enum.auto()  # a last line that was not written completely
+    MISSING = enum.auto()  # placeholders instead of all numbers
+
+
+@dataclass(kw_only=True)
+class _HeaderSearch:
+    """The state of the search for the header of a table.
+
+    `above` holds the rows before the table. `header_index` is the index in `above` of the row that is taken for the
+    header, or None. `number_columns` are the indices of the columns in which numbers are expected below the header.
+    """
+
+    number_columns: Collection[int]
+    above: list[Row] = field(default_factory=list)
+    header_index: int | None = None
+    texts_left: int = 0  # number of rows of text that may still follow the header
+
+    @property
+    def follows_blank_line(self) -> bool:
+        """Return whether the next row follows an empty row."""
+        return bool(self.above) and self.above[-1].is_empty
+
+    def take_as_header(self, number_columns: Collection[int]) -> None:
+        """Use the row that is added to `above` next as the header, with numbers expected in `number_columns`."""
+        self.header_index = len(self.above)
+        self.number_columns = number_columns
+        self.texts_left = MAX_ROWS_BELOW
+
+    def gives_up_header(self, row: Row) -> bool:
+        """Count a row of text below the header, and return whether the header is given up.
+
+        A header is given up if too many rows of text follow, because it then was an ordinary line of text.
+        """
+        if self.header_index is None or not _has_text(row, self.number_columns):
+            return False
+        self.texts_left -= 1
+        if self.texts_left >= 0:
+            return False
+        self.header_index, self.number_columns = None, ()
+        return True
 
 
 class TableReader:
@@ -183,7 +246,7 @@ class TableReader:
         table = self._find_table(rows, feed, None)
         while table is not None:
             yield table
-            for _ in table.rows:  # read the remaining rows if the caller did not
+            for _ in table.rows:  # reads the rows that the caller did not read, because the next table is below them
                 pass
             table = self._find_table(rows, feed, table)
 
@@ -194,7 +257,6 @@ class TableReader:
         # Compare the row with the set of quantities of which it names the most.
         needed = max(self.needed, key=lambda needed_names: len((names | labels) & set(needed_names)))
         missing = [name for name in needed if name not in names]
-        numbers = ",".join(f"{name}={index}" for index, name in enumerate(needed, start=1))
         bound = f"a header that also has {' and '.join(missing)}"
         place = place_of(source, header.line)
         if labels >= set(needed):
@@ -207,53 +269,54 @@ class TableReader:
         if not missing:  # the header is complete, but no numbers follow
             self.stated_units.columns(source, header, [], Row(0, ()))  # raises InputError if a unit is invalid
             return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
-        hint = f"write, for example, {self.example}, or name columns by their header or number: --columns {numbers}"
+        flag_value = ",".join(f"{name}={number}" for number, name in enumerate(needed, start=1))
+        hint = f"write, for example, {self.example}, or name columns by their header or number: --columns {flag_value}"
         return validation_error(place, header.text, "", bound, hint)
 
     def _find_table(self, rows: Rows, feed: Iterator[Row], previous: FoundTable | None) -> FoundTable | None:
         """Return the next table after the `previous` one, or None if there is none; `feed` yields the rows to search.
 
-        The rows are collected in `above` until a row of numbers begins the table. A row that names the quantities is
-        its header, unless more than `MAX_ROWS_BELOW` rows of text follow. Raises InputError if a row of numbers after a
-        blank line has no header, or if the units of the table are invalid.
+        A row of numbers begins the table. A row above it that names the quantities is its header, unless more than
+        `MAX_ROWS_BELOW` rows of text follow. Raises InputError if a row of numbers after a blank line has no header, or
+        if the units of the table are invalid.
         """
         is_stream = not isinstance(rows, WholeRows)
         max_rows = MAX_BANNER if is_stream else _MAX_SEARCHED
-        above: list[Row] = []  # the rows before the table
-        header_index: int | None = None  # index of the header in `above`
-        texts_left = 0  # number of rows of text that may still follow the header
-        number_columns: Collection[int] = self._by_number  # indices of the columns in which numbers are expected
+        search = _HeaderSearch(number_columns=self._by_number)
         pending = self._pending  # the row that ended the previous table
         self._pending = []
         for row in itertools.chain(pending, feed):
-            if row.empty:
-                above.append(row)
+            if row.is_empty:
+                search.above.append(row)
                 continue
-            follows_blank_line = bool(above) and above[-1].empty
-            if header_index is None and previous is not None and follows_blank_line:
+            if search.header_index is None and previous is not None and search.follows_blank_line:
                 # Numbers after a blank line, but without a header, may belong to the previous table.
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
-                header_index = len(above)
-                number_columns = self.words.numeric_columns(row)
-                texts_left = MAX_ROWS_BELOW
+                search.take_as_header(self.words.numeric_columns(row))
+                rows.keep_delimiter()  # all further lines are split at the delimiter of the header
+            elif self._begins_table(row, search.number_columns):
                 rows.keep_delimiter()
-            elif self._begins_table(row, number_columns):
-                rows.keep_delimiter()
-                return self._open_table(rows, above, header_index, row, feed)
-            elif header_index is not None and _has_text(row, number_columns):
-                texts_left -= 1
-                if texts_left < 0:  # too much text follows, so the row at `header_index` was not a header
-                    header_index, number_columns = None, ()
-                    rows.keep_delimiter(keep=False)
-            above.append(row)
+                return self._open_table(rows, search.above, search.header_index, row, feed)
+            elif search.gives_up_header(row):
+                rows.keep_delimiter(keep=False)
+            search.above.append(row)
             # A stream never ends, so the search is given up if its lines have labels instead of a header.
-            if len(above) > max_rows or (is_stream and self._has_labels(row)):
+            if len(search.above) > max_rows or (is_stream and self._has_labels(row)):
                 break
-        if header_index is not None and self.is_single and not self._has_labels(above[header_index]):
-            # A header without rows counts as a table, so that the caller can report that it is empty.
-            return self._open_table(rows, above, header_index, Row(above[header_index].line, ()), iter(()))
-        self._check_remaining_rows(rows.source, above, header_index, previous)
+        return self._empty_table_or_none(rows, search.above, search.header_index, previous)
+
+    def _empty_table_or_none(
+        self, rows: Rows, remaining: list[Row], header_index: int | None, previous: FoundTable | None
+    ) -> FoundTable | None:
+        """Return the result of a search that found no row of numbers in the `remaining` rows.
+
+        If the source has only one table, a header without rows is a table, so that the caller can report that it is
+        empty. Otherwise the remaining rows are checked, and the result is None.
+        """
+        if header_index is not None and self.is_single and not self._has_labels(remaining[header_index]):
+            return self._open_table(rows, remaining, header_index, Row(remaining[header_index].line, ()), iter(()))
+        self._check_remaining_rows(rows.source, remaining, header_index, previous)
         return None
 
     def _begins_table(self, row: Row, number_columns: Collection[int]) -> bool:
@@ -273,11 +336,12 @@ class TableReader:
         """Check the remaining rows, in which no further table was found.
 
         If there is no `previous` table, the row that is most similar to a header is stored for `no_header`. Otherwise,
-        InputError is raised if the rows state a unit that contradicts that table, or hold a header without numbers.
+        InputError is raised if the rows state a unit that contradicts the previous table, or hold a header without
+        numbers.
         """
         stated = self.stated_units.record_statements(source, remaining[:header_index])
         if previous is None:
-            texts = [row for row in remaining if not row.empty][:MAX_BANNER]
+            texts = [row for row in remaining if not row.is_empty][:MAX_BANNER]
             self._candidates.append((source, max(texts, key=self._name_count, default=Row(1, ()))))
             return
         if header_index is not None:
@@ -312,19 +376,21 @@ class TableReader:
     ) -> FoundTable:
         """Return the table whose first row of numbers is `first`; its further rows are taken from `feed` when needed.
 
-        `header_index` is the index of its header in the rows `above`, or None if flags select the columns by number.
-        Raises InputError if the units of a column are invalid or contradict each other.
+        `header_index` is the index of its header in the rows `above`, or None if flags select the columns by number. An
+        empty header is then inserted into `above`, if none of the rows can be the header. Raises InputError if the
+        units of a column are invalid or contradict each other.
         """
         if header_index is None:
             header_index = self._find_or_insert_header(above, first)
         header = above[header_index]
         self.stated_units.record_statements(rows.source, above if self._by_number else above[:header_index])
-        texts = [row for row in above[header_index + 1 :] if not row.empty]
+        texts = [row for row in above[header_index + 1 :] if not row.is_empty]
         number_columns = self.words.numeric_columns(header)
         # Rows of text in the columns of numbers may state units. All other rows are skipped.
         below = [row for row in texts if _has_text(row, number_columns)]
         columns = self._used_columns(self.stated_units.columns(rows.source, header, below, first), first)
-        # Flags that select columns by number need no header, so then the row above is not looked at either.
+        # There is no row above if the header is the first row (index 0). If flags select columns by number, the header
+        # need not be one, so the row above it has no meaning.
         row_above = above[header_index - 1] if header_index and not self._by_number else Row(0, ())
         table = FoundTable(
             source=rows.source,
@@ -334,14 +400,14 @@ class TableReader:
             rows=(),  # replaced below, because the generator of the rows also fills the lists of this table
             skipped=[row for row in texts if row not in below],
         )
-        return replace(table, rows=self._number_rows(table, first, feed, by_spaces=rows.are_parted_by_spaces))
+        return replace(table, rows=self._number_rows(table, first, feed, by_spaces=rows.are_split_at_spaces))
 
     def _used_columns(self, columns: list[Column], first: Row) -> list[Column]:
         """Return the `columns` of a header that the table uses, and the clock of a serial monitor if it is needed.
 
         In a source that may have several tables, an optional column may have a header but no numbers. It is left out if
         the `first` row of numbers has none there. A serial monitor writes the time of day before each line. This clock
-        replaces a missing column of times.
+        replaces a missing column of times if the quantity permits it.
         """
         used_columns = list(columns)
         if not self.is_single:
@@ -357,14 +423,16 @@ class TableReader:
     def _find_or_insert_header(self, above: list[Row], first: Row) -> int:
         """Return the index in `above` of the header row if flags select the columns; its words may then be unknown.
 
-        It is the last row above the rows of units. If that row has numbers, or fewer cells than the `first` row of
-        numbers, an empty header is inserted into `above`.
+        It is the last row above the rows of units. If this row has numbers, or fewer cells than the `first` row of
+        numbers, or if there is no such row, an empty header is inserted into `above`.
         """
-        end = len(above)
-        while end and (above[end - 1].empty or self._are_units(above[end - 1])):
+        end = len(above)  # index after the row that may be the header
+        while end and (above[end - 1].is_empty or self._are_units(above[end - 1])):
             end -= 1
-        if end and len(above[end - 1].cells) >= len(first.cells) and not any(map(is_number, above[end - 1].cells)):
-            return end - 1
+        if end:
+            cells = above[end - 1].cells
+            if len(cells) >= len(first.cells) and not any(map(is_number, cells)):
+                return end - 1
         above.insert(end, Row(first.line, ("",) * len(first.cells)))
         return end
 
@@ -377,44 +445,54 @@ class TableReader:
 
         `first` is the first row of numbers, and `feed` yields the rows below it. `table.skipped` collects the rows in
         which all numbers are missing. `table.left_out` collects text, statistics and an incomplete last line. In a
-        source that may have several tables, a blank row or another header ends the table. That row is stored in
+        source that may have several tables, a blank row or another header ends the table. This row is stored in
         `self._pending`, because the search for the next table begins with it.
 
         With `by_spaces`, spaces separate the cells, so an empty cell shows only as a row that is too short. Raises
-        InputError for a row of the wrong length, and for a line of text that states another unit or is a
-        different header.
+        InputError for a row of the wrong length, and for a line of text that states another unit or is a different
+        header.
         """
         classifier = _RowClassifier(table)
         header_width = len(table.header.cells)
         min_width = self._min_width(header_width, classifier.used_width, by_spaces=by_spaces)
         for row in itertools.chain([first], feed):
-            if row.empty and self.is_single:
+            if row.is_empty and self.is_single:
                 continue
-            if row.empty:
+            if row.is_empty:
                 self._pending = [row]
                 return
             refuse_fault(table.source, row)
             kind = classifier.kind_of(row)
-            if kind is _RowKind.TEXT:
-                if not self.is_single and self.words.is_header(row, self.needed):
-                    self._pending = [row]
-                    return
-                self._refuse_contradicting_text(table, row)
-                table.left_out.append(row)
-            elif kind in (_RowKind.STATISTIC, _RowKind.INCOMPLETE):
-                table.left_out.append(row)
-            elif kind is _RowKind.MISSING:
-                table.skipped.append(row)
-            else:
-                is_too_short = len(row.cells) < min_width
-                has_text_beyond_header = any(row.cells[header_width:])
-                if is_too_short or has_text_beyond_header:
-                    check_row_length(table.source, row, header_width)
-                classifier.count_decimals(row)
-                yield row
+            if kind is _RowKind.TEXT and not self.is_single and self.words.is_header(row, self.needed):
+                self._pending = [row]
+                return
+            if kind is not _RowKind.NUMBERS:
+                self._set_aside(table, row, kind)
+                continue
+            is_too_short = len(row.cells) < min_width
+            has_text_beyond_header = any(row.cells[header_width:])
+            if is_too_short or has_text_beyond_header:
+                check_row_length(table.source, row, header_width)
+            classifier.count_decimals(row)
+            yield row
+
+    def _set_aside(self, table: FoundTable, row: Row, kind: _RowKind) -> None:
+        """Store a row without numbers in the list of the table for its kind.
+
+        Raises InputError for a line of text that states another unit or is a different header.
+        """
+        if kind is _RowKind.MISSING:
+            table.skipped.append(row)
+            return
+        if kind is _RowKind.TEXT:
+            self._refuse_contradicting_text(table, row)
+        table.left_out.append(row)
 
     def _min_width(self, header_width: int, used_width: int, *, by_spaces: bool) -> int:
-        """Return the smallest allowed number of cells in a row of numbers."""
+        """Return the smallest allowed number of cells in a row of numbers.
+
+        `used_width` is the number of cells from the start of a row to the last column that is used.
+        """
         if by_spaces:  # a missing cell shifts all cells after it, so rows must be as long as the header
             return header_width
         return used_width if self.is_single else 0  # in a source with several tables, cells may be absent
@@ -433,16 +511,6 @@ class TableReader:
             column.refuse_other_unit(statements)
 
 
-class _RowKind(enum.Enum):
-    """What a row below the first row of numbers holds."""
-
-    NUMBERS = enum.auto()
-    TEXT = enum.auto()  # only text, for example a remark or another header
-    STATISTIC = enum.auto()  # a statistic of the rows, such as their mean
-    INCOMPLETE = enum.auto()  # a last line that was not written completely
-    MISSING = enum.auto()  # placeholders instead of all numbers
-
-
 class _RowClassifier:
     """Determines what each row of a table holds.
 
@@ -450,21 +518,23 @@ class _RowClassifier:
     """
 
     def __init__(self, table: FoundTable) -> None:
-        self.used_width = 1 + max(column.index for column in table.columns)
+        self.used_width = 1 + max(column.index for column in table.columns)  # indices are counted from 0
         self._number_columns = [column for column in table.columns if column.is_written]
         # A column of text may hold any text, so lines of text cannot be recognised in such a table.
         self._has_text_columns = not all(column.unit for column in table.columns)
-        # The first cell may name a statistic if no column of the table is there.
+        # The first cell may name a statistic if no column of the table has the index 0.
         self._is_first_cell_unused = all(column.index for column in table.columns)
-        # number of rows for each number of decimals in the last cell
-        self._row_counts: Counter[int] = Counter()
+        self._row_counts: Counter[int] = Counter()  # number of rows, keyed by the number of decimals in the last cell
 
     def count_decimals(self, row: Row) -> None:
         """Count the decimals of a row of numbers, with which an incomplete last line is recognised."""
         self._row_counts[_decimal_count(row)] += 1
 
     def kind_of(self, row: Row) -> _RowKind:
-        """Return what a row holds that is not empty; the first kind that applies is returned."""
+        """Return what a row holds that is not empty.
+
+        A row may be of several kinds. They are tested in a fixed order, and the first one is returned.
+        """
         has_no_numbers = not self._has_text_columns and not any(
             is_number(column.cell(row)) for column in self._number_columns
         )
@@ -513,6 +583,7 @@ def _has_text(row: Row, columns: Collection[int]) -> bool:
 
 
 def _has_number(cell: str) -> bool:
+    """Return whether a cell holds a number or a time of day."""
     return is_number(cell) or seconds_of_day(cell) is not None
 
 
@@ -556,13 +627,13 @@ def one_table(
 def only_table(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the only table of a file, like `one_table`; InputError is also raised if the table has no rows.
+    """Return the only table of a file, as `one_table` does; InputError is also raised if the table has no rows.
 
     `source` is the path of the file, or `-` for the standard input.
     """
     table = one_table(single_sheet(source), quantities, needed, example)
     if not table.rows and table.left_out:
-        (row, *_) = table.left_out
+        (row, *_) = table.left_out  # the first of the rows that could not be read
         bound = "a row of numbers that fits its header"
         raise validation_error(place_of(table.source, row.line), row.text, "", bound, "complete that line")
     if not table.rows:

@@ -105,8 +105,9 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     fields = fields_at_full_travel(result.springs, half)
     # The model is the half with y >= 0. Its plane of symmetry is inside the housing and is not drawn.
     surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
-    quads = mesh.facets[:, surface].T
+    quads = mesh.facets[:, surface].T  # node numbers of the corners, (quadrilaterals, 4)
     nodes = np.unique(quads)  # numbers of the nodes on the surface, sorted
+    corners = np.searchsorted(nodes, quads)  # the index of each corner in `nodes`
     positions = mesh.p.T[nodes]  # without load [mm]
     length = float(np.ptp(positions[:, 0]))  # of the part, along x [mm]
     displacement = fields.displacement[nodes]
@@ -117,7 +118,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         label="von Mises stress [MPa]", low=0.0, high=float(stress.max()), limit=process.E_MPa * process.strain_limit
     )
     caption = _stress_caption(report, result, scale, exaggeration)
-    body = _whole_body(positions, np.searchsorted(nodes, quads), exaggeration * displacement, scale.colours(stress))
+    body = _whole_body(positions, corners, exaggeration * displacement, scale.colours(stress))
     return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
 
 

@@ -60,14 +60,14 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     tilt_table = _tilt_table(result, report.read_out)
     if tilt_table is not None:
         tables.append(tilt_table)
-    # The slider of the modulus covers the range that all tables have in common.
-    moduli = [table["axes"][0]["nodes"] for table in tables]  # ascending
+    # The slider of the modulus covers the range that all tables have in common, from the softest fruit of the design.
+    moduli = [table["axes"][0]["nodes"] for table in tables]  # the first axis of each table, ascending
     softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
     firmest = min(nodes[-1] for nodes in moduli)
     middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
     noise = noise_percent(report)
     start = {
-        "E": min(max(middle_E, softest), firmest),
+        "E": min(max(middle_E, softest), firmest),  # the middle modulus of the design, within the slider
         "travel": design.press.travel_mm,
         "tilt": design.press.tilt_deg,
         "noise": noise,
@@ -92,7 +92,7 @@ def _sliders(tables: list[Plain], moduli: tuple[float, float], noise: float) -> 
         ranges[axis["key"]] = (axis["nodes"][0], axis["nodes"][-1])
     sliders = [_slider(key, *_LABELS[key], *interval) for key, interval in ranges.items()]
     if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
-        largest_noise = _NOISE_RANGE * (noise or _NOISE_PERCENT)
+        largest_noise = _NOISE_RANGE * (noise or _NOISE_PERCENT)  # an initial noise of 0 would give no range
         sliders.append(_slider("noise", "Noise of each force", "% of full scale", 0.0, largest_noise))
     return sliders
 
