@@ -42,8 +42,8 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield from reason_lines(problems[:_MAX_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
     if len(problems) > _MAX_REASONS:
         yield f"and {len(problems) - _MAX_REASONS} more: --verbose lists them all"
-    # Each line on a verdict replaces a note, so that the answer fits on one screen. So does the line that counts the
-    # further verdicts, hence + 1.
+    # Each line on a verdict replaces a note, so that the answer fits on one screen. The + 1 is the line that counts the
+    # further verdicts.
     verdict_lines = min(len(problems), _MAX_REASONS + 1)
     for note in notes[: _MAX_NOTES - verdict_lines]:
         yield f"- {escape(note)}"
@@ -131,7 +131,7 @@ def _leaf_text(spring: Json, process: str) -> str:
 def _error_table(report: Json) -> Table:
     """Return a table of the errors [%] of each number, due to the mesh, the model and the print.
 
-    The last column names the largest causes, of any sign. A number without an error budget has no row.
+    The last column names the causes with the largest absolute errors. A number without an error budget has no row.
     """
     columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*columns)

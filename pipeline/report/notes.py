@@ -44,8 +44,8 @@ def notes(result: SensorResult) -> list[str]:
     """Return the notes on a result as sentences, the notes on the largest changes of a number first.
 
     Sentences on an unusual modulus and on files that were not written come before all others. The last sentence states
-    the method by which the response was solved. A design without `[reading]` gets the notes on the force ratio, any
-    other design the notes on its readings.
+    the method that solved the response. A design without `[reading]` gets notes on the force ratio. Any other design
+    gets notes on its readings.
     """
     info = result.press.table.info
     main_notes = _ratio_notes(result) if result.readings is None else _reading_notes(result.pressed, result.readings)
@@ -77,8 +77,8 @@ def _unusual_moduli(design: Design) -> list[str]:
 def _advice_notes(budgets: Budgets) -> Iterator[Note]:
     """Yield a note for each piece of advice on the causes of errors, with the number that the cause changes most.
 
-    Several causes, or one cause in the budgets of several numbers, may have the same advice. The note then names only
-    the largest change.
+    Several causes may have the same advice, and one cause may be in the budgets of several numbers. The note names only
+    the largest of these changes.
     """
     note_by_advice: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
@@ -109,9 +109,9 @@ def _given_springs_note(result: SensorResult) -> Iterator[Note]:
 def _ratio_notes(result: SensorResult) -> Iterator[Note]:
     """Yield the notes on a sensor that measures a force ratio, as a design without `[reading]` does.
 
-    The first note is yielded only if the design has no bruise limit. It states the mean pressure on the skin, which
-    then no verdict judges. The second note states the fruit stiffness divided by the modulus, K_m / E, for which the
-    targets hold.
+    The first note is yielded only if the design has no bruise limit. It states the mean pressure on the skin, because
+    no verdict judges it without a limit. The second note states the fruit stiffness divided by the modulus, K_m / E,
+    for which the targets hold.
     """
     design = result.design
     if design.fruit.bruise_limit_MPa is None:

@@ -51,7 +51,7 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     """Write the files with the results into a folder, and return the data of report.json.
 
     report.json is written last, because it contains the digests of all other files. With `page`, report.html is written
-    too. The report that it shows lacks the digest of the page itself. Raises ValueError if a number is nan or infinite.
+    too; it shows the report without the digest of the page itself. Raises ValueError if a number is nan or infinite.
     """
     # `earlier_answer` reads the command from the first line.
     design_text = f"# {result.options.command}\n{design_as_toml(result.design)}"

@@ -19,8 +19,8 @@ _VERDICT_OF_FACE = {"low": "K_l", "high": "K_h"}
 def part_verdicts(part: PartStiffness, targets: Mapping[str, float]) -> tuple[Verdict, ...]:
     """Return the verdicts on K_l and K_h of a part.
 
-    `targets` [N/m] holds the targets of a design by spring, in the order of the part's faces. It is empty without a
-    design, and so is the result.
+    `targets` [N/m] holds the targets of a design by spring, in the order of the part's faces. Without a design, there
+    are no targets and no verdicts.
     """
     method_text = f"FE of this part, {part.method}, held by {part.held_by}; tolerance relative"
     return tuple(
@@ -32,7 +32,7 @@ def part_verdicts(part: PartStiffness, targets: Mapping[str, float]) -> tuple[Ve
 def part_data(part: PartStiffness) -> dict[str, object]:
     """Return the numbers of a solved part as JSON data, whose keys name the units.
 
-    A number that was not solved is None, and so is a reason that does not apply.
+    A number that was not solved is None. A reason that does not apply is None too.
     """
     faces = {}
     for name, face in part.faces.items():

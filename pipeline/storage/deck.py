@@ -83,8 +83,8 @@ def elements_of(basis: Basis, kind: str) -> Elements:
 
     The nodes of inverted cells are reordered, because CalculiX requires elements of positive volume.
     """
-    # A node has three consecutive degrees of freedom: u_x, u_y and u_z. The slice [2::3] selects u_z, by which the node
-    # is identified here.
+    # A node has three consecutive degrees of freedom: u_x, u_y and u_z. The slice [2::3] selects u_z, which identifies
+    # the node here.
     vertical_dofs, node_numbers = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = node_numbers.reshape(len(_NODES[kind]), -1)  # (nodes of a cell, cells)
     nodes = np.asarray(basis.doflocs)[:, vertical_dofs]
@@ -168,7 +168,7 @@ class Deck:
         return names if self.printed_set is None else (*names, self.printed_set)
 
     def text(self, heading: Sequence[str] = ()) -> str:
-        """Return the text of the deck, in which the lines of `heading` come first, as comments."""
+        """Return the text of the deck, which begins with the lines of `heading` as comments."""
         file = io.StringIO()
         file.writelines(f"** {line}\n" for line in heading)
         # Each step has a further node set, because its total reaction is the force that the supports carry.

@@ -61,7 +61,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
 
     `files` holds the content of each file, keyed by path, and `flag` is the command-line flag that messages name. A
     file that already has the given bytes is left unchanged. With `force`, an existing file that is not from this
-    program is kept as NAME.bak. The cache stores the digest of each new file, by which `is_ours` recognises it later.
+    program is kept as NAME.bak. The cache stores the digest of each new file, so that `is_ours` recognises it later.
 
     Raises InputError if `check_paths_are_free` rejects a path, or if a file cannot be written. All paths are checked
     before the first file is written, and each path again just before its file is moved there.

@@ -56,8 +56,8 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
                     _check_listed(new)
                 _publish(new, target, new.with_name(_OLD), force=force)
         finally:
-            # The parents are removed from the inside out. After a success, this ends at the first one, which contains
-            # the outputs and therefore cannot be removed.
+            # The parents that were created are removed from the inside out. After a success, the innermost one contains
+            # the outputs, so this ends at once.
             with suppress(OSError):
                 for folder in missing_parents:
                     folder.rmdir()

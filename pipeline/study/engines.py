@@ -112,8 +112,8 @@ def _run_items(
                 return
             try:
                 future = finished.get(timeout=_CHECK_SECONDS)
-            except Empty:  # either the items take long, or all workers are lost, for which `check` raises an error
-                engine.check()
+            except Empty:
+                engine.check()  # raises an error if all workers are lost; otherwise the items only take long
                 continue
             item = running.pop(future)
             try:

@@ -168,7 +168,8 @@ def _points_per_task(study: Study, count: int, workers: int) -> int:
     """Return the number of points that a task solves, if `count` points are distributed among the workers.
 
     At the level `contact`, solving a point may take less time than the overhead of a task, so a task has several
-    points. Higher levels take much longer, so a task has only one.
+    points. Each worker still gets at least `_MIN_TASKS_PER_WORKER` tasks if there are enough points. At higher levels,
+    a point takes much longer, so a task has only one.
     """
     if study.level != "contact":
         return 1

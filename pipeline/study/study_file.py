@@ -252,7 +252,7 @@ class Study(StudyKeys):
 
     @property
     def front(self) -> tuple[Setting, ...]:
-        """Return the values of the front's key, for each of which one search is run; empty if there is no front."""
+        """Return the values of the front's key; one search is run for each. Empty if there is no front."""
         has_front = self.how == "search" and bool(self.goal.front)
         return self.vary[self.goal.front_key].grid() if has_front else ()
 
@@ -268,9 +268,9 @@ def verdict_keys(goal: Goal) -> tuple[str, ...]:
 
 
 def front_number(value: object) -> object:
-    """Return the number by which a value of a front is compared: the value itself, or its first number if it is a list.
+    """Return the number that represents a value of a front: the value itself, or the first item of a list.
 
-    A value that is not a number is returned too; `_check_front` rejects it.
+    Any other value is returned unchanged; `_check_front` rejects it.
     """
     return value[0] if isinstance(value, list | tuple) else value
 
@@ -304,7 +304,7 @@ def read_study(path: Path) -> Study:
     how = study_file.how or _default_sampling(data)
     study_keys = {item.name: getattr(study_file, item.name) for item in fields(StudyKeys)}
     rows: tuple[Row, ...] = ()
-    level_keys = study_file.wanted  # the keys that determine the lowest level, from the contact only to a whole run
+    level_keys = study_file.wanted  # the keys that determine the lowest level to which each point is solved
     if how == "points":
         study_keys["vary"], rows = _read_points(folder / (study_file.points or ""))
     if how == "search":

@@ -185,8 +185,8 @@ def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
 def _verdict_label_and_meaning(name: str, field: str) -> tuple[str, str]:
     """Return the label and the meaning of a field of the verdict called `name`, such as its value or its limit.
 
-    The text of a verdict begins with its question and has a sentence on its value. The meaning consists of the question
-    and, for the field `value`, of this sentence. It is empty for an unknown verdict.
+    The text of a verdict begins with its question, and a later sentence describes its value. The meaning is the
+    question. If the field is `value`, the sentence on the value follows. The meaning of an unknown verdict is empty.
     """
     label = name if field == "value" else f"{name}, {field}"
     # An entry explains one verdict, or several verdicts whose names are in `each`.

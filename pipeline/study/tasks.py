@@ -1,4 +1,4 @@
-"""Tasks of a study, in each of which a worker solves some points and returns their results."""
+"""Tasks of a study: in each task, a worker solves some points and returns their results."""
 
 import errno
 import time

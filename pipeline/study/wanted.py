@@ -37,7 +37,7 @@ def _level_of(name: str, key: str) -> Level:
     """
     refuse_removed_key(key)
     level = _verdict_level(key) if key.startswith("verdicts.") else _plain_level(key)
-    for known_level in LEVELS:  # returns a value of the type Level
+    for known_level in LEVELS:  # this loop also narrows the type from str to Level
         if known_level == level:
             return known_level
     bound = "a key of report.json that docs/studies.md lists and that holds a single number or string"
@@ -46,9 +46,9 @@ def _level_of(name: str, key: str) -> Level:
 
 
 def _requestable_keys() -> list[str]:
-    """Return keys that a study can request, from which a message suggests one in place of an unknown key.
+    """Return the keys that a message may suggest in place of an unknown key, because a study can request them.
 
-    Placeholders in keys are filled in, so that a suggestion can be copied. Of a verdict, only the key of its value is
+    Placeholders in keys are filled in, so that a suggestion can be copied. For a verdict, only the key of its value is
     included.
     """
     plain_keys = []

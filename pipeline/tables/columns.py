@@ -244,7 +244,7 @@ class StatedUnits:
             if index in names or (subject is None and not is_unlabelled_unit):
                 continue
             name = self._words.quantity_of(subject or "")
-            # The numeric column to which the units belong; the first one, if several hold the quantity.
+            # The owner is the numeric column that has these units. If several hold the quantity, it is the first one.
             owner: int | None = index - 1
             if name:
                 owner = next((position for position in reversed(names) if names[position] == name), None)
@@ -285,9 +285,9 @@ class StatedUnits:
 
 
 def _subject_of_unit_label(label: str) -> str | None:
-    """Return the words beside a word for "unit" in a label, as `force` in `Force unit`; None without such a word.
+    """Return what the label of a column of units describes, such as `force` for the label `Force unit`.
 
-    Numbers are left out: `Unit 2` has no subject, so the result is empty.
+    The result is None if the label has no word for "unit". It is empty if the label has only this word and numbers.
     """
     words = re.sub(r"[()\[\]]", " ", fold_words(label[:LONGEST_LABEL])).split()
     # A word with a number, such as `units2` or `unit.1`, is a word for "unit" too.

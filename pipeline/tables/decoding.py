@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pipeline.tables.header_words import FOREIGN_WORDS
 from sensor.quantity import validation_error
 
-MAX_LINES = 1_000_000
+MAX_LINES = 1_000_000  # maximum number of lines of a file, which limits the time and memory for it
 LONGEST_LINE = 65536  # maximum length of a line [bytes]; a longer line is not a row of a table
 SHOWN_CELL = 40  # length to which a line or a cell is truncated in messages [characters]
 # Byte order marks and the encodings that they announce; the mark of UTF-32 begins like a mark of UTF-16, so it is first

@@ -82,9 +82,9 @@ class NamedColumn(NamedTuple):
 
 
 class LabelMeaning(NamedTuple):
-    """The quantity that a label names and its unit; "" if there is none.
+    """The name of the quantity that a label names, and the unit in the label; each is "" if there is none.
 
-    With `needs_unit`, the label names the quantity only because it contains this unit.
+    If `needs_unit` is True, the label names the quantity only because it contains this unit.
     """
 
     name: str
@@ -253,8 +253,8 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     """Yield all units in the label of a column that a flag selects for the `quantity` of this `name`.
 
     Units of other quantities are yielded too, so that they can be refused. If the label has no unit and no flag states
-    one, a text in brackets or after a known word is yielded as an unknown unit, which is refused too. So are the dots
-    that R writes instead of (%).
+    one, an unknown unit is yielded for the same reason. It is a text in brackets, a text after a known word, or the
+    dots that R writes instead of (%).
     """
     if not quantity.units:  # a column of text
         return

@@ -109,7 +109,7 @@ class Rows:
             row = self._split_line(number, line)
             has_open_quote = str(line).count('"') % 2 == 1
             if row.fault and has_open_quote:
-                # The quoted cell may continue in the next lines. The maximum includes this line, hence - 1.
+                # The quoted cell may continue in the next lines. The maximum includes this line, so 1 is subtracted.
                 lookahead += itertools.islice(numbered_lines, _MAX_JOINED - 1 - len(lookahead))
                 row, joined_count = self._join_lines(row, line, lookahead)
                 lookahead = lookahead[joined_count:]
@@ -157,9 +157,9 @@ class WholeRows(Rows):
 def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
     """Return the sheets of a file that are not empty.
 
-    A text file has one sheet, and so has the standard input, whose `source` is `-`. Raises InputError if the file
-    cannot be read, or if all its sheets are empty. `name` is the parameter of the command that gives the file, which
-    the message names.
+    A text file and the standard input have one sheet. The `source` of the standard input is `-`. Raises InputError if
+    the file cannot be read, or if all its sheets are empty. The message calls the file by `name`, the name of the
+    command's parameter.
     """
     lines_by_sheet: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
     if str(source) == "-":
@@ -218,9 +218,10 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
 
 
 def _delimiter_score(delimiter: str, lines: Sequence[str]) -> tuple[int, int]:
-    """Return the number of numbers into which a delimiter splits the lines, and minus the number of other cells.
+    """Return the score of a delimiter: the number of cells with numbers, and minus the number of other cells.
 
-    The larger of two tuples is the better score. Lines without the delimiter are not counted.
+    Tuples are compared item by item, so the number of other cells decides only between equal numbers. Lines without the
+    delimiter are not counted.
     """
     cells = [cell for line in lines if delimiter in line for cell in row_of(delimiter, 0, line).cells]
     numbers = sum(map(is_number, cells))

@@ -121,7 +121,7 @@ class FoundTable:
                 raise self._cell_error(row, column, text, bound, "use the same unit in the whole column")
 
     def _cell_error(self, row: Row, column: Column, text: str, bound: str, hint: str) -> InputError:
-        """Return the error for a cell, of which the message shows the beginning of `text`."""
+        """Return the error for a cell; the message shows the beginning of `text`."""
         return validation_error(self.place(row.line, column), text[:SHOWN_CELL], "", bound, hint)
 
     @property
@@ -254,7 +254,7 @@ class TableReader:
         """Return the error for sources without a table; it states what the row most similar to a header lacks."""
         source, header = max(self._candidates, key=lambda candidate: self._name_count(candidate[1]))
         names, labels = self.words.names(header), self._labels(header)
-        # Compare the row with the set of quantities of which it names the most.
+        # The sets in `needed` are alternatives. The row is compared with the set that it fits best.
         needed = max(self.needed, key=lambda needed_names: len((names | labels) & set(needed_names)))
         missing = [name for name in needed if name not in names]
         bound = f"a header that also has {' and '.join(missing)}"
@@ -333,7 +333,7 @@ class TableReader:
     def _check_remaining_rows(
         self, source: str, remaining: list[Row], header_index: int | None, previous: FoundTable | None
     ) -> None:
-        """Check the remaining rows, in which no further table was found.
+        """Check the remaining rows, which contain no further table.
 
         If there is no `previous` table, the row that is most similar to a header is stored for `no_header`. Otherwise,
         InputError is raised if the rows state a unit that contradicts the previous table, or hold a header without
@@ -374,7 +374,7 @@ class TableReader:
     def _open_table(
         self, rows: Rows, above: list[Row], header_index: int | None, first: Row, feed: Iterator[Row]
     ) -> FoundTable:
-        """Return the table whose first row of numbers is `first`; its further rows are taken from `feed` when needed.
+        """Return the table whose first row of numbers is `first`; its other rows are read from `feed` when needed.
 
         `header_index` is the index of its header in the rows `above`, or None if flags select the columns by number. An
         empty header is then inserted into `above`, if none of the rows can be the header. Raises InputError if the
@@ -477,7 +477,7 @@ class TableReader:
             yield row
 
     def _set_aside(self, table: FoundTable, row: Row, kind: _RowKind) -> None:
-        """Store a row without numbers in the list of the table for its kind.
+        """Store a row that is not read in the list of the table for its `kind`.
 
         Raises InputError for a line of text that states another unit or is a different header.
         """

@@ -77,7 +77,7 @@ def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object
     `verdicts` are the verdicts of the report in display units.
     """
     problems = not_passed(verdicts)  # failed verdicts first, then undecided ones
-    # Each verdict has its index in the report, by which the script of the page finds it.
+    # The script of the page finds a verdict by its index in the report, so each verdict is paired with its index.
     on_the_part = [(i, verdict) for i, verdict in enumerate(verdicts) if is_on_the_part(verdict)]
     targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
     passed_targets = [verdict for _, verdict in targets if verdict.passed]

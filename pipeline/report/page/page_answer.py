@@ -97,8 +97,8 @@ def _leaf_dimensions(report: Report) -> Iterator[Dimension]:
 def _housing_dimensions(report: Report) -> Iterator[Dimension]:
     """Yield the dimensions of the housing, if there is one.
 
-    A dimension of 0 is omitted, because it belongs to a feature that the housing does not have. Fields that are not
-    lengths are omitted too.
+    A dimension of 0 is omitted, because it belongs to a feature that the housing does not have. Fields without a float,
+    such as counts, are omitted too.
     """
     if report.housing is None:
         return

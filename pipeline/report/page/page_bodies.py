@@ -129,7 +129,7 @@ def _whole_body(positions: Floats, quads: NDArray[np.int64], displacement: Float
     (n, 3). `quads` (m, 4) are the indices of the corners of its quadrilaterals.
     """
     mirror = np.array([1.0, -1.0, 1.0])  # changes the sign of y
-    # A mirrored quadrilateral would face inwards. Its corners are in reverse order, so that it faces outwards too.
+    # The mirror image of a quadrilateral faces inwards. Reversing the order of its corners turns it outwards again.
     mirrored_quads = len(positions) + quads[:, ::-1]
     return GlbBody(
         name="housing",
@@ -191,7 +191,7 @@ def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
 
 
 def deformation_factor(largest_mm: float, length_mm: float) -> float:
-    """Return the factor by which displacements are exaggerated in a picture [1]: 1, 2 or 5 times a power of ten.
+    """Return the factor that exaggerates displacements in a picture [1]: 1, 2 or 5 times a power of ten.
 
     The largest displacement `largest_mm` is drawn as at most the fraction `_DRAWN_DEFLECTION` of the part's length
     `length_mm`. A larger displacement is drawn to scale, because the factor is at least 1.

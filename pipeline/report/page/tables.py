@@ -120,7 +120,7 @@ def noise_percent(report: Report) -> float:
 def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
     """Return the table of forces, pressures and readings as functions of modulus and travel, as page data.
 
-    `read_out` holds the constants from which a modulus is computed. A level pair is read by the force ratio at one
+    `read_out` holds the constants that convert forces to a modulus. A level pair is read by the force ratio at one
     moment. Other sensors are read by whole presses, so this table has no readings for them.
     """
     curve = press.curve
@@ -146,7 +146,7 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
 def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
     """Return the table of forces, pressures and readings as functions of modulus and tilt, at full travel.
 
-    `read_out` holds the constants from which a modulus is computed. The result is None if the design has no readings,
+    `read_out` holds the constants that convert forces to a modulus. The result is None if the design has no readings,
     no tilted presses or a roll, or if it has too few moduli for an interpolation.
     """
     design, presses = result.design, result.tilted
