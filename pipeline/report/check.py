@@ -1,6 +1,7 @@
 """Check whether files are unchanged since the run, and whether their geometry is valid.
 
-The geometry is measured in a worker process, because a file may crash the CAD kernel.
+The geometry is measured in a worker process, because a file may crash the CAD kernel. The functions that run there
+import the modules that load the kernel, so that this process does not load it.
 """
 
 from collections.abc import Callable
@@ -71,7 +72,6 @@ def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing]
     If `designed` gives a design and its housing, the first verdict compares the file with the part of this design. A
     file that cannot be read is not compared.
     """
-    # imported here, so that only the worker process loads the CAD kernel
     from cad.checks.part_checks import check_file
     from cad.fabrication.file_shapes import part_as_designed
     from cad.parts.assembly import sensor_of

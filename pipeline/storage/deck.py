@@ -88,13 +88,14 @@ def elements_of(basis: Basis, kind: str) -> Elements:
     vertical_dofs, node_numbers = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = node_numbers.reshape(len(_NODES[kind]), -1)  # (nodes of a cell, cells)
     nodes = np.asarray(basis.doflocs)[:, vertical_dofs]
-    # The positions of the nodes in the reference cell determine CalculiX's node order. Swapping x and y in the
-    # reference cell yields the node order of a mirrored cell.
+    # CalculiX's node order follows from the positions in the reference cell: each query returns, for every node of
+    # CalculiX, the number of scikit-fem's node there. Swapping x and y yields the node order of a mirrored cell.
     reference_nodes = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
     _, regular_order = reference_nodes.query(_NODES[kind])
     _, mirrored_order = reference_nodes.query(_NODES[kind][:, [1, 0, 2]])
     regular, mirrored = cells[regular_order], cells[mirrored_order]
-    return Elements(nodes=nodes, cells=np.where(_are_inverted(nodes, regular), mirrored, regular).T, kind=kind)
+    is_inverted = _are_inverted(nodes, regular)
+    return Elements(nodes=nodes, cells=np.where(is_inverted, mirrored, regular).T, kind=kind)
 
 
 def _are_inverted(nodes: Floats, cells: Ints) -> Flags:

@@ -165,6 +165,7 @@ def _check_listed(new: Path) -> None:
 
 
 def _output_error(path: Path, bound: str, hint: str, flag: str = "--out") -> OutputError:
+    """Return the error for an output folder or file that cannot be used; the message names `flag` and `path`."""
     line = str(validation_error(flag, str(path), "", bound, hint))
     return OutputError(line, field=flag, value=str(path), bound=bound)
 
@@ -247,6 +248,7 @@ def _acquire_lock(working_folder: Path, target: Path, flag: str) -> BaseFileLock
 
 
 def _folder_beside(target: Path) -> Path:
+    """Return the path of the hidden working folder of a file or folder `target`."""
     return target.with_name(f".{target.name}.twintip")
 
 

@@ -202,8 +202,8 @@ def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or reco
 def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
     """Return the cattrs override for a field, which defines its name in the data and the conversion of its unit.
 
-    If the metadata contain `times`, the override multiplies the data by this factor, and divides by it in the other
-    direction. `converter` converts the value of the field.
+    `converter` converts the value of the field. If the metadata contain `times`, the override also multiplies by this
+    factor when a record is converted to data, and divides by it in the other direction.
     """
     if "flat" in item.metadata:
         return override(struct_hook=lambda record, _: record)  # `_nest_record` has already structured the record

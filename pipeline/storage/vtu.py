@@ -66,7 +66,7 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
     # In `doflocs` (3, points), the nodes that are written come first, followed by the centres of facets and cells.
     node_count = 1 + int(cells.max())
     points = np.ascontiguousarray(mesh.doflocs.T[:node_count])
-    arrays = {name: _checked_array(path, name, values, len(points)) for name, values in point_data.items()}
+    arrays = {name: _prepare_array(path, name, values, len(points)) for name, values in point_data.items()}
     marks = {name: _mark_nodes(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
     clashes = sorted(arrays.keys() & marks.keys())
     if clashes:
@@ -85,7 +85,7 @@ def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
     """
     nodes = np.asarray(mesh.dofs.element_dofs, dtype=np.int64)
     if len(nodes) not in _CELLS:
-        msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELLS))}; write its linear mesh"
+        msg = f"mesh: {len(nodes)} nodes per cell; must be one of {', '.join(map(str, _CELLS))}; write its linear mesh"
         raise ValueError(msg)
     kind, count = _CELLS[len(nodes)]
     # scikit-fem's hexahedron is mirrored relative to VTK's. Swapping two axes of the reference cell corrects this. The
@@ -94,7 +94,7 @@ def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
     return kind, np.ascontiguousarray(nodes[distances.argmin(axis=1)].T)
 
 
-def _checked_array(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
+def _prepare_array(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
     """Check an array for `count` points, and return it with the rounded values that are written to the file.
 
     Raises ValueError for a wrong shape, and for values that are not finite. The message names the file at `path` and

@@ -98,6 +98,7 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
     An unknown key is reported before a missing key, because a misspelled key causes both errors.
     """
     kind: Any = errors.cl  # the type of the record
+    # The key of the minimum is False for an unknown key, and False sorts before True.
     error = min(errors.exceptions, key=lambda exception: not isinstance(exception, cattrs.ForbiddenExtraKeysError))
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
         unknown = min(error.extra_fields)  # the first one in alphabetical order

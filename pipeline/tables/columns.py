@@ -170,13 +170,13 @@ class StatedUnits:
 
         `unit_index` is the index of the column that holds its units, or None.
         """
-        position, name, _ = named_column
-        label = header.cell(position) or f"{position + 1}"  # a column without a label is named by its number
+        index = named_column.position
+        label = header.cell(index) or f"{index + 1}"  # a column without a label is named by its number, from 1
         return Column(
-            index=position,
+            index=index,
             label=label,
-            name=name,
-            quantity=self._words.quantities[name],
+            name=named_column.name,
+            quantity=self._words.quantities[named_column.name],
             unit_index=unit_index,
             place=place_of(source, header.line, label),
         )
@@ -233,7 +233,8 @@ class StatedUnits:
         """Return a dict from the index of a numeric column to the index of the column that holds its units.
 
         The label of a column of units contains a word for "unit". A column without a label holds units if the `first`
-        row of numbers has a unit there. It belongs to the quantity that its label names, or else to the column before.
+        row of numbers has a unit there. A column of units belongs to the column whose quantity its label names, or else
+        to the column before it.
         """
         names = {column.position: column.name for column in reversed(named_columns)}  # by index, from right to left
         unit_columns: dict[int, int] = {}

@@ -79,7 +79,7 @@ def _decode_text(content: bytes) -> str:
             return content.decode(encoding, "replace")
     if b"\x1b$" in content:  # the escape sequence that begins Japanese characters
         return content.decode("iso2022_jp", "replace")
-    # In UTF-16, every second byte of a Latin character is null: the odd ones (from 0) if the low byte comes first.
+    # In UTF-16, every second byte of Latin text is null. In utf-16-le these are the bytes with odd indices.
     half = len(content) // 2
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if content[start::2].count(0) > _NULL_FRACTION * half:

@@ -232,6 +232,8 @@ class TableReader:
         self.is_single = is_single
         self.words = HeaderWords(quantities)
         self.stated_units = StatedUnits(self.words)
+        # The quantities of the columns that flags select by number, keyed by the index of the column. It is empty
+        # without such flags, so that a header is required.
         self._by_number = self.words.columns_by_number(needed)
         # For each source without a table, its name and the row that is most similar to a header.
         self._candidates: list[tuple[str, Row]] = []
@@ -421,10 +423,11 @@ class TableReader:
         return used_columns
 
     def _find_or_insert_header(self, above: list[Row], first: Row) -> int:
-        """Return the index in `above` of the header row if flags select the columns; its words may then be unknown.
+        """Return the index in `above` of the header of a table whose columns are selected by number.
 
-        It is the last row above the rows of units. If this row has numbers, or fewer cells than the `first` row of
-        numbers, or if there is no such row, an empty header is inserted into `above`.
+        The words of this header need not be known. It is the last row above the rows of units. If this row has numbers,
+        or fewer cells than the `first` row of numbers, or if there is no such row, an empty header is inserted into
+        `above`.
         """
         end = len(above)  # index after the row that may be the header
         while end and (above[end - 1].is_empty or self._are_units(above[end - 1])):
@@ -621,7 +624,9 @@ def one_table(
     if table is None:
         raise reader.no_header()
     _refuse_duplicates(table, example)
-    return table.limited_to(table.columns, list(table.rows)) if isinstance(rows, WholeRows) else table
+    if not isinstance(rows, WholeRows):  # rows that arrive one by one cannot determine a common decimal sign
+        return table
+    return table.limited_to(table.columns, list(table.rows))
 
 
 def only_table(

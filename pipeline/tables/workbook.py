@@ -93,15 +93,17 @@ def _check_memory(source: str, parts: Sequence[bytes]) -> None:
     parsing them.
     """
     max_cells = 0  # number of cells of the largest sheet
-    shared_texts = longest_text = 0  # number of cells with a shared text, and the length of the longest one
+    cells_with_shared_text = 0
+    longest_text = 0  # length of the longest shared text [characters]
     for part in parts:
         if part.count(b"row") > 2 * MAX_LINES:  # a row has an opening and a closing tag
             raise validation_error(source, part.count(b"row"), "rows", f"at most {MAX_LINES}", "export fewer")
         max_cells = max(max_cells, _enclosing_cells(part))
-        shared_texts += len(re.findall(rb"\bt=[\"']s[\"']", part))
-        texts = re.split(rb"<(?:\w+:)?si\b", part)[1:]  # the first item is the XML before the first shared text
+        cells_with_shared_text += len(re.findall(rb"\bt=[\"']s[\"']", part))  # their type is t="s"
+        # Each shared text begins with the tag <si>. The first item of the split is the XML before the first text.
+        texts = re.split(rb"<(?:\w+:)?si\b", part)[1:]
         longest_text = max([longest_text, *map(len, texts)])
-    if max_cells > _MAX_CELLS or shared_texts * longest_text > _MAX_TEXT:
+    if max_cells > _MAX_CELLS or cells_with_shared_text * longest_text > _MAX_TEXT:
         bound = f"a workbook whose sheets have at most {_MAX_CELLS} cells, and no huge texts"
         raise validation_error(source, max_cells, "cells", bound, "save the table as CSV in UTF-8")
 

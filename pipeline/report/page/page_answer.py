@@ -63,10 +63,10 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
 
 
 def _used_fraction(verdict: Verdict) -> float | None:
-    """Return the fraction of its limit that a verdict uses [1]: value / limit at most, or limit / value at least.
+    """Return the fraction of its limit that a verdict uses [1].
 
-    The result is None without a one-sided limit. It is also None if the value or the limit is not positive, because the
-    fraction then has no meaning.
+    It is value / limit for an upper limit, and limit / value for a lower limit. The result is None without a one-sided
+    limit. It is also None if the value or the limit is not positive, because the fraction then has no meaning.
     """
     value, limit = verdict.value, verdict.limit
     if value is None or not isinstance(limit, int | float) or min(value, limit) <= 0.0:

@@ -130,5 +130,5 @@ def test_bad_array_is_refused_and_no_file_written(point_data, message, tmp_path)
 
 
 def test_cells_that_are_no_solids_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"3 nodes a cell; must be one of 8, 27"):
+    with pytest.raises(ValueError, match=r"3 nodes per cell; must be one of 8, 27"):
         write_vtu(tmp_path / "flat.vtu", MeshTri1(), {})
