@@ -84,7 +84,7 @@ def swept_compliance(
     C = means.T @ u
     _check_reciprocal(C)
     strains = [_corner_strain(half.basis, column) for column in u.T]
-    energies = [_energy(half, material, column) for column in u.T]
+    energies = [_doubled_strain_energy(half, material, column) for column in u.T]
     return PartCompliance(
         C=0.5 * (C + C.T),  # removes the asymmetry due to round-off
         strain_per_N=tuple(at_edges for at_edges, _ in strains),
@@ -190,7 +190,7 @@ def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
     return np.asarray(sum(part * face_mean(basis, name, axis) for axis, part in enumerate(direction) if part != 0.0))
 
 
-def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
+def _doubled_strain_energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
     """Return twice the strain energy density and twice the strain energy of each element, both (elements,).
 
     The first array is the mean density over the quadrature points [N/mm^2], the second is the integral [N mm]. `u`

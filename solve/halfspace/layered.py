@@ -78,7 +78,7 @@ class Layer:
         integral over all wave numbers k [1/mm], the two distributions act like one whose variance is the sum of theirs.
         """
         width = math.hypot(*deviations)
-        # Up to k = 9 / width, where the spectrum has decayed to exp(-40.5).
+        # The integral ends at k = 9 / width, where the spectrum has decayed to exp(-40.5).
         k, weight = _panels(9.0 / width, 2.0 * math.pi / max(distance, width))
         spectrum = np.exp(-0.5 * (width * k) ** 2) * j0(k * distance)
         return float(self.surface / math.pi * weight @ (spectrum * (1.0 + self.softening(k * self.thickness))))
@@ -190,7 +190,8 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     """
     cosine_transform = _softening_transform(layer, largest)
     radii = np.geomspace(SMALLEST_RADIUS * min(layer.thickness, largest), largest, TABLE_RADII)
-    punches = [_punch(a, layer, cosine_transform) for a in radii]
+    gauss_rule = legendre.leggauss(RADIAL_POINTS)
+    punches = [_solve_punch(a, layer, cosine_transform, gauss_rule) for a in radii]
     depths, forces, stiffnesses = np.array(punches).T
     return RoundContact(radius=radii, depth=depths, force=forces, stiffness=stiffnesses)
 
@@ -207,13 +208,16 @@ def _softening_transform(layer: Layer, largest: float) -> Callable[[Floats], Flo
     return _spline(table_distances, np.cos(np.outer(table_distances, k)) @ (weight * layer.softening(k * h)))
 
 
-def _punch(a: float, layer: Layer, cosine_transform: Callable[[Floats], Floats]) -> tuple[float, float, float]:
+def _solve_punch(
+    a: float, layer: Layer, cosine_transform: Callable[[Floats], Floats], gauss_rule: tuple[Floats, Floats]
+) -> tuple[float, float, float]:
     """Return the depth, force and stiffness of a punch with the contact radius a [mm], in the units of `RoundContact`.
 
-    The integral equation is in the docstring of `round_contact`. Since 2 cos k t cos k s = cos k (t - s) + cos k (t +
-    s), its kernel M(t, s) is (c(|t - s|) + c(t + s)) / pi, where c is `cosine_transform`.
+    The docstring of `round_contact` states the integral equation. A product of two cosines is half the sum of the
+    cosines of their sum and difference. The kernel M(t, s) is therefore (c(|t - s|) + c(t + s)) / pi, where c is
+    `cosine_transform`. `gauss_rule` holds the points and the weights of Gauss quadrature from -1 to 1.
     """
-    gauss_points, gauss_weights = legendre.leggauss(RADIAL_POINTS)
+    gauss_points, gauss_weights = gauss_rule
     t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last point is at the edge of the contact
     s = t[:-1]
     weights = 0.5 * a * gauss_weights

@@ -85,8 +85,8 @@ def stress(f: Potentials, poisson: float) -> Floats:
 def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
     """Return the potentials of a unit normal force at the origin (Boussinesq), at points x, y, z [mm] of any shape.
 
-    R is the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin. Each
-    derivative is written out, because phi is symmetric about the z axis and its derivatives share a few factors.
+    R is the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin. Both
+    potentials are symmetric about the z axis, so their derivatives along x and y share a few factors.
     """
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z

@@ -188,8 +188,8 @@ def _square_mutual_work(cells: int, n: int) -> tuple[Floats, Floats]:
 
         W_ab = int P_a A^-1 P_b.
 
-    It is the work on the displacement P_a of the pressure that produces P_b. The forces have the shape (cells, cells).
-    The side of the square and E* are 1.
+    It is the work that the pressure of displacement P_b does on displacement P_a. The forces have the shape
+    (cells, cells). The side of the square and E* are 1.
     """
     # Integrate P_0(2 x) to P_n-1(2 x) over each cell. The antiderivative of P_k is (P_k+1 - P_k-1) / (2 k + 1).
     polynomials = legendre.legvander(2.0 * graded_edges(cells), n).T
@@ -197,10 +197,11 @@ def _square_mutual_work(cells: int, n: int) -> tuple[Floats, Floats]:
     for k in range(1, n):
         antiderivatives.append((polynomials[k + 1] - polynomials[k - 1]) / (2 * k + 1))
     integrals = 0.5 * np.diff(antiderivatives, axis=1)  # the factor 0.5 is dx / d(2 x)
-    displacements = np.einsum("ai,bj->ijab", integrals, integrals).reshape(cells**2, n * n)
-    pressures = lu_solve(_influence_factor(cells), displacements)
-    flat_force = pressures[:, 0] * displacements[:, 0]  # the first displacement is 1 everywhere
-    return displacements.T @ pressures, flat_force.reshape(cells, cells)
+    displacement_integrals = np.einsum("ai,bj->ijab", integrals, integrals).reshape(cells**2, n * n)
+    pressures = lu_solve(_influence_factor(cells), displacement_integrals)
+    # The first displacement is 1 everywhere, so its integrals are the areas of the cells.
+    flat_force = pressures[:, 0] * displacement_integrals[:, 0]
+    return displacement_integrals.T @ pressures, flat_force.reshape(cells, cells)
 
 
 @functools.lru_cache(maxsize=2)
