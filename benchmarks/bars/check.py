@@ -50,7 +50,7 @@ class ReferenceCheck:
         return abs(self.value - self.reference) / allowed if allowed > 0.0 else math.inf
 
     @property
-    def wrong(self) -> bool:
+    def is_wrong(self) -> bool:
         """Return whether the value is wrong: outside the error bars, nan, or without a useful error bar."""
         return not (0.0 < self.relative_error <= self.widest and self.excess <= 1.0)
 
@@ -120,7 +120,7 @@ def case_outcome(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool)
         is_clear = "\n" not in reason and ("must" in reason or isinstance(refusal, MeshError))
         return Outcome("refused" if is_clear and not answerable else "WRONG", reason)
     # The worst check determines the outcome: a wrong one, else one without a reference, else the largest deviation.
-    worst = max(checks, key=lambda check: (check.wrong, check.reference is None, check.excess))
-    if worst.wrong:
+    worst = max(checks, key=lambda check: (check.is_wrong, check.reference is None, check.excess))
+    if worst.is_wrong:
         return Outcome("WRONG", worst.source, worst)
     return Outcome("no reference" if worst.reference is None else "right", worst.source, worst)

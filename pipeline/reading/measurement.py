@@ -105,7 +105,7 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     the moduli extend beyond the range of the fruit. The result is empty if the law is exact for a level press, because
     no correction is needed.
     """
-    if sensor.is_exact_seated and not sensor.scene.curved:
+    if sensor.is_exact_seated and not sensor.scene.is_fruit_curved:
         return ()
     design = sensor.design
     moduli = _moduli_over_range(design) if sensor.contact.skin is None else _moduli_beyond_range(design)

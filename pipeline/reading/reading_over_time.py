@@ -71,7 +71,7 @@ def _is_solvable(design: Design) -> bool:
     tips = design.tips
     is_level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
     has_domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
-    return scene_of(design).linear or (is_level and has_domes)
+    return scene_of(design).obeys_linear_law or (is_level and has_domes)
 
 
 def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:

@@ -114,7 +114,7 @@ def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress
 
 def curve_moduli(scene: Scene) -> Floats:
     """Return the moduli of the curve [MPa]: one that is almost zero, followed by equal steps up to E_max."""
-    fractions = curve_shares(LINEAR_MODULI if scene.linear else CURVE_STEPS)
+    fractions = curve_shares(LINEAR_MODULI if scene.obeys_linear_law else CURVE_STEPS)
     return scene.fruit.E_max_MPa * np.array(fractions)
 
 
@@ -137,7 +137,7 @@ def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: F
     """
     press = scene.press
     spread = press.tilt_spread_deg
-    if scene.linear or spread == 0.0:
+    if scene.obeys_linear_law or spread == 0.0:
         return ()
     at_full_travel = travels(press.travel_mm, 1)  # an array with one travel
     responses = []

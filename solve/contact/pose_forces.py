@@ -125,7 +125,7 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
     fruit = _changed_fruit(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
     off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
     tilt, roll = stand.tilt_deg
-    if stand.from_touch and any(off_centre) and scene.curved:
+    if stand.from_touch and any(off_centre) and scene.is_fruit_curved:
         # The tilt of the hand is relative to the normal under the sensor, but the tilt of a scene is relative to the
         # normal at the apex. The angles between the two normals are added: along the tips, and across them.
         normal_deg = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))

@@ -15,7 +15,7 @@ from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import SensorResponse, TipForces, linear_response, response_of_forces
 from solve.contact.pressure_cells import ContactCells
-from solve.contact.scene import Scene, check_scene, values_in_words
+from solve.contact.scene import Scene, check_scene, join_values
 from solve.contact.scene_cells import SceneCells, explain_skin_error, scene_cells
 from solve.contact.unilateral import ContactState, UnilateralContact
 from solve.error_estimate import SolveInfo
@@ -47,7 +47,7 @@ def scene_response(
         # Under a skin, the compliance differs for each modulus. `at` returns a compliance without a table, so this
         # branch is not entered again.
         return _join_responses([scene_response(scene, compliance.at(E_i), C, [E_i], x) for E_i in moduli.tolist()])
-    if scene.linear:  # exact, so the only error is the error of the compliance
+    if scene.obeys_linear_law:  # exact, so the only error is the error of the compliance
         response = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, scene.tips.spring_groups)
         error = compliance.difference_error
         return replace(response, F_error=response.F_error + error, P_error=response.P_error + error)
@@ -127,7 +127,7 @@ def _cell_status(scene: Scene, cells: int) -> str:
     """Return a status text for the report, with the number of cells and the error of the small-slope approximation."""
     status = f"unilateral contact on {cells} cells, error from a coarser grid"
     if scene.fruit.shape != "block":
-        status += f"; the fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips"
+        status += f"; the fruit slopes by {join_values(scene.slopes_deg)} deg under the tips"
     steepest = scene.steepest_deg + scene.tips.tip_shape.flank_deg
     # The small-slope approximation replaces the cosine of the angle by 1.
     percent = 100.0 * (1.0 / np.cos(np.radians(steepest)) - 1.0)
@@ -155,7 +155,7 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     _check_faces(scene, domes.face[min(scene.fruit.E_MPa) <= E])  # only for moduli in the range of the fruit
     status = (
         "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
-        f"fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips; friction is left out"
+        f"fruit slopes by {join_values(scene.slopes_deg)} deg under the tips; friction is left out"
     )
     info = SolveInfo(method="domes", dofs=0, seconds=time.perf_counter() - start, status=status)
     shape = (len(moduli), len(x), len(C))

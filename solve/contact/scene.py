@@ -62,15 +62,18 @@ class Scene:
     tilt_change_deg: Point = (0.0, 0.0)
 
     @property
-    def linear(self) -> bool:
-        """Return whether level flat faces press flat flesh, so that each face touches as a whole or not at all."""
-        level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0
-        return level and self.fruit.shape == "block" and self.tips.tip_shape.is_flat
+    def obeys_linear_law(self) -> bool:
+        """Return whether the linear law applies, because level flat faces press flat flesh.
+
+        Each face then touches as a whole or not at all.
+        """
+        is_level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0
+        return is_level and self.fruit.shape == "block" and self.tips.tip_shape.is_flat
 
     @property
     def touches_at_once(self) -> bool:
         """Return whether all tips touch at the same travel, so that the force ratio does not depend on the travel."""
-        return self.linear and not any(self.height_offset_mm)
+        return self.obeys_linear_law and not any(self.height_offset_mm)
 
     @property
     def is_symmetric(self) -> bool:
@@ -123,10 +126,10 @@ class Scene:
     @property
     def is_solved_on_cells(self) -> bool:
         """Return whether contact is solved on cells, because the contact area varies and the tips are not domes."""
-        return not self.linear and not self.obeys_dome_law
+        return not self.obeys_linear_law and not self.obeys_dome_law
 
     @property
-    def curved(self) -> bool:
+    def is_fruit_curved(self) -> bool:
         """Return whether the fruit has a curved skin."""
         return self.fruit.radius_mm is not None
 
@@ -213,12 +216,12 @@ def check_scene(scene: Scene) -> None:
     if scene.steepest_deg > STEEPEST_DEG:
         bound = (
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "
-            f"with slopes of the fruit of {values_in_words(scene.slopes_deg)} deg"
+            f"with slopes of the fruit of {join_values(scene.slopes_deg)} deg"
         )
         hint = "press more level, or nearer to the apex"
         raise validation_error("press.tilt_deg", scene.press.tilt_deg, "deg", bound, hint)
 
 
-def values_in_words(values: tuple[float, ...]) -> str:
+def join_values(values: tuple[float, ...]) -> str:
     """Return the values as text, with three significant digits and joined by "and"."""
     return " and ".join(f"{value:.3g}" for value in values)

@@ -123,7 +123,7 @@ def _change_to_fruit(
     solved_fruit = scene.fruit
     change = np.zeros_like(compliance.S)
     bound = np.zeros_like(compliance.S)
-    if scene.curved:
+    if scene.is_fruit_curved:
         solved_mean_curvature, solved_half_difference = _curvature_mean_and_half_difference(solved_fruit)
         mean_curvature, half_difference = _curvature_mean_and_half_difference(fruit)
         change = (mean_curvature / solved_mean_curvature - 1.0) * compliance.shape_change
