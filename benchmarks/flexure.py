@@ -192,6 +192,7 @@ def peer_rows(mesh_name: str, mesh: SkfemMesh, choice: str, kind: str, meshing_c
     is the CPU time of the mesh, which the rows include.
     """
     for peer, solver in deck_solvers(kind).items():
+        # The program for NGSolve only prescribes displacements, but these decks apply nodal forces.
         if peer != NGSOLVE.name:
             solve = partial(peer_stiffness, mesh, (choice, kind), (E_MPA, POISSON), solver)
             yield BENCH.peer_row(f"{peer}, {ELEMENTS[kind]}", mesh_name, meshing_cpu, solve)
