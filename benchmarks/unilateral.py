@@ -53,7 +53,7 @@ STEP = LinearStep(held={"base": (1, 2, 3), SIDE: (2,)}, pressed=dict.fromkeys(FA
 
 def tip_plane() -> tuple[float, float]:
     """Return the height of the plane of the tip faces above the apex at x = 0 [mm], and its slope along x [1]."""
-    return -(SCENE.first_touch_mm + TRAVEL_MM), -float(SCENE.turn[0])
+    return -(SCENE.first_touch_mm + TRAVEL_MM), -float(SCENE.tilt_tangents[0])
 
 
 def half_mesh(part: Part, scale: float) -> SkfemMesh:

@@ -145,7 +145,7 @@ def _cells_and_interference(scene: Scene, count: int) -> tuple[ContactCells, Flo
     cells = contact_cells(scene.fruit.equivalent_block, footprints, graded_edges(count, GRADING))
     cells = half_cells(cells) if scene.press.roll_deg == 0.0 else cells
     gap = scene.fruit_gap(*cells.points.T) + tip_gap(scene.tips.tip_shape, *cells.local.T) - scene.first_touch_mm
-    travel = scene.press.travel_mm + (cells.points - cells.centres.mean(axis=0)) @ scene.turn
+    travel = scene.press.travel_mm + (cells.points - cells.centres.mean(axis=0)) @ scene.tilt_tangents
     return cells, np.asarray(travel - gap)
 
 
