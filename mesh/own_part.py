@@ -309,7 +309,7 @@ def _feature_length_errors(
 def _weakening(mesh_length: float, part_length: float, width: float) -> float:
     """Return the factor f [1] that converts the length error of a neglected feature to the error of equal stiffness.
 
-    `mesh_length` L and `part_length` l [mm] are the lengths of the mesh and of the part along y, and `width` [mm] is
+    Along y, the mesh has the length L = `mesh_length` and the part the length l = `part_length` [mm]. `width` [mm] is
     the width of the feature. If L <= l, the feature is a rib, and f is 1. If L > l, the mesh fills a pocket of the part
     that is L - l deep. A pocket that is deeper than wide weakens the part as much as one that is as wide as deep. The
     stress in the remaining depth is L / l times as large.
@@ -548,8 +548,8 @@ class _Outline:
         """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides the elements.
 
         The points are the samples of the outline and the corners in `fine`. The size at a sample is the thickness of
-        the part there. On a curve it is at most a quarter of the circle of curvature, and at a round inner corner at
-        most a third of this length. All sizes are multiplied by `scale` [1].
+        the part there. On a curve, it is at most a quarter of the circle of curvature. At a round inner corner, it is
+        at most a third of this length. All sizes are multiplied by `scale` [1].
         """
         sizes = self._thickness / _QUADS_PER_THICKNESS
         quarter_arc = 0.5 * np.pi * np.abs(self._radii)
@@ -577,7 +577,10 @@ class _Outline:
         return np.where(is_part_left, to_left, to_right), is_part_left
 
     def _round_inner_corners(self) -> set[int]:
-        """Return the tags of the curves that are round inner corners: all their samples are concave."""
+        """Return gmsh's tags of the curves that are round inner corners.
+
+        All samples of such a curve are concave, and none of them is practically straight.
+        """
         tags = set()
         for tag in np.unique(self._curve_tags):
             on_curve = self._curve_tags == tag
@@ -651,7 +654,7 @@ def _curve_ends(curves: list[_SampledCurve]) -> list[_CurveEnd]:
 def _sample_curve(tag: int, count: int) -> _SampledCurve:
     """Approximate the curve with this gmsh tag by `count` chords, and return its samples."""
     (start,), (end,) = gmsh.model.getParametrizationBounds(CURVE, tag)
-    # Positions with even indices are the ends of chords. Those with odd indices lie on the curve between them.
+    # Positions with even indices are the ends of chords. Positions with odd indices lie on the curve between them.
     parameters = np.linspace(start, end, 2 * count + 1)
     # The section is normal to y, so only x and z are kept.
     positions = np.reshape(gmsh.model.getValue(CURVE, tag, parameters), (-1, 3))[:, [0, 2]].T
@@ -676,7 +679,7 @@ def _sample_curve(tag: int, count: int) -> _SampledCurve:
 def _turning_signs(positions: Floats) -> Floats:
     """Return for each chord of a curve whether the curve turns left (1) or right (-1), shape (n,).
 
-    `positions` (2, 2 n + 1) [mm] are successive points of the curve. Those with even indices are the ends of chords.
+    `positions` (2, 2 n + 1) [mm] are successive points of the curve. Points with even indices are the ends of chords.
     """
     before, middle, after = positions[:, :-2:2], positions[:, 1:-1:2], positions[:, 2::2]
     return np.asarray(np.where(_cross_product(middle - before, after - middle) >= 0.0, 1.0, -1.0))
@@ -773,6 +776,7 @@ def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floa
     full_depth = extrusion.high - extrusion.low
     for region in np.unique(section.region):
         in_region = section.region == region
+        # The mean of Booleans is the fraction of the quadrilaterals that have the full depth.
         if (part_depth[in_region] > full_depth - _NEAR).mean() > _FULL_DEPTH_FRACTION:
             continue
         nodes, probes = _probes_inside(points, quads[:, in_region])
@@ -841,10 +845,10 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
 
 
 def _check_face_area(extrusion: "Extrusion", name: str, meshed_area: float) -> None:
-    """Raise MeshError if a named polygonal face and the facets on it, `meshed_area` [mm^2], differ in area.
+    """Raise MeshError if the area of a named polygonal face differs from `meshed_area`, the area of its facets [mm^2].
 
-    They differ if an edge of the face lies between two layers of the sweep, or between nodes of the section, so that
-    the mesh does not conform to the face. Faces with curved edges are not checked.
+    The areas differ if the mesh does not conform to the face. An edge of the face then lies between two layers of the
+    sweep, or between nodes of the section. Faces with curved edges are not checked.
     """
     area = extrusion.polygon_area(name)
     if area is not None and abs(meshed_area / area - 1.0) > _AREA_TOLERANCE:
@@ -865,6 +869,6 @@ def _facet_middles(profile: Profile, straight: MeshHex1, facets: Ints, profile_p
     # end of the sweep has four.
     has_two_points = np.array([len(set(points)) == 2 for points in profile_points.T.tolist()])  # noqa: PLR2004
     from_arc = (arc >= 0) & has_two_points
-    middles[0, from_arc] = profile.midpoints[0, arc[from_arc]]
-    middles[2, from_arc] = profile.midpoints[1, arc[from_arc]]
+    middles[0, from_arc] = profile.midpoints[0, arc[from_arc]]  # x
+    middles[2, from_arc] = profile.midpoints[1, arc[from_arc]]  # z
     return np.asarray(middles)

@@ -122,19 +122,19 @@ def frame_elements(length: float, counts: ElementCounts) -> int:
     return max(1, math.ceil(length / counts.frame_size - 0.01))
 
 
-def elements_between(a: float, b: float, fans: Sequence[Fan], counts: ElementCounts) -> int:
-    """Return the number of elements between the levels z = a and z = b [mm] of a wall or shuttle.
+def elements_between(lower: float, upper: float, fans: Sequence[Fan], counts: ElementCounts) -> int:
+    """Return the number of elements between two adjacent levels `lower` and `upper` [mm] of a wall or shuttle.
 
     If both levels lie in a fan, they enclose one sector, which has its own number of elements.
     """
-    return counts.sector if is_in_fan(a, b, fans) else frame_elements(b - a, counts)
+    return counts.sector if is_in_fan(lower, upper, fans) else frame_elements(upper - lower, counts)
 
 
-def is_in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
-    """Return whether the levels a <= b [mm] lie in the same fan."""
+def is_in_fan(lower: float, upper: float, fans: Sequence[Fan]) -> bool:
+    """Return whether the levels `lower` and `upper` [mm] lie in the same fan."""
     for fan in fans:
-        lower, _, upper = fan.levels
-        if lower <= a and b <= upper:
+        fan_bottom, _, fan_top = fan.levels
+        if fan_bottom <= lower and upper <= fan_top:
             return True
     return False
 
@@ -150,6 +150,7 @@ def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     fillet_reach = 0.5 * arm.flexure.thickness + arm.flexure.fillet
     fans = []
     for level, distance_to_end in ((lower_leaf, lower_leaf - bottom), (upper_leaf, top - upper_leaf)):
+        # The fan must not reach the end of the solid, or the fan of the other leaf.
         solid_height = min(distance_to_end, half_separation)
         largest_height = fillet_reach + _MAX_FAN_FRACTION * (solid_height - fillet_reach)
         fans.append(Fan(level, min(_FAN_HEIGHT_RATIO * fillet_reach, largest_height)))

@@ -91,25 +91,27 @@ class _Wall:
         """Yield the blocks next to the cavity: the fans at the leaf roots, and one cell between other levels."""
         for fan in self.fans:
             yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.counts)
-        for a, b in pairwise(self.levels):
-            if not blocks.is_in_fan(a, b, self.fans):
-                yield self._cavity_cell(a, b)
+        for lower, upper in pairwise(self.levels):
+            if not blocks.is_in_fan(lower, upper, self.fans):
+                yield self._cavity_cell(lower, upper)
 
     def _plain_blocks(self) -> Iterator[Block]:
         """Yield the plain cells between the fans and the post. There are none if the wall is no wider than its post."""
         width = abs(self.ring_start_x - self.fan_end_x)
         if width > 0.0:
             columns = blocks.frame_elements(width, self.counts)
-            for a, b in pairwise(self.levels):
-                yield blocks.rectangle((self.fan_end_x, self.ring_start_x), (a, b), columns, self._elements(a, b))
+            for lower, upper in pairwise(self.levels):
+                rows = self._elements(lower, upper)
+                yield blocks.rectangle((self.fan_end_x, self.ring_start_x), (lower, upper), columns, rows)
 
     def _post_blocks(self) -> Iterator[Block]:
         """Yield the rings around both holes, and two columns of cells between the rings."""
         lower_hole, upper_hole = self.arm.holes
         hole_x = lower_hole[0]
-        for a, b in self._pairs_of_levels(self.lower_ring_top, self.upper_ring_bottom):
-            yield blocks.rectangle((self.ring_start_x, hole_x), (a, b), self.counts.sector, self._elements(a, b))
-            yield blocks.rectangle((hole_x, self.arm.outer), (a, b), self.counts.sector, self._elements(a, b))
+        for lower, upper in self._pairs_of_levels(self.lower_ring_top, self.upper_ring_bottom):
+            rows = self._elements(lower, upper)
+            yield blocks.rectangle((self.ring_start_x, hole_x), (lower, upper), self.counts.sector, rows)
+            yield blocks.rectangle((hole_x, self.arm.outer), (lower, upper), self.counts.sector, rows)
         yield from self._ring(lower_hole, self.levels[0], self.lower_ring_top)
         yield from self._ring(upper_hole, self.upper_ring_bottom, self.levels[-1])
 
@@ -117,9 +119,9 @@ class _Wall:
         """Return the pairs of adjacent levels between z = `start` and z = `end` [mm]."""
         return pairwise(level for level in self.levels if start <= level <= end)
 
-    def _elements(self, a: float, b: float) -> int:
-        """Return the number of elements between levels a and b [mm]."""
-        return blocks.elements_between(a, b, self.fans, self.counts)
+    def _elements(self, lower: float, upper: float) -> int:
+        """Return the number of elements between two adjacent levels [mm]."""
+        return blocks.elements_between(lower, upper, self.fans, self.counts)
 
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
         """Return the level z [mm] of the edge of a hole's ring, above the hole (sign 1) or below it (sign -1).
@@ -140,26 +142,26 @@ class _Wall:
                 return upper if sign > 0.0 else lower
         return new_level
 
-    def _cavity_cell(self, a: float, b: float) -> Block:
-        """Return the block between the cavity and the end of the fans in x, and between levels a and b [mm] in z.
+    def _cavity_cell(self, lower: float, upper: float) -> Block:
+        """Return the block from the cavity to the end of the fans in x, between the levels `lower` and `upper` [mm].
 
         The fillet between the wall and the top bar is divided at its middle, called the knuckle. The uppermost cell
         beside the cavity ends there, and one of its sides is the lower half of the fillet. The cell above it begins at
         the knuckle.
         """
-        ceiling = self.housing.cavity_level
+        ceiling = self.housing.cavity_level  # the underside of the top bar
         wall_x = self.arm.wall
         knuckle = _knuckle(self.housing, self.arm)
-        lower_corner = knuckle if a == ceiling else (wall_x, a)
-        upper_corner = knuckle if b == ceiling else (wall_x, b)
-        elements = self._elements(a, b)
-        corners = ((self.fan_end_x, a), lower_corner, upper_corner, (self.fan_end_x, b))
+        lower_corner = knuckle if lower == ceiling else (wall_x, lower)
+        upper_corner = knuckle if upper == ceiling else (wall_x, upper)
+        elements = self._elements(lower, upper)
+        corners = ((self.fan_end_x, lower), lower_corner, upper_corner, (self.fan_end_x, upper))
         cell = blocks.straight_block(corners, self.counts.sector, elements)
-        if b != ceiling:
+        if upper != ceiling:
             return cell
         # The arc replaces the second side, which runs along the cavity from the lower to the upper corner.
         lower_side, _, upper_side, fan_side = cell.sides
-        fillet = _half_fillet(self.housing, self.arm, (wall_x, a), elements)
+        fillet = _half_fillet(self.housing, self.arm, (wall_x, lower), elements)
         return Block(sides=(lower_side, (fillet,), upper_side, fan_side))
 
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
@@ -173,8 +175,8 @@ class _Wall:
         # These are the pieces of the rectangle's edge in order, each with its number of elements. They run up the side
         # that faces the fans, along the top, down the outer face, and back along the bottom.
         edges = []
-        for a, b in self._pairs_of_levels(start, end):
-            edges.append(((inner_x, a), (inner_x, b), self._elements(a, b)))
+        for lower, upper in self._pairs_of_levels(start, end):
+            edges.append(((inner_x, lower), (inner_x, upper), self._elements(lower, upper)))
         corners = [(inner_x, end), (hole_x, end), (outer_x, end), (outer_x, hole_z), (outer_x, start), (hole_x, start)]
         for corner, next_corner in pairwise([*corners, (inner_x, start)]):
             edges.append((corner, next_corner, self.counts.sector))

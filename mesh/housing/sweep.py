@@ -76,9 +76,9 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
 
     The mesh is stretched in x along the straight leaves and in the plain cells of the walls. These are the cells
     between the leaf roots and the screw holes, which only a wall that is wider than its post has. All other elements
-    are only shifted. Returns None if the mesh would be stretched or compressed by more than the factor `MAX_STRETCH`,
-    or if only one of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf
-    lengths, or if the stretched mesh has a folded element.
+    are only shifted. The result is None if the mesh would be stretched or compressed by more than `MAX_STRETCH`, or if
+    only one of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf lengths,
+    or if the stretched mesh has a folded element.
     """
     flexures = {}
     for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
@@ -89,7 +89,7 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
     new_knots = _stretch_knots(wanted)
     if len(old_knots) != len(new_knots):  # only one of the housings has a wall with plain cells
         return None
-    ratios = np.diff(new_knots) / np.diff(old_knots)
+    ratios = np.diff(new_knots) / np.diff(old_knots)  # the factor by which each interval is stretched
     if ratios.min() < 1.0 / MAX_STRETCH or ratios.max() > MAX_STRETCH:
         return None
     points = mesh.doflocs.copy()

@@ -280,9 +280,7 @@ class Design:
             bound = (
                 f"the name of the design's own process, {printer.name!r}, which must not be the name of a known process"
             )
-            raise validation_error(
-                "print.process", name, "", bound, "give both the same new name, or drop the own process"
-            )
+            raise validation_error("print.process", name, "", bound, "give both the same new name, or drop [printer]")
 
     def _check_leaf_thicknesses(self) -> None:
         """Raise InputError for a leaf thickness that the process cannot print.

@@ -56,8 +56,8 @@ class Probe(Sourced):
     """A displacement sensor at a shuttle: its sensitivity, noise (one standard deviation), drifts and dimensions.
 
     The sensitivity holds at the supply voltage. `zero_um` is the zero error at constant temperature. `magnet_mm` is
-    the diameter of each of the two magnetic discs, and `face_out_mm` is the distance from their faces to the marked
-    face of the sensor. The package is `package_height_mm` long in the direction of the press.
+    the diameter of each of the two magnetic discs. `face_out_mm` is the distance from their faces to the marked face
+    of the sensor. The package is `package_height_mm` long in the direction of the press.
     """
 
     LABEL: ClassVar[str] = "probe"

@@ -115,7 +115,7 @@ def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
     """Return an order of conversion in which the channels of both kinds of springs have the same mean sampling time.
 
     `kinds` is the kind of the spring of each tip, "low" or "high". The order lists the indices of the tips. If one kind
-    has an even number of channels, half of them come before the other kind and half after it, for example low, high,
+    has an even number of channels, half of them come before the other kind and half after it. An example is low, high,
     high, low. The effect of the delays on the contrast then cancels on a level sensor. A pair has no such order, so it
     keeps the order of its tips.
     """

@@ -263,7 +263,7 @@ def smallest_root(a: float, b: float, d: float) -> float:
 
 
 def _root_between(a: float, b: float, d: float, end: float) -> float:
-    """Return the only root of the cubic a + b z^2 + d z^3 between z = 0 and z = `end`, where its sign changes.
+    """Return the root of the cubic a + b z^2 + d z^3 between 0 and `end`. It changes its sign once in this range.
 
     Newton's method is used in a bracket that shrinks in each step. A step that leaves the bracket is replaced by a
     bisection.

@@ -393,8 +393,8 @@ class RiseSlopes:
     `noise` (tips,) [1/N] is the standard deviation of ln E per standard deviation of the force, for noise that is
     independent from sample to sample. All other errors are the same in all samples. `gains` and `springs` (tips,) [1]
     are the slopes with respect to the relative errors of the gain and the spring stiffness. `zeros` (tips,) [1/N] are
-    the slopes for a zero error, and `drifts` (tips,) [1/N] for a zero error that grows linearly from the first sample
-    to the last. `times` (tips,) [1/s] are the slopes for a delay of the channel.
+    the slopes for a zero error. `drifts` (tips,) [1/N] are the slopes for a zero error that grows linearly from the
+    first sample to the last. `times` (tips,) [1/s] are the slopes for a delay of the channel.
 
     `hertz` and `body` [1] are the slopes for relative errors of the Hertz term and of S, which all tips share. `offset`
     [1/mm] is the slope for an offset that is not caused by a saddle of the skin. `channel_bends` and `spring_bends` are

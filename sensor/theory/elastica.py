@@ -31,8 +31,8 @@ class Cantilever:
 def cantilever(sine: Floats | float) -> Cantilever:
     """Return the force and the deflection of a cantilever from the sine [1] of the rotation angle of its end.
 
-    With s = `sine`, an array of any shape, the force is 2 s I^2 and the deflection is s J / I. I is the integral of
-    1 / q over 0 < v < 1, J the integral of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2). These are the elliptic
+    With s = `sine`, an array of any shape, the force is 2 s I^2 and the deflection is s J / I. Over 0 < v < 1, I is the
+    integral of 1 / q and J the integral of (1 - v^2) / q, with q = sqrt(1 - s^2 (1 - v^2)^2). These are the elliptic
     integrals of K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) as the sine of the slope
     along the leaf. Raises InputError unless 0 <= s < 1.
     """

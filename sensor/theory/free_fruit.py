@@ -17,8 +17,8 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
     """Return the fraction [1] of the `travel` [mm] that is taken up by the indentation of the fruit at the table.
 
     `force` [N] is the total force of the tips at this travel on a clamped fruit. `E` [MPa] and `poisson` [1] are the
-    modulus and Poisson's ratio of the flesh, and `radius` [mm] is the radius of the fruit at the table. The indentation
-    at the table reduces the force in proportion, so the fraction solves
+    modulus and Poisson's ratio of the flesh. `radius` [mm] is the radius of the fruit at the table. The indentation at
+    the table reduces the force in proportion, so the fraction solves
 
         fraction = approach(force (1 - fraction)) / travel,
 

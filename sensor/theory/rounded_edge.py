@@ -36,35 +36,35 @@ def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
 
 
 @functools.lru_cache(maxsize=32)
-def _loss_curve(edge: float) -> tuple[Floats, Floats]:
+def _loss_curve(edge_radius: float) -> tuple[Floats, Floats]:
     """Return depths [half sides], increasing from 0, and the loss of force at each depth.
 
     The loss is in units of the force of a sharp tip at a depth of half a side. Both arrays begin with 0, at first
-    contact. `edge` is the radius of the edge [half sides]. The results are cached, because a run uses the same curve
-    repeatedly.
+    contact. `edge_radius` is in half sides. The results are cached, because a run uses the same curve repeatedly.
     """
-    # sines of the edge angle up to which the edge is in contact; the contact radius is 1 - edge + edge times the sine
+    # Sines of the edge angle up to which the edge is in contact. The contact radius is
+    # 1 - edge_radius + edge_radius * sine.
     sines = _LARGEST_SINE * np.arange(_CURVE_STEPS + 1) / _CURVE_STEPS
     steps = np.diff(sines)
     midpoints = sines[:-1, None] + steps[:, None] * _MIDPOINTS
-    depth_integrals = np.cumsum(edge * steps * _depth_of_contact(edge, midpoints).mean(axis=1))
-    depths = _depth_of_contact(edge, sines[1:])
+    depth_integrals = np.cumsum(edge_radius * steps * _depth_of_contact(edge_radius, midpoints).mean(axis=1))
+    depths = _depth_of_contact(edge_radius, sines[1:])
     # The flat face has the radius a, and the contact the radius b. The force is 2 E* (depth b - integral of the depth
     # from a to b). Here it is divided by 2 E*, so that the force of a sharp tip, for which b = 1, equals its depth.
-    losses = edge * (1.0 - sines[1:]) * depths + depth_integrals
+    losses = edge_radius * (1.0 - sines[1:]) * depths + depth_integrals
     return np.append(0.0, depths), np.append(0.0, losses)
 
 
-def _depth_of_contact(edge: float, sine: Floats) -> Floats:
+def _depth_of_contact(edge_radius: float, sine: Floats) -> Floats:
     """Return the depth [half sides] at which the contact extends up to the edge angle with this sine.
 
-    `edge` is the radius of the edge [half sides], and `sine` has any shape. Let t be the radius of the contact, and g
+    `edge_radius` is in half sides, and `sine` has any shape. Let t be the radius of the contact, and g
     the profile of the tip. By Sneddon, the depth is t times the integral of g' / sqrt(t^2 - r^2) over the radius r.
     """
     angle = np.arcsin(sine)
-    t = 1.0 - edge + edge * sine
+    t = 1.0 - edge_radius + edge_radius * sine
     # angles within the edge; the square removes the singularity at r = t
     angles = angle[..., None] * (1.0 - _MIDPOINTS**2)
-    r = 1.0 - edge + edge * np.sin(angles)
+    r = 1.0 - edge_radius + edge_radius * np.sin(angles)
     integrand = 2.0 * _MIDPOINTS * np.sin(angles) / np.sqrt(t[..., None] ** 2 - r**2)
-    return np.asarray(t * edge * angle * integrand.mean(axis=-1))
+    return np.asarray(t * edge_radius * angle * integrand.mean(axis=-1))

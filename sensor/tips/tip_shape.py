@@ -1,8 +1,8 @@
 """The shape of a rigid tip: its outline, its meridian, and the laws by which its contact is solved.
 
-A meridian gives the height of the surface of a tip above its lowest point. For a round tip the height is a function of
-the distance from the axis, for a square tip of the larger of |x| and |y|. Both the gap before contact and the solid of
-a pin are derived from the meridian.
+A meridian gives the height of the surface of a tip above its lowest point. The height of a round tip is a function of
+the distance from the axis. The height of a square tip is the same function of the larger of |x| and |y|. Both the gap
+before contact and the solid of a pin are derived from the meridian.
 """
 
 import math
