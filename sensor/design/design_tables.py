@@ -51,8 +51,7 @@ class DesignTables:
         cannot be used, or if `print.process` does not name one of the processes.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
-        print_value = tables.get("print")  # may be invalid, which is reported when the design is built
-        print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
+        print_table = _print_table(tables)
         file_name = print_table.pop("process_file", None)
         process = print_table.get("process")
         if "printer" in data:
@@ -111,8 +110,7 @@ class DesignTables:
         if it selects a process of a process file that is no longer used. Raises InputError if the process file cannot
         be used, or if the settings select a process that is not in it.
         """
-        print_value = tables.get("print", {})
-        print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
+        print_table = _print_table(tables)
         file_name = print_table.pop("process_file", None)
         process = print_table.get("process")
         processes: Mapping[str, Mapping[str, Any]] = {}
@@ -187,6 +185,15 @@ def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
         else:
             settings[name] = parse_setting(text) if text else None
     return settings
+
+
+def _print_table(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy of the table [print], which is empty if the table is missing or invalid.
+
+    An invalid table is reported when the design is built.
+    """
+    print_table = tables.get("print")
+    return dict(print_table) if isinstance(print_table, Mapping) else {}
 
 
 def _refuse_unknown(name: str, value: object) -> None:

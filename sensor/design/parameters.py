@@ -98,8 +98,8 @@ class GivenSprings:
         K_l = self.K_l_N_per_m
         K_h = self.K_h_N_per_m
         if (K_l is None) != (K_h is None):
-            names = ("springs.K_l_N_per_m", "springs.K_h_N_per_m")
-            missing, partner = names if K_l is None else names[::-1]
+            low, high = "springs.K_l_N_per_m", "springs.K_h_N_per_m"
+            missing, partner = (low, high) if K_l is None else (high, low)
             raise validation_error(missing, None, "", f"given together with {partner}", "give both or neither")
         if K_l is not None and K_h is not None and K_l >= K_h:
             bound = f"less than springs.K_h_N_per_m = {K_h:g} N/m"
@@ -214,7 +214,7 @@ class Design:
     readout : Readout or None
         Amplifier and board that measure the deflections.
     bench : Bench or None
-        Weights and gauge for calibration.
+        Balance and dial for the calibration of a unit.
     print : Print
         Print process, and dimensions of the printed housing.
     printer : Process or None
