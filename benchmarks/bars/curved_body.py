@@ -36,7 +36,8 @@ def block_compliance(fruit: Fruit) -> Floats:
 
 def relative_bars(shape_effect: ShapeChange, S: Floats) -> Floats:
     """Return the error bars of a change, relative to the compliance S [1], in the order of `relative_changes`."""
-    return SAFETY * relative_changes(shape_effect.step, S) + relative_changes(shape_effect.bound, S)
+    mesh_errors = SAFETY * relative_changes(shape_effect.mesh_difference, S)
+    return mesh_errors + relative_changes(shape_effect.closed_form_error, S)
 
 
 def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> tuple[ReferenceCheck, ...]:

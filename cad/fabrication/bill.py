@@ -10,7 +10,7 @@ import cadquery as cq
 
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.fabrication.sheet_templates import EACH, render_template
-from cad.parts.assembly import dowel_length, grip, product_of, screw_length
+from cad.parts.assembly import dowel_length, grip, part_type, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
@@ -39,7 +39,7 @@ def bill_of_materials(
     """Return every line of the bill, with the parts counted in the assembly of the sensor.
 
     The template `bill.csv.jinja` writes the lines as CSV text, from the values below. `assembly` is the assembly
-    without the bracket, `process` is the print process, and `masses` holds the masses of the printed parts [g], keyed
+    without the bracket, and `process` is the print process. `masses` holds the masses of the printed parts [g], keyed
     by part name. If there is a signal path, the bill also lists the electronic parts, wire and glue.
     """
     housing = sensor.housing
@@ -49,7 +49,7 @@ def bill_of_materials(
         housing=housing,
         masses=masses,
         each=EACH,
-        count=Counter(map(product_of, assembly.children)),  # number of parts of each type, for example `washer`
+        count=Counter(map(part_type, assembly.children)),  # number of parts of each type, for example `washer`
         tips=len(sensor.tips.springs),  # each tip has one spring
         screw=screw_name(mounted_grip(sensor)),
         screw_without_bracket=screw_name(grip(sensor)),

@@ -9,7 +9,7 @@ import cadquery as cq
 from cad.drawing.projection import edge_points, point_in_view, project_visible_edges
 from cad.fabrication.bill import BillLine
 from cad.fabrication.sheet_templates import render_template
-from cad.parts.assembly import placed_shape, product_of
+from cad.parts.assembly import part_type, placed_shape
 
 # The prefixes of part names in the assembly, from the front to the back, and the names of these parts in the bill.
 _STACK = {
@@ -83,7 +83,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
 
 def _pins_held_by(position: str, parts: Sequence[cq.Assembly]) -> list[cq.Assembly]:
     """Return the pins among `parts` that are glued into the housing or the plate at a position in the stack."""
-    pins = [part for part in parts if product_of(part) == "pin"]
+    pins = [part for part in parts if part_type(part) == "pin"]
     if position == "housing":
         return pins
     if position.startswith("plate"):
@@ -123,8 +123,8 @@ def _displace(parts: Sequence[cq.Assembly], y: float, z: float = 0.0) -> list[cq
 def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, float]:
     """Return the highest point (x, y) of a group of parts in the exploded view [mm].
 
-    `position` is the name of the group. If the bracket hides some of its parts, only the parts farthest to the right
-    are searched, so that the line of a number leads to a visible part.
+    `position` is the name of the group. The line of a number must lead to a visible part. If the bracket hides some
+    parts of the group, only the parts farthest to the right are therefore searched.
     """
     shapes = [placed_shape(part) for part in group]
     visible = shapes

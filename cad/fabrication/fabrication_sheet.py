@@ -84,7 +84,7 @@ def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str
     the largest weight. `dial` [mm] and `balance` [g] are the resolutions of the dial gauge and the balance on the
     bench. Without a bench, they are the coarsest resolutions with which K can be determined to within 1 %.
     """
-    # A calibration does not load a spring as far as it is loaded in use.
+    # In a calibration, a spring is loaded less than in use.
     deflection = PRESSED * spring.deflection
     weight_g = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
     if bench is None:

@@ -111,10 +111,10 @@ def _compared_kind(name: str) -> str:
 
 
 def _dissimilarity(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> float:
-    """Return a measure [1] of how much two bodies differ in volume and surface area; it is 0 if both are equal.
+    """Return a measure [1] of the difference between two bodies in volume and surface area.
 
-    The measure is |ln(volume ratio)| + |ln(area ratio)|. The unit of the mesh is unknown, so the measure is computed
-    for every unit of length, and the smallest value is returned.
+    The measure is |ln(volume ratio)| + |ln(area ratio)|, which is 0 for equal bodies. The unit of the mesh is unknown,
+    so the measure is computed for every unit of length, and the smallest value is returned.
     """
     volume_ratio = enclosed_volume(design) / max(enclosed_volume(mesh), _TINY)
     area_ratio = float(design.area) / max(float(mesh.area), _TINY)

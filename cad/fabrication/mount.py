@@ -63,7 +63,7 @@ def bracket_solid(sensor: SensorSolids) -> cq.Solid:
     housing = sensor.housing
     back = back_of(sensor)  # y of the face of the upright plate that the sensor touches
     hole_length = PLATE_MM + 2.0 * _MARGIN_MM  # a cut extends beyond the plate, so that no thin layer remains
-    bracket = cq.Workplane(obj=upright(sensor).fuse(shelf(sensor)).clean())
+    bracket = cq.Workplane(obj=upright_solid(sensor).fuse(shelf_solid(sensor)).clean())
     # The normal of the workplane "XZ" is -y, so the screw holes are cut from behind.
     rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN_MM, 0.0))
     screw_holes = rear_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
@@ -72,7 +72,7 @@ def bracket_solid(sensor: SensorSolids) -> cq.Solid:
     lower_plane = cq.Workplane("XY", origin=(0.0, 0.0, _shelf_level(sensor) - _MARGIN_MM))
     flange_screw_holes = lower_plane.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
     bracket = bracket.cut(flange_screw_holes.extrude(hole_length))
-    opening = window(sensor)
+    opening = window_solid(sensor)
     if opening is not None:
         bracket = bracket.cut(cq.Workplane(obj=opening))
     return bracket.findSolid().Solids()[0]
@@ -92,7 +92,7 @@ def bracket_part(sensor: SensorSolids) -> Part:
     return named_part("mount", bracket_solid(sensor), faces)
 
 
-def window(sensor: SensorSolids) -> cq.Solid | None:
+def window_solid(sensor: SensorSolids) -> cq.Solid | None:
     """Return the box that cuts a window into the upright plate for Hall sensors and their wires [mm].
 
     The result is None if no window is needed. Hall sensors face the bracket only if they are in the back cover of two
@@ -114,10 +114,10 @@ def _shelf_level(sensor: SensorSolids) -> float:
     return sensor.housing.top_level + HEAD_ROOM_MM
 
 
-def upright(sensor: SensorSolids) -> cq.Solid:
+def upright_solid(sensor: SensorSolids) -> cq.Solid:
     """Return the upright plate behind the sensor without its holes [mm].
 
-    Its lower edge stays above the lower edge of the cover at every tilt of the press, so that the bracket does not
+    Its lower edge stays above the lower edge of the cover at every tilt of the press. The bracket therefore does not
     reduce the clearance from the fruit.
     """
     housing = sensor.housing
@@ -129,7 +129,7 @@ def upright(sensor: SensorSolids) -> cq.Solid:
     return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, height, cq.Vector(housing.left, back, lower_level))
 
 
-def shelf(sensor: SensorSolids) -> cq.Solid:
+def shelf_solid(sensor: SensorSolids) -> cq.Solid:
     """Return the shelf [mm], which is the plate under the flange, without its holes."""
     half_width = 0.5 * FLANGE_MM
     rear_edge = max(back_of(sensor) + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND_HOLE_MM)

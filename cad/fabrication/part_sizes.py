@@ -5,7 +5,15 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.fabrication.mount import FLANGE_CIRCLE_MM, FLANGE_HOLE_MM, back_of, flange_holes, shelf, upright, window
+from cad.fabrication.mount import (
+    FLANGE_CIRCLE_MM,
+    FLANGE_HOLE_MM,
+    back_of,
+    flange_holes,
+    shelf_solid,
+    upright_solid,
+    window_solid,
+)
 from cad.parts.cover import COVER_MM, RECESS_MM
 from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import SETBACK_MM, Housing
@@ -31,10 +39,10 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
     width = housing.right - housing.left
     height = housing.top_level - housing.cover_level
     sizes = [
-        SizeLine("width x height x thickness with rim", _times(width, height, COVER_MM)),
-        SizeLine("height of the rim", _number(RECESS_MM)),
-        SizeLine("width of the rim on the posts", _number(housing.wall_width - SETBACK_MM)),
-        SizeLine("width of the rim on the bar", _number(housing.top_level - housing.cavity_level - SETBACK_MM)),
+        SizeLine("width x height x thickness with rim", _join_sizes(width, height, COVER_MM)),
+        SizeLine("height of the rim", _size_text(RECESS_MM)),
+        SizeLine("width of the rim on the posts", _size_text(housing.wall_width - SETBACK_MM)),
+        SizeLine("width of the rim on the bar", _size_text(housing.top_level - housing.cavity_level - SETBACK_MM)),
         *_screw_hole_lines(housing, housing.top_level),
     ]
     if seats is not None:
@@ -42,9 +50,9 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
         # points to the left, so the left edge of the cover is at x = housing.right.
         centres = [(housing.right - centre, seats.sensor_level) for centre in seats.windows]
         sizes += [
-            SizeLine("windows, width x height", _times(seats.window_width, seats.window_height)),
-            SizeLine("slot between their ledges, height", _number(seats.window_height - 2.0 * LEDGE_MM)),
-            SizeLine("depth of a window to its ledges", _number(COVER_MM - seats.face_distance)),
+            SizeLine("windows, width x height", _join_sizes(seats.window_width, seats.window_height)),
+            SizeLine("slot between their ledges, height", _size_text(seats.window_height - 2.0 * LEDGE_MM)),
+            SizeLine("depth of a window to its ledges", _size_text(COVER_MM - seats.face_distance)),
             SizeLine("centres of windows, from the left and the upper edge", _points_text(centres)),
         ]
     return tuple(sizes)
@@ -55,25 +63,27 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
     The upright plate carries the sensor, and the plate under the flange is the shelf of the bracket.
     """
-    plate = upright(sensor).BoundingBox()
-    flange = shelf(sensor).BoundingBox()
-    left_text = _number(flange.xmin - plate.xmin)
-    front_text = _number(back_of(sensor) - flange.ymin)
+    plate = upright_solid(sensor).BoundingBox()
+    flange = shelf_solid(sensor).BoundingBox()
+    left_text = _size_text(flange.xmin - plate.xmin)
+    front_text = _size_text(back_of(sensor) - flange.ymin)
     sizes = [
         SizeLine(
-            "upright plate, width x height with the flange x thickness", _times(plate.xlen, plate.zlen, plate.ylen)
+            "upright plate, width x height with the flange x thickness", _join_sizes(plate.xlen, plate.zlen, plate.ylen)
         ),
-        SizeLine("plate under the flange, width x depth x thickness", _times(flange.xlen, flange.ylen, flange.zlen)),
+        SizeLine(
+            "plate under the flange, width x depth x thickness", _join_sizes(flange.xlen, flange.ylen, flange.zlen)
+        ),
         SizeLine("left edge of the plate under the flange, from the left edge of the upright", left_text),
         SizeLine("front edge of the plate under the flange, in front of the seat of the sensor", front_text),
         *_screw_hole_lines(sensor.housing, plate.zmax),
         *_flange_hole_lines(flange_holes(sensor), flange),
     ]
-    opening = window(sensor)  # None if no Hall sensor faces the bracket
+    opening = window_solid(sensor)  # None if no Hall sensor faces the bracket
     if opening is not None:
         box = opening.BoundingBox()
-        sizes.append(SizeLine("window, width x height", _times(box.xlen, box.zlen)))
-        centre_text = _points_text([_from_corner(box, plate)])
+        sizes.append(SizeLine("window, width x height", _join_sizes(box.xlen, box.zlen)))
+        centre_text = _points_text([_centre_from_corner(box, plate)])
         sizes.append(SizeLine("centre of the window, from the left and the upper edge", centre_text))
     return tuple(sizes)
 
@@ -85,8 +95,8 @@ def _flange_hole_lines(holes: Sequence[tuple[float, float]], flange: cq.BoundBox
     """
     centres = [(x - flange.xmin, y - flange.ymin) for x, y in holes]
     return (
-        SizeLine("holes of the flange, diameter", f"{len(holes)} x {_number(FLANGE_HOLE_MM)}"),
-        SizeLine("bolt circle of the flange, diameter", _number(FLANGE_CIRCLE_MM)),
+        SizeLine("holes of the flange, diameter", f"{len(holes)} x {_size_text(FLANGE_HOLE_MM)}"),
+        SizeLine("bolt circle of the flange, diameter", _size_text(FLANGE_CIRCLE_MM)),
         SizeLine(
             "centres of the holes of the flange, from the left and the front edge of their plate", _points_text(centres)
         ),
@@ -97,26 +107,26 @@ def _screw_hole_lines(housing: Housing, top: float) -> tuple[SizeLine, ...]:
     """Return the table lines for the screw holes, with their positions from the left edge and from z = `top` [mm]."""
     centres = [(x - housing.left, top - z) for x, z in housing.holes]
     return (
-        SizeLine("holes for screws, diameter", f"{len(centres)} x {_number(housing.hole_diameter)}"),
+        SizeLine("holes for screws, diameter", f"{len(centres)} x {_size_text(housing.hole_diameter)}"),
         SizeLine("centres of the screw holes, from the left and the upper edge", _points_text(centres)),
     )
 
 
-def _from_corner(box: cq.BoundBox, plate: cq.BoundBox) -> tuple[float, float]:
+def _centre_from_corner(box: cq.BoundBox, plate: cq.BoundBox) -> tuple[float, float]:
     """Return the distances [mm] from the left and top edges of a plate to the centre of a box."""
     return box.center.x - plate.xmin, plate.zmax - box.center.z
 
 
-def _number(size: float) -> str:
+def _size_text(size: float) -> str:
     """Return a size [mm] as text with at most two decimals."""
     return f"{round(size, _DECIMALS):g}"
 
 
-def _times(*sizes: float) -> str:
+def _join_sizes(*sizes: float) -> str:
     """Return sizes [mm] as text, such as `20 x 5 x 2`."""
-    return " x ".join(map(_number, sizes))
+    return " x ".join(map(_size_text, sizes))
 
 
 def _points_text(points: list[tuple[float, float]]) -> str:
     """Return points [mm] as text, such as `4.5, 4; 40, 4`."""
-    return "; ".join(f"{_number(x)}, {_number(y)}" for x, y in points)
+    return "; ".join(f"{_size_text(x)}, {_size_text(y)}" for x, y in points)

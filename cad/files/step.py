@@ -12,7 +12,7 @@ import cadquery as cq
 import OCP
 
 from cad.files.file_date import file_date
-from cad.parts.assembly import product_of
+from cad.parts.assembly import part_type
 from sensor.machine_error import MachineError
 
 _WRITING = {"write.step.schema": "AP242DIS", "write.step.unit": "MM", "xstep.cascade.unit": "MM"}
@@ -79,7 +79,7 @@ def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
         shape = part.shapes[0]  # each part has one shape
         if shape not in products:
             products[shape] = shapes.AddShape(shape.wrapped, makeAssembly=False)
-            OCP.TDataStd.TDataStd_Name.Set_s(products[shape], _unicode(product_of(part)))
+            OCP.TDataStd.TDataStd_Name.Set_s(products[shape], _unicode(part_type(part)))
             if part.color:
                 colours.SetColor(products[shape], part.color.wrapped, OCP.XCAFDoc.XCAFDoc_ColorSurf)
         if assembly_label:

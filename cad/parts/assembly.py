@@ -15,7 +15,7 @@ import cadquery as cq
 from cad.parts.cover import COVER_MM, WASHER_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.fruit import whole_fruit
-from cad.parts.hall_seats import HallSeats, seats_of
+from cad.parts.hall_seats import HallSeats, required_seats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, BackToBack, Housing
 from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
 from cad.parts.part import Part
@@ -63,7 +63,7 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
 
     `housing` must be the housing that was sized for the design.
     """
-    seats = seats_of(design, housing)  # None without a Hall read-out
+    seats = required_seats(design, housing)  # None without a Hall read-out
     return SensorSolids(
         housing=housing,
         part=finished_part(housing, seats),
@@ -174,7 +174,7 @@ def placed_shape(part: cq.Assembly) -> cq.Shape:
     return part.shapes[0].moved(part.loc)
 
 
-def product_of(part: cq.Assembly) -> str:
+def part_type(part: cq.Assembly) -> str:
     """Return the type of a part from its name in the assembly, for example `washer` for `front_washer_1`."""
     return part.name.rstrip("_0123456789").rpartition("_")[2]
 

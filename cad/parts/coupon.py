@@ -1,8 +1,8 @@
-"""A test beam (coupon) with leaves like those of the housing, from which the modulus of the print is measured.
+"""A test beam (coupon) with leaves like the leaves of the housing, from which the modulus of the print is measured.
 
 The coupon is clamped at a block in its middle, and weights are hung on its leaves. The modulus follows from the sag.
-One leaf of each arm protrudes from the block, and ends in a pad with a hole for a weight. The axes are those of the
-housing, and the origin is the centre of the clamped block.
+One leaf of each arm protrudes from the block, and ends in a pad with a hole for a weight. The coupon has the axes of
+the housing, and its origin is the centre of the clamped block.
 """
 
 import numpy as np
@@ -54,8 +54,9 @@ def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
     """Return the largest weight [N] for a leaf of modulus E [MPa].
 
     A weight F at the distance a causes the strain 6 F a / (E w t^2) at the root, which may be at most `strain` [1]. The
-    sag must be so small that small-deflection theory holds.
+    sag must be small enough for small-deflection theory.
     """
     hole_distance = flexure.length + BEYOND_LEAF_MM
-    strain_limit = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * hole_distance)
-    return min(strain_limit, MAX_SAG_RATIO * hole_distance * E / modulus_factor(flexure))
+    weight_at_strain = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * hole_distance)
+    weight_at_sag = MAX_SAG_RATIO * hole_distance * E / modulus_factor(flexure)
+    return min(weight_at_strain, weight_at_sag)

@@ -17,9 +17,10 @@ def form_deviations(tips: Tips, process: Process) -> tuple[float, float]:
     """Return the standard deviation of the outline of domes [mm], and the relative standard deviation of their radius.
 
     The outline error is half the accuracy of the process, or half the tolerance of ground steel for pins. The radius
-    error is that of a spherical face whose rim has this outline error. The tips must be domes.
+    error follows from a spherical face whose rim has this outline error. The tips must be domes.
     """
-    outline_error = 0.5 * tip_accuracy_mm(tips, process)
+    outline_error = 0.5 * tip_accuracy_mm(tips, process)  # the accuracy is two standard deviations
     radius = tips.dome_radius_mm or math.inf
     half_width = min(0.5 * tips.side_mm, radius)
-    return outline_error, outline_error / (radius - math.sqrt(radius**2 - half_width**2))
+    rim_height = radius - math.sqrt(radius**2 - half_width**2)
+    return outline_error, outline_error / rim_height

@@ -19,7 +19,8 @@ from cad.parts.part import Part
 
 PEN_MM = 0.5  # width of a stroke, which is the largest `min_gap_mm` of all processes
 TALLEST_MM = 4.0  # largest height of letters
-SMALLEST_MM = 3.0  # smallest height of letters; in smaller ones, the walls between strokes are thinner than 0.8 mm
+# Smallest height of letters. In smaller letters, the walls between strokes would be thinner than 0.8 mm.
+SMALLEST_MM = 3.0
 _EDGE_MM = 1.0  # blank margin around a text
 _PAD_EDGE_MM = 0.95  # blank margin on a pad: the largest `min_wall_mm`, plus room for the corners of oblique strokes
 
@@ -51,7 +52,7 @@ def engrave_name(part: Part, housing: Housing, name: str) -> Part:
         # The strokes are wider than their centre lines by half a pen on each side, and a margin remains beside them.
         letter_height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if letter_height >= SMALLEST_MM:
-            visible_text = letters_that_fit(text, letter_height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
+            visible_text = truncate_to_width(text, letter_height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
             areas = outlines(visible_text, letter_height, PEN_MM)
             cutters += [_engraving_cutter(area, panel, housing) for area in areas]
     if not cutters:
@@ -129,7 +130,7 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
     that is not in the alphabet of `_STROKES`.
     """
     unit = height / _LETTER_HEIGHT  # length of a grid unit [mm]
-    left = -0.5 * unit * (_STEP * len(text) - _GAP)  # half the width of the text; there is no gap after the last letter
+    left = -0.5 * unit * (_STEP * len(text) - _GAP)  # left edge of the text, whose last letter has no gap behind it
     strokes_mm = []
     for index, letter in enumerate(text.upper()):
         letter_x = left + index * _STEP * unit  # left edge of the letter [mm]
@@ -149,7 +150,7 @@ def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon
     return sorted(shapely.get_parts(covered), key=lambda piece: piece.bounds)
 
 
-def letters_that_fit(text: str, height: float, width: float) -> str:
+def truncate_to_width(text: str, height: float, width: float) -> str:
     """Return as many of the first letters of a text as fit into a width [mm], for letters of a height [mm]."""
     unit = height / _LETTER_HEIGHT
     return text[: max(0, int((width + _GAP * unit) // (_STEP * unit)))]

@@ -60,7 +60,7 @@ def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSe
     # arms, because their leaves have the same levels.
     leaf_middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     clearance = 2.0 * process.accuracy_mm  # the accuracy on each side
-    windows = tuple(arm.centre for arm in housing.arms)
+    windows = tuple(arm.centre for arm in housing.arms)  # x of their centres
     width = PROBE.package_width_mm + clearance
     if housing.spacing - width < process.min_wall_mm:
         # The wall between two windows would be too thin, so both sensors share one window in the middle.
@@ -81,7 +81,7 @@ def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSe
     )
 
 
-def seats_of(design: Design, housing: Housing) -> HallSeats | None:
+def required_seats(design: Design, housing: Housing) -> HallSeats | None:
     """Return the seats that the read-out of a design requires in a housing, or None if there is no read-out."""
     if design.readout is None:
         return None

@@ -98,7 +98,7 @@ class Pin(_HousingFeature):
 
     @property
     def square_area_ratio(self) -> float:
-        """Return the ratio of the cross-sectional area to that of a square with the same side or diameter [1].
+        """Return the cross-sectional area divided by the area of a square with the same side or diameter [1].
 
         The perimeters have the same ratio.
         """

@@ -77,7 +77,8 @@ def cut_domes(part: Part, housing: Housing) -> Part:
     if housing.dome is None:
         return part
     radius = housing.dome.radius
-    # The box extends beyond the tip on all sides and below it. Its upper face ends at the cap or at the neck.
+    # The box extends beyond the tip on all sides and below it. It ends at the end of the straight part of the tip, or
+    # slightly below the equator of the ball if this is lower.
     width = housing.tip_side + 2.0 * _BESIDE_TIP
     depth = housing.depth + 2.0 * _BESIDE_TIP
     height = min(_MAX_CAP_HEIGHT_RATIO * radius, housing.tip_height) + _BESIDE_TIP
@@ -110,6 +111,7 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
         pocket_start = cq.Vector(arm.centre, front - _BESIDE_TIP, level)
         shape = shape.cut(cq.Solid.makeCylinder(radius, _BESIDE_TIP + seats.pocket_depth, pocket_start, inward_axis))
         if seats.is_pointed:
+            # The pocket ends in a cone of 45 degrees, which prints without support.
             floor = cq.Vector(arm.centre, front + seats.pocket_depth, level)
             shape = shape.cut(cq.Solid.makeCone(radius, POINT_MM, radius - POINT_MM, floor, inward_axis))
     return named_housing(shape, housing)
@@ -130,6 +132,7 @@ def named_housing(shape: cq.Shape, housing: Housing) -> Part:
         """Return a test that accepts the flat tip or the dome of the arm at x < 0 or x > 0, given by `sign`."""
 
         def is_tip(face: cq.Face) -> bool:
+            """Return whether a face is the flat tip or the dome of this arm."""
             is_flat_or_dome = is_flat_tip(face) or face.geomType() == "SPHERE"
             return is_flat_or_dome and sign * face.Center().x > 0.0
 

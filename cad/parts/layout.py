@@ -34,9 +34,9 @@ def housing_for(
     `lengths` are the leaf lengths and `deflections` the deflections of the springs at full travel [mm]. Each holds the
     value of the low spring and then the value of the high spring.
 
-    The tips protrude so far that the frame clears the fruit at full travel, even if the sensor is tilted. The levels
-    are stacked from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The springs reach their stops only
-    beyond full travel. Raises InputError if a leaf is too short for its fillets.
+    The tips protrude from the frame, so that it clears the fruit at full travel even if the sensor is tilted. The
+    levels are stacked from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The springs reach their stops
+    only beyond full travel. Raises InputError if a leaf is too short for its fillets.
     """
     tips = design.tips
     layout = tips.tip_layout
@@ -93,8 +93,9 @@ def _stack_levels(
 ) -> _Levels:
     """Return the levels of the leaves and the cavity, which are stacked upwards from `lower_limit` [mm].
 
-    Necks and frame end at `lower_limit`. `flexures` and `deflections` are the two springs and their deflections at full
-    travel [mm], first those of the low spring. The gaps at the stops are larger than these deflections.
+    `lower_limit` is the upper end of the necks or the lower edge of the frame, whichever is higher. `flexures` are the
+    low and the high spring, and `deflections` are their deflections at full travel [mm]. The gaps at the stops are
+    larger than these deflections.
     """
     low, high = flexures
     # Each leaf is separated from the next corner by a fillet and a straight ledge.
@@ -110,8 +111,8 @@ def _stack_levels(
 def _flexures(process: Process, lengths: tuple[float, ...], depth: float, separation: float) -> list[Flexure]:
     """Return the low and the high flexure of a plate, whose leaves have these lengths [mm].
 
-    `depth` is the depth of the plate, and `separation` the distance between the two leaves of a flexure [mm]. The leaf
-    thicknesses and the fillets are those of the print process.
+    `depth` is the depth of the plate, and `separation` the distance between the two leaves of a flexure [mm]. The print
+    process determines the leaf thicknesses and the fillets.
     """
     return [
         Flexure(thickness=thickness, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)

@@ -86,7 +86,8 @@ def _round_solid(shape: TipShape, top: float) -> cq.Shape:
             outline = outline.threePointArc((middle_r, middle_z), segment.end)
         else:
             outline = outline.lineTo(*segment.end)
-    side_r = 0.5 * shape.side_mm  # the meridian ends at this r; the side and the top of the tip close the outline
+    side_r = 0.5 * shape.side_mm  # where the meridian ends
+    # The side and the top of the tip, and a line along the axis, close the outline.
     solid: cq.Shape = outline.lineTo(side_r, top).lineTo(0.0, top).close().revolve().findSolid()
     return solid
 

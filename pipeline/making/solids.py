@@ -6,7 +6,7 @@ from concurrent.futures import Executor, Future
 from functools import partial
 
 from cad.kernel import solid_size
-from cad.parts.hall_seats import seats_of
+from cad.parts.hall_seats import required_seats
 from cad.parts.housing import Housing, PartSize
 from pipeline.making.cad_tasks import write_solids
 from pipeline.storage.kept_files import KeptFiles, begin_files
@@ -65,7 +65,7 @@ class SolidMaker:
             "process": design.process,
             "design": tables,
             "housing": housing,
-            "seats": seats_of(design, housing),
+            "seats": required_seats(design, housing),
             "deflections": deflections,
         }
         write = partial(write_solids, design, housing, deflections)

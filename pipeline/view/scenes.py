@@ -18,7 +18,7 @@ from pipeline.view.field_picture import DISPLACEMENT, EDGE, Field, FieldPicture,
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
-from solve.fruit.bent_block import core_of
+from solve.fruit.bent_block import enclosing_core
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import smooth_loads
 from solve.fruit.split import contact_footprints
@@ -166,7 +166,7 @@ def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     if design.fruit.radius_mm is None:
         return mesh
     footprints = contact_footprints(design.fruit, design.tips)
-    shape = CurvedShape(design.fruit, core_of(smooth_loads(design.fruit, footprints)))
+    shape = CurvedShape(design.fruit, enclosing_core(smooth_loads(design.fruit, footprints)))
     flip_z = np.array([1.0, 1.0, -1.0])  # z points down in the shape and up in the mesh
     block_points = np.asarray(block.points) * flip_z  # (nodes, 3), while `bend` takes and returns (3, nodes)
     mesh.points = shape.bend(block_points.T).T * flip_z

@@ -109,5 +109,5 @@ def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> Forc
 
 
 def _travels(deepest: float) -> Floats:
-    """Return the travels [mm] at which the force is solved; they are closer together near the first touch."""
+    """Return the travels [mm] at which the force is solved. They are closer together near the first touch."""
     return deepest * np.linspace(_FIRST_TRAVEL**0.5, 1.0, _TRAVEL_COUNT) ** 2

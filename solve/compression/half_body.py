@@ -29,7 +29,7 @@ _LARGEST_ELEMENT = 0.15  # size of the largest element divided by the extent of 
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """The upper half of the section of a body along the direction of compression; lengths in mm.
+    """The upper half of the section of a body along the direction of compression. Lengths are in mm.
 
     With `is_round`, the section is an ellipse whose radius of curvature at the top is `radius`. The body is a ball or
     an ellipsoid of revolution or, with a `length`, a cylinder lying on its side. Without `is_round`, the section is a
@@ -47,7 +47,7 @@ class Section:
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
         """Map points of the unit square to the section, and return their coordinates r and z [mm].
 
-        `across` is 0 on the axis and 1 on the side; `up` is 0 on the middle plane and 1 at the top.
+        `across` is 0 on the axis and 1 on the side. `up` is 0 on the middle plane and 1 at the top.
         """
         if not self.is_round:
             return self.radius * across, self.half_height * up
@@ -83,8 +83,8 @@ class HalfBody:
         self.x = np.stack([r.ravel(), z.ravel()], axis=1)
         self.count = len(self.x)
 
-        # Nodes are numbered upwards in columns, which begin at the axis. Node i has the dofs 2 i along r, 2 i + 1
-        # along z.
+        # Nodes are numbered upwards in columns, which begin at the axis. Dof 2 i moves node i along r, and dof 2 i + 1
+        # moves it along z.
         index = np.arange(self.count).reshape(columns, rows)
         nodes = _element_nodes(index)
         self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _ELEMENT_DOFS)
@@ -92,7 +92,9 @@ class HalfBody:
         held[index[0], 0] = True  # nodes on the axis cannot move along r
         held[index[:, 0], 1] = True  # nodes on the middle plane cannot move along z
         self.held = held.ravel()
-        self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])  # along the top, then down the side
+        top = index[:, -1]
+        side = index[-1, -2::-1]  # downwards, without the corner, which belongs to the top
+        self.surface: Ints = np.concatenate([top, side])
         self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]  # empty without a table
         self.area = _nodal_areas(self.x[self.surface], section.length)
         self._strain, self._volumes = _strain_operator(self.x[nodes], section.length)
@@ -107,7 +109,7 @@ class HalfBody:
         F = np.einsum("eqid,ed->ieq", self._strain, u.ravel()[self.dofs], optimize=True)
         F = F + _UNDEFORMED[:, None, None]
         stretches = principal_stretches(F)
-        if not stretches.min() > 0.0:
+        if not stretches.min() > 0.0:  # an element is inverted
             return Deformed(u=u, F=F, stretches=stretches, energy=math.inf)
         phi, _, _ = self.law.phi(stretches)
         U, _, _ = self.law.U(np.log(stretches.prod(axis=0)))
@@ -162,7 +164,7 @@ class Deformed:
     """A deformed half body with displacements u (nodes, 2) [mm].
 
     `F` (5, elements, points) [1] is the deformation gradient at the Gauss points. `stretches` (3, elements, points) [1]
-    are its principal stretches. `energy` [N mm] is the strain energy for E = 1 MPa; it is infinite if an element is
+    are its principal stretches. `energy` [N mm] is the strain energy for E = 1 MPa. It is infinite if an element is
     inverted.
     """
 

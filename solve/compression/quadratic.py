@@ -1,4 +1,4 @@
-"""Quadratic Lagrange polynomials with the nodes -1, 0 and 1; their products are the shape functions of Q9 elements."""
+"""Quadratic Lagrange polynomials with the nodes -1, 0 and 1. Their products are the shape functions of Q9 elements."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from sensor.arrays import Floats
 
 
 def tensor_product(along: Floats, up: Floats) -> Floats:
-    """Return the products of three functions of each coordinate, both (points, 3), in the shape (points, 9)."""
+    """Return the products of each function `along` with each function `up`, shape (points, 9). Both are (points, 3)."""
     return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
 
 

@@ -1,6 +1,6 @@
 """Principal stretches of axisymmetric deformations, and the modes in which any isotropic energy has a diagonal Hessian.
 
-A deformation gradient F (5, ...) has the components (F_rr, F_rz, F_zr, F_zz, F_tt); F_tt is the hoop stretch. The
+A deformation gradient F (5, ...) has the components (F_rr, F_rz, F_zr, F_zz, F_tt), where F_tt is the hoop stretch. The
 in-plane 2 x 2 part is the sum of a scaled rotation and a scaled reflection. The two scale factors are half the sum and
 half the difference of the in-plane principal stretches.
 """
@@ -36,8 +36,8 @@ def principal_modes(F: Floats) -> Floats:
     rr, rz, zr, zz = F[:4]
     rotation_cos, rotation_sin = _cosine_and_sine(0.5 * (rr + zz), 0.5 * (zr - rz))
     reflection_cos, reflection_sin = _cosine_and_sine(0.5 * (rr - zz), 0.5 * (zr + rz))
-    # The derivatives of the sum and of the difference of the stretches with respect to F, and the two directions that
-    # are orthogonal to these derivatives.
+    # The gradients are the derivatives of the sum and of the difference of the stretches with respect to F. The other
+    # two directions are orthogonal to the gradients.
     sum_gradient = np.stack([rotation_cos, -rotation_sin, rotation_sin, rotation_cos])
     difference_gradient = np.stack([reflection_cos, reflection_sin, reflection_sin, -reflection_cos])
     rotation = np.stack([-rotation_sin, -rotation_cos, rotation_cos, -rotation_sin])

@@ -29,9 +29,9 @@ _EXTRAPOLATION_COUNTS = (1, 2, 3)  # numbers of previous equilibria from which i
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _ToolState:
-    """A deformed body under a tool, and its contact; arrays are (surface nodes,).
+    """A deformed body under a tool, and its contact. Arrays have the shape (surface nodes,).
 
-    `height` [mm] is the height of each surface node above the face of the tool; where positive, it is the penetration.
+    `height` [mm] is the height of each surface node above the face of the tool. A positive height is the penetration.
     `slope` [1] is the slope of the face at the node, and `slope_rate` [1/mm] its derivative with respect to the radius.
     `touches` marks the nodes in contact. `energy` [N mm] is the strain energy plus the energy of the penalty.
     """
@@ -60,7 +60,7 @@ class _ToolPress:
 
     @property
     def round_off(self) -> float:
-        """Return the round-off of the energy [N mm]; divided by 1 mm, it also bounds the round-off of a force [N]."""
+        """Return the round-off of the energy [N mm]. Divided by 1 mm, it also bounds the round-off of a force [N]."""
         return float(np.finfo(np.float64).eps) * self.body.volume
 
     def state(self, u: Floats) -> _ToolState:
@@ -73,7 +73,8 @@ class _ToolPress:
         r = body.x[body.surface, 0]
         z = body.x[body.surface, 1]
         rise, slope, slope_rate = self.tool.face(r + u[body.surface, 0])
-        lowest_point = z[0] - self.travel  # of the tool, which first touches the surface node on the axis, z[0]
+        # The first surface node is on the axis, where the tool touches the body first.
+        lowest_point = z[0] - self.travel  # z of the lowest point of the tool
         height = z + u[body.surface, 1] - lowest_point - rise
         touches = (height >= 0.0) & (r <= self.tool.edge * (1.0 + _RADIUS_TOLERANCE))
         deformed = body.deformed(u)
@@ -91,8 +92,8 @@ class _ToolPress:
         state = start
         held_dofs = np.flatnonzero(held)
         for _ in range(_MAX_ITERATIONS):
-            # First try the Newton step of the energy itself. If it does not lower the energy sufficiently, try the
-            # step of a convex approximation.
+            # First, the Newton step of the energy itself is tried. If it does not lower the energy sufficiently, the
+            # step of a convex approximation of the energy is tried.
             for convex in (False, True):
                 residual, matrix, force = self._linearise(state, held, convex=convex)
                 if np.linalg.norm(residual) <= max(_RESIDUAL_LIMIT * force, self.round_off):
@@ -101,7 +102,7 @@ class _ToolPress:
                 next_state = self._line_search(state, step, float(residual @ step))
                 if next_state is not None:
                     break
-            if next_state is None:  # neither step lowers the energy
+            if next_state is None:  # neither step lowers the energy sufficiently
                 break
             state = next_state
         msg = f"compression: no equilibrium was found at a travel of {self.travel:.3g} mm. Reduce the travel."
@@ -157,7 +158,7 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     longer move along r, nor can nodes on a table. Raises SolveError if no equilibrium is found.
     """
     tool = tool or Tool()
-    held = body.held.copy()  # gripped dofs are added below; dof 2 i moves node i along r
+    held = body.held.copy()  # gripped dofs are added below, where dof 2 i moves node i along r
     if grips:  # the tool also grips the nodes that it touches before the press, for example on a flat top
         initial_state = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
         held[2 * body.surface[initial_state.touches]] = True

@@ -32,7 +32,7 @@ class BentBlock:
     """The displacement bases of a block, `flat`, and of the fruit, `bent`, on the same mesh, and the loads on it.
 
     The mesh is the box over the grid lines `lines` [mm] along each axis. A load presses against its outward normal in
-    `normals`. These are the normals of the skin if tips press along them, as domes do; otherwise they point upwards.
+    `normals`. These are the normals of the skin if tips press along them, as domes do. Otherwise they point upwards.
     `parities` are the symmetry cases about the mirror planes in which the loads are solved (see `level_parities`).
     """
 
@@ -81,7 +81,7 @@ def bent_block(
     footprints share, and `steps` determines how fine it is. The `loads` replace the footprints. With `along_normals`,
     they press along the normals of the skin. Raises SolveError if an element is folded when the block is bent.
     """
-    shape = CurvedShape(fruit, core_of(loads))
+    shape = CurvedShape(fruit, enclosing_core(loads))
     if fruit.is_symmetric:
         mirrored = [bool(images) for images in mirror_images(footprints)]  # at x = 0, and at y = 0
         parities = level_parities(footprints)
@@ -118,7 +118,7 @@ def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
     return bent
 
 
-def core_of(loads: Sequence[SmoothLoad]) -> Plan:
+def enclosing_core(loads: Sequence[SmoothLoad]) -> Plan:
     """Return half the size along x and y [mm] of the rectangle around the apex that contains all loads."""
     x = max(abs(load.x) + REACH * load.deviation for load in loads)
     y = max(abs(load.y) + REACH * load.deviation for load in loads)

@@ -36,9 +36,9 @@ class BodySteps:
 def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
     """Return the coordinates of the grid lines [mm] along x, y and z of the block.
 
-    `shape` maps the block to the fruit. The lines are dense at the `loads`, as `steps` prescribes. `mirrored` states
-    for x and y whether the mesh covers only one side of a mirror plane. The number of steps is reduced until the mesh
-    has at most `steps.most_dofs` dofs.
+    `shape` maps the block to the fruit. The lines are dense at the `loads`, as `steps` prescribes. `mirrored` holds two
+    flags, for x and y, which are true if the mesh covers only one side of a mirror plane. The number of steps is
+    reduced until the mesh has at most `steps.most_dofs` dofs.
     """
     lines = _lines_for_steps(shape, loads, mirrored, steps)
     # Quadratic elements have 2 n - 1 nodes on n grid lines, and three dofs per node.
@@ -64,12 +64,7 @@ def _lines_for_steps(
         required_marks = _required_marks(shape, centres[:, axis], axis, is_mirrored=mirrored[axis])
         marks = _drop_close_marks(required_marks, LEAST_STEP * smallest_deviation)
         step_size = _step_size(centres[:, axis], extent, smallest_deviation, steps)
-        # Each segment between two marks is graded by itself, so that grid lines pass through the marks.
-        line = np.array(marks[:1])
-        for start, stop in pairwise(marks):
-            segment = graded_line(start, stop, step_size, steps.fraction)
-            line = np.concatenate([line, segment[1:]])
-        lines.append(line)
+        lines.append(_line_through(marks, step_size, steps.fraction))
     # The loads act at z = 0, the top of the block, and z points downwards.
     skin_thickness = fruit.skin_mm or 0.0
     step_size = _step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)
@@ -77,6 +72,19 @@ def _lines_for_steps(
     if skin_thickness:  # the skin is one layer of elements
         z_line = np.concatenate([[0.0], z_line])
     return lines[0], lines[1], z_line
+
+
+def _line_through(marks: Sequence[float], step_size: Callable[[Floats], Floats], fraction: float) -> Floats:
+    """Return increasing coordinates [mm] from the first to the last mark, which include all marks between them.
+
+    Each segment between two `marks` [mm] is graded separately, with the steps `step_size` [mm]. A `fraction` below 1
+    reduces the number of steps.
+    """
+    line = np.array(marks[:1])
+    for start, stop in pairwise(marks):
+        segment = graded_line(start, stop, step_size, fraction)
+        line = np.concatenate([line, segment[1:]])  # the first point of a segment is the last point of the line
+    return line
 
 
 def _required_marks(shape: CurvedShape, loads: Floats, axis: int, *, is_mirrored: bool) -> list[float]:
@@ -116,6 +124,7 @@ def _step_size(loads: Floats, extent: float, smallest_deviation: float, steps: B
     """
 
     def step_size(s: Floats) -> Floats:
+        """Return the step size [mm] at each coordinate `s` [mm]."""
         distance = np.abs(s[:, None] - loads).min(axis=1)
         growing = steps.at_load * smallest_deviation + steps.growth * distance
         return np.asarray(np.minimum(growing, steps.largest * extent))

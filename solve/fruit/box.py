@@ -85,8 +85,8 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
     (`solve/fruit/remainder.py`). It resembles the field of image loads behind the faces of the block. A step is
     therefore proportional to its distance from the nearest image, and the last step at a face is divided into a layer.
     `grading` holds the ratio of step to distance, and the proportions of this layer. The block lies at |x| <= length/2,
-    |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the loads. `mirrored` states for x and y
-    whether the lines start at the mirror plane, at 0.
+    |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the loads. `mirrored` holds two flags,
+    for x and y, which are true if the lines start at the mirror plane, at 0.
     """
     extent = (block.length_mm, block.width_mm, block.height_mm)
 
@@ -99,7 +99,8 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
         end = 0.5 * extent[axis]
         start = 0.0 if mirrored[axis] else -end
         line = graded_line(start, end, partial(step_size, axis=axis), grading.fraction)
-        # In a low block, the base screens a side face from loads farther away than `reach`. Such a face needs no layer.
+        # In a low block, the base screens a side face from loads farther away than `reach`. A face whose nearest load
+        # is farther away needs no layer.
         reach = SCREENED * block.height_mm
         if float(np.min(end - points[:, axis])) <= reach:
             line = _with_layer(line, grading.layer)
@@ -113,7 +114,7 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
 def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
     """Return the approximate distance [mm] from coordinates `s` [mm] on one axis to the nearest image load.
 
-    An image load is the mirror image of a load in a face of the block. `extent` (3,) [mm] is the size of the block, and
+    An image load is the mirror image of a load in a face of the block. `extent` (3,) [mm] is the size of the block.
     `points` (n, 2) [mm] are the positions of the loads on its top, relative to the centre of the top.
     """
     height = extent[UP]

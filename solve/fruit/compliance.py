@@ -55,12 +55,12 @@ class FruitCompliance(Record):
 
     S (tips, tips) [1/mm] is read-only. `tips` holds the names of the tips in the order of S, from -x to +x.
     `difference_error` bounds the relative error [1] of s11 - s12, from which the springs are sized. `s11_error` bounds
-    the relative error of s11. `shape_change` (tips, tips) [1/mm] is the part of S that the shape of a curved fruit
-    causes; for a block, it is 0.
+    the relative error of s11. `shape_change` (tips, tips) [1/mm] is the part of S that is due to the shape of a curved
+    fruit. For a block, it is 0.
 
-    Under a skin, S depends on the modulus of the flesh. S is then the compliance of the flesh without its skin. `at`
-    returns the compliance at one modulus of the flesh, which becomes `flesh_E` [MPa]. `rough` is True if an accuracy of
-    a few per cent was requested; contact is then solved on few cells.
+    Under a skin, the compliance depends on the modulus of the flesh. S is then the compliance of the flesh without its
+    skin. `at` returns the compliance at one modulus of the flesh, which becomes `flesh_E` [MPa]. `rough` is True if an
+    accuracy of a few per cent was requested. Contact is then solved on few cells.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -74,25 +74,25 @@ class FruitCompliance(Record):
     rough: bool = False
 
     def __post_init__(self) -> None:
-        """Store read-only copies of both matrices; raises ValueError unless their shape is (tips, tips)."""
+        """Store read-only copies of both matrices. Raises ValueError unless their shape is (tips, tips)."""
         change = self.shape_change if np.ndim(self.shape_change) else np.zeros(np.shape(self.S))
         for name, matrix in (("S", self.S), ("shape_change", change)):
             copied = np.array(matrix, dtype=np.float64)
             if copied.shape != (len(self.tips), len(self.tips)):
-                msg = f"{name} has shape {copied.shape}: must have a row and a column for each of {len(self.tips)} tips"
+                msg = f"{name} has shape {copied.shape}. It must have a row and a column for each tip."
                 raise ValueError(msg)
             copied.flags.writeable = False
             object.__setattr__(self, name, copied)
 
     def at(self, E: float) -> "FruitCompliance":
-        """Return the compliance at a modulus of the flesh [MPa]; without a skin, return the object itself."""
+        """Return the compliance at a modulus of the flesh [MPa]. Without a skin, it is this object itself."""
         if self.skin is None:
             return self
         return replace(self, S=self.skin.at(E), skin=None, flesh_E=self.skin.within(E))
 
     @cached_property
     def crosstalk(self) -> float:
-        """Return the mean indentation under one tip per force on another, times E [1/mm]; for a single tip, 0."""
+        """Return the mean indentation under one tip per force on another, times E [1/mm], or 0 for a single tip."""
         count = len(self.tips)
         if count == 1:
             return 0.0
@@ -133,7 +133,7 @@ class FruitCompliance(Record):
 
 
 def _grouped(S: Floats, groups: Sequence[list[int]]) -> Floats:
-    """Return the compliance of groups of tips that carry equal forces, from the compliance S of the tips [same unit].
+    """Return the compliance of groups of tips that carry equal forces, from the compliance S of the tips.
 
     An entry is the mean indentation under the tips of one group, per force on each tip of the other.
     """

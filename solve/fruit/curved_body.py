@@ -25,7 +25,7 @@ from sensor.quantity import validation_error
 from sensor.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
 from solve.elasticity import stiffness_matrix
 from solve.error_estimate import SolveInfo
-from solve.fruit.bent_block import bent_block, core_of
+from solve.fruit.bent_block import bent_block, enclosing_core
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import CurvedShape, Plan
@@ -59,14 +59,14 @@ NEARER_HINT = "move the tips towards the apex, or use a thicker fruit"
 class ShapeChange:
     """The change in the block's compliance due to the shape of the fruit, times E [1/mm].
 
-    `change`, `step` and `bound` have shape (tips, tips). `step` is the difference between the change and its value on a
-    coarser mesh, and `bound` is the error bound of the closed form. `dofs` is the number of degrees of freedom of the
-    mesh.
+    All arrays have shape (tips, tips). `mesh_difference` is the difference between the change and its value on a
+    coarser mesh, and `closed_form_error` bounds the error of the closed form. `dofs` is the number of degrees of
+    freedom of the mesh.
     """
 
     change: Floats
-    step: Floats
-    bound: Floats
+    mesh_difference: Floats
+    closed_form_error: Floats
     dofs: int
 
 
@@ -119,8 +119,8 @@ def _coarsest_change(
     for steps in tried_steps:
         shape = shape_change(fruit, footprints, steps, along_normals)
         S = block.S + shape.change
-        mesh_errors = SAFETY * relative_changes(shape.step, S)
-        errors = largest_errors(mesh_errors + relative_changes(shape.bound, S), len(S))
+        mesh_errors = SAFETY * relative_changes(shape.mesh_difference, S)
+        errors = largest_errors(mesh_errors + relative_changes(shape.closed_form_error, S), len(S))
         if block.rough or max(errors) <= tolerance:
             break
     return shape, errors
@@ -145,8 +145,8 @@ def shape_change(
 ) -> ShapeChange:
     """Return the change in compliance under footprints from the equivalent block of a curved fruit to the fruit itself.
 
-    The change under smooth loads is solved on two meshes; `steps` determines the finer one. A closed form converts it
-    to the change under rigid tips. With `along_normals`, the tips press along the normals of the skin, as domes do.
+    The change under smooth loads is solved on two meshes, and `steps` determines the finer one. A closed form converts
+    it to the change under rigid tips. With `along_normals`, the tips press along the normals of the skin, as domes do.
     Raises SolveError if a solve does not converge.
     """
     # Under domes, the loads are inclined, and their effect on a neighbour depends on their width. They therefore have
@@ -163,8 +163,8 @@ def shape_change(
         rigid_tip_changes[i], rigid_tip_bounds[i] = _sharpness_correction(fruit, footprint, load, along_normals)
     return ShapeChange(
         change=fine_change + np.diag(rigid_tip_changes),
-        step=fine_change - coarse_change,
-        bound=np.diag(rigid_tip_bounds),
+        mesh_difference=fine_change - coarse_change,
+        closed_form_error=np.diag(rigid_tip_bounds),
         dofs=dofs,
     )
 
@@ -185,7 +185,7 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     if fruit.is_whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
         raise validation_error(fruit.depth_key, fruit.depth_mm, "mm", bound, "use a thinner fruit with a wider base")
-    shape = CurvedShape(fruit, core_of(smooth_loads(fruit, footprints)))
+    shape = CurvedShape(fruit, enclosing_core(smooth_loads(fruit, footprints)))
     for footprint in footprints:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
             bound = f"where the skin slopes by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
@@ -256,7 +256,7 @@ def curvature_correction(
     fruit_matrix = stiffness_matrix(body.bent, 1.0, fruit.poisson, b_bar=True)
     upwards = [(0.0, 0.0, -1.0) for _ in loads]  # normals of the block, with z down
 
-    def change_of_parity(parity: Parity) -> Floats:
+    def solve_parity(parity: Parity) -> Floats:
         """Return the part of the change that the loads of one parity cause, (loads, loads) [1/mm]."""
         fixed = body.fixed_dofs(parity)
         factor = factorise(block_matrix, fixed)
@@ -269,7 +269,7 @@ def curvature_correction(
 
     # Factorisations release Python's global interpreter lock, so the parities can be solved in parallel.
     with ThreadPoolExecutor(len(body.parities)) as threads:
-        changes = list(threads.map(change_of_parity, body.parities))
+        changes = list(threads.map(solve_parity, body.parities))
     return np.asarray(np.sum(changes, axis=0)), int(body.flat.N)
 
 

@@ -26,7 +26,7 @@ class Plan(NamedTuple):
 
 
 def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
-    """Return the depth [mm] of a fruit's skin below the plane at its apex; it is infinite outside the fruit's plan.
+    """Return the depth [mm] of a fruit's skin below the plane at its apex. It is infinite outside the fruit's plan.
 
     The fruit is an ellipsoid whose vertical semi-axis is `radius` [mm]. Its principal radii at the apex are `radius`
     along x and `radius_across` along y. If both are equal, it is a sphere. The height h of the skin above the centre
@@ -39,7 +39,7 @@ def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats
 
 
 def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
-    """Return the downward slopes [1] of the skin of `cap_gap` along x and y; infinite at the rim and beyond."""
+    """Return the downward slopes [1] along x and y of the skin in `cap_gap`, or infinities at the rim and beyond."""
     relative_h_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
     if not relative_h_squared > 0.0:
         return math.inf, math.inf
@@ -48,12 +48,12 @@ def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[
 
 
 def fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
-    """Return the depth [mm] of a curved fruit's skin below the plane at its apex; it is infinite outside the plan."""
+    """Return the depth [mm] of a curved fruit's skin below the plane at its apex. It is infinite outside the plan."""
     return cap_gap(*fruit.to_principal(x, y), *fruit.radii_mm)
 
 
 def fruit_slope(fruit: Fruit, x: float, y: float) -> tuple[float, float]:
-    """Return the slopes [1] of a curved fruit's skin along and across the tips; infinite at the rim and beyond."""
+    """Return the slopes [1] of a fruit's skin along and across the tips. They are infinite at the rim and beyond."""
     along, across = cap_slope(*fruit.to_principal(x, y), *fruit.radii_mm)
     return (along, across) if math.isinf(along) else fruit.from_principal(along, across)
 
@@ -120,7 +120,7 @@ class CurvedShape:
         return Plan(sine * self.semi_axes[0], sine * self.semi_axes[1])
 
     def slope(self, x: float, y: float) -> float:
-        """Return the slope of the skin [1] at x, y [mm]; it is infinite at the rim and beyond."""
+        """Return the slope of the skin [1] at x, y [mm]. It is infinite at the rim and beyond."""
         return math.hypot(*fruit_slope(self.fruit, x, y))
 
     def normal(self, x: float, y: float) -> tuple[float, float, float]:
@@ -144,12 +144,22 @@ class CurvedShape:
         """
         if self.fruit.is_whole:
             return self._bend_whole(points)
+        if self.fruit.skin_mm is not None:
+            return self._bend_with_skin(points, self.fruit.skin_mm)
         x, y, z = points
         skin_depth = self._skin_depth(x, y)
-        skin_thickness = self.fruit.skin_mm
         depth = self.fruit.depth_mm
-        if skin_thickness is None:
-            return np.stack([x, y, skin_depth + z * (1.0 - skin_depth / depth)])
+        return np.stack([x, y, skin_depth + z * (1.0 - skin_depth / depth)])
+
+    def _bend_with_skin(self, points: Floats, skin_thickness: float) -> Floats:
+        """Return the positions (3, n) [mm] of points of the block in a piece of a fruit with a skin.
+
+        In the block, the skin is the layer from z = 0 to `skin_thickness` [mm]. In the fruit, the skin has this
+        thickness along its normal, and is therefore thicker along the vertical.
+        """
+        x, y, z = points
+        skin_depth = self._skin_depth(x, y)
+        depth = self.fruit.depth_mm
         a, b, c = self.semi_axes
         u, v = self.fruit.to_principal(x, y)  # along the principal directions, which are the axes a and b
         # The slope of the skin is |(u / a^2, v / b^2)| c^2 / h, with the height h = c - skin_depth above the centre.
@@ -157,7 +167,7 @@ class CurvedShape:
         secant = np.hypot(slope, 1.0)  # vertical thickness of the skin divided by its thickness along the normal
         skin_base = skin_depth + skin_thickness * secant
         flesh_fraction = np.maximum(0.0, z - skin_thickness) / (depth - skin_thickness)  # 0 at the skin, 1 at the base
-        in_skin = np.minimum(z, skin_thickness) * secant
+        in_skin = np.minimum(z, skin_thickness) * secant  # vertical distance within the skin
         return np.stack([x, y, skin_depth + in_skin + flesh_fraction * (depth - skin_base)])
 
     def _skin_depth(self, x: Floats, y: Floats) -> Floats:
@@ -172,28 +182,38 @@ class CurvedShape:
         """
         a, b, c = self.semi_axes
         thickness = self.fruit.depth_mm
-        cap_sine = math.sin(self.cap_angle)
-        base_sine = math.sin(self.base_angle)
-        # Depths of the rims of cap and base, divided by the vertical semi-axis.
-        rim_depth = 1.0 - math.cos(self.cap_angle)
-        base_depth = 1.0 - math.cos(self.base_angle)
-
         u, v = self._map_to_disc(points[:2])
         outward_share = u**2 + v**2  # 0 on the axis, 1 on the rim of a disc
         downward_share = points[2] / thickness  # 0 on the top, 1 on the base
         rim_angle = self.cap_angle + (self.base_angle - self.cap_angle) * downward_share  # polar angle of the rim [rad]
-
-        # Radius of a disc divided by the semi-axes. At the rim it follows the skin, and on the axis it is a smooth
-        # function of the depth. Between them it is interpolated.
-        axis_radius = cap_sine + (base_sine - cap_sine) * downward_share**2
-        relative_radius = (1.0 - outward_share) * axis_radius + outward_share * np.sin(rim_angle)
-        # The depth is interpolated linearly from the cap to the base. At the rim, `bulge` is added so that it becomes
-        # the depth of the skin. The bulge is zero at the rims of cap and base.
-        linear_depth = (1.0 - downward_share) * rim_depth + downward_share * base_depth
-        bulge = c * (1.0 - np.cos(rim_angle) - linear_depth)
+        relative_radius = self._disc_radius(outward_share, downward_share, rim_angle)
+        # The depth is interpolated linearly from the cap to the base. At the rim, the bulge is added so that it becomes
+        # the depth of the skin.
+        bulge = c * self._relative_bulge(downward_share, rim_angle)
         top_depth = self._skin_depth(self.cap.x * u, self.cap.y * v)
         depth = (1.0 - downward_share) * top_depth + downward_share * thickness + outward_share * bulge
         return np.stack([a * relative_radius * u, b * relative_radius * v, depth])
+
+    def _disc_radius(self, outward_share: Floats, downward_share: Floats, rim_angle: Floats) -> Floats:
+        """Return the radius of the discs of `_bend_whole`, divided by the horizontal semi-axes [1], shape (n,).
+
+        At the rim of a disc, where `outward_share` is 1, the radius follows the skin. On the axis, it is a smooth
+        function of the depth. Between them, it is interpolated.
+        """
+        cap_sine = math.sin(self.cap_angle)
+        base_sine = math.sin(self.base_angle)
+        axis_radius = cap_sine + (base_sine - cap_sine) * downward_share**2
+        return np.asarray((1.0 - outward_share) * axis_radius + outward_share * np.sin(rim_angle))
+
+    def _relative_bulge(self, downward_share: Floats, rim_angle: Floats) -> Floats:
+        """Return the depth of the skin minus a linear interpolation between the rims of cap and base, shape (n,).
+
+        The depths are divided by the vertical semi-axis [1]. The result is zero at the rims of cap and base.
+        """
+        cap_depth = 1.0 - math.cos(self.cap_angle)  # of the rim of the cap
+        base_depth = 1.0 - math.cos(self.base_angle)
+        linear_depth = (1.0 - downward_share) * cap_depth + downward_share * base_depth
+        return np.asarray(1.0 - np.cos(rim_angle) - linear_depth)
 
     def _map_to_disc(self, plan: Floats) -> Floats:
         """Return the images (2, n) on the unit disc of points (2, n) [mm] of the block's plan.
@@ -210,6 +230,7 @@ class CurvedShape:
         # increases from 0 to 1/2, its value in the elliptical map.
         edge_share = np.maximum(0.0, (distance - core[:, None]) / (half_plan - core)[:, None])
         within_core = np.minimum(distance, core[:, None])  # the part of the distance that lies in the core
+        # p and q are (x, y) / cap in the core. They increase to 1 at the edge of the plan.
         p, q = np.sign(plan) * (within_core + edge_share * (cap - core)[:, None]) / cap[:, None]
         rounding = 0.5 * (1.0 - ((1.0 - edge_share[0] ** 2) * (1.0 - edge_share[1] ** 2)) ** 2)
         return np.stack([p * np.sqrt(1.0 - rounding * q**2), q * np.sqrt(1.0 - rounding * p**2)])

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag, lu_factor, lu_solve
 
-from sensor.arrays import Floats
+from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
 from solve.fruit.box import Lines, box_mesh
 from solve.fruit.remainder import Parity, remainder_compliance
@@ -57,7 +57,7 @@ class Footprint:
 
 
 def closest_spacing(footprints: Sequence[Footprint]) -> float:
-    """Return the smallest ratio of spacing to side over all pairs of footprints [1]; for a single footprint, infinity.
+    """Return the smallest ratio of spacing to side over all pairs of footprints [1], or infinity for a single one.
 
     The spacing is the larger of the distances along x and along y.
     """
@@ -96,9 +96,10 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
     A list is empty if any footprint has no image among the footprints.
     """
     index = {footprint: i for i, footprint in enumerate(footprints)}
+    # An index of -1 means that a footprint has no image.
     images_at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
     images_at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
-    if -1 in images_at_x:  # a footprint has no image
+    if -1 in images_at_x:
         images_at_x = []
     if -1 in images_at_y:
         images_at_y = []
@@ -153,11 +154,7 @@ def node_remainder(
     mirrored = np.abs(parities[0])  # for x and y: 1 if there is a mirror plane, otherwise 0
     is_beyond = mirrored * nodes < 0.0  # (nodes, 2), for x and y
     nodes = np.where(is_beyond, -nodes, nodes)
-
-    # Nodes that coincide to SAME_POINT decimals form one load. Adding 0 converts -0 to 0.
-    largest_side = max(footprint.side for footprint in footprints)
-    rounded = np.round(nodes / largest_side, SAME_POINT) + 0.0
-    _, first_node, load_of_node = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    first_node, load_of_node = _merge_coincident(nodes, max(footprint.side for footprint in footprints))
     load_compliances, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first_node], parities)
 
     # A single force is the mean of an even and an odd pair of forces about each mirror plane.
@@ -166,10 +163,21 @@ def node_remainder(
         # A node that was replaced by its mirror image has the sign of the parity.
         sign = np.where(is_beyond, parity, 1).prod(axis=1)
         compliance += np.outer(sign, sign) * load_compliance[np.ix_(load_of_node, load_of_node)]
-    compliance /= 2 ** mirrored.sum()  # the mean over one or two pairs
+    compliance /= 2 ** mirrored.sum()  # a factor of one half for each mirror plane
 
     interpolation = _interpolation_matrix(footprints, counts)
     return interpolation @ compliance @ interpolation.T, dofs
+
+
+def _merge_coincident(nodes: Floats, side: float) -> tuple[Ints, Ints]:
+    """Merge nodes (nodes, 2) [mm] that coincide into loads, so that each load is solved only once.
+
+    Returns the index of the first node of each load (loads,), and the index of the load of each node (nodes,). Nodes
+    coincide if their positions divided by `side` [mm] agree to SAME_POINT decimals.
+    """
+    rounded = np.round(nodes / side, SAME_POINT) + 0.0  # adding 0 converts -0 to 0
+    _, first_node, load_of_node = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return first_node, load_of_node
 
 
 def _interpolation_matrix(footprints: Sequence[Footprint], counts: NodeCounts) -> Floats:
@@ -215,8 +223,9 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     forces += lu_solve(factor, right_side - system @ forces)  # one step of iterative refinement, which stiff skins need
     residual = float(np.abs(system @ forces - right_side).max() / np.abs(right_side).max())
     if not residual <= RESIDUAL_LIMIT:
-        msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
+        msg = f"tip forces: relative residual = {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}. Check the scene."
         raise SolveError(msg)
     # The nodal forces on each footprint add up to the stiffness matrix, whose inverse is the compliance.
     S = np.linalg.inv(unit_displacements.T @ forces)
-    return 0.5 * (S + S.T)  # S is symmetric by Betti's theorem; this makes it symmetric to the last bit
+    # By Betti's theorem, S is symmetric up to round-off. The mean is symmetric to the last bit.
+    return 0.5 * (S + S.T)

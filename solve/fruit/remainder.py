@@ -87,13 +87,15 @@ class _BoundaryProblem:
         """
         clamped = self.basis.get_dofs("base").all()
         side_forces = -_load_vector(self.side, side_traction, self.basis.N)
+        # The prescribed displacement is 0 at all dofs except at the base, away from the mirror planes.
         prescribed = -_projection(self.base, base_displacement, np.setdiff1d(clamped, mirror), self.basis.N)
         factor = factorise(self.stiffness, np.union1d(clamped, mirror))
-        return factor.solve(side_forces, prescribed[factor.fixed]), side_forces, prescribed
+        v = factor.solve(side_forces, prescribed[factor.fixed])
+        return v, side_forces, prescribed
 
 
 def _boundary_problem(mesh: Mesh, poisson: float, mirror_planes: Sequence[str]) -> _BoundaryProblem:
-    """Return the elastic problem of the remainder on a mesh; the faces in `mirror_planes` are not free sides."""
+    """Return the elastic problem of the remainder on a mesh. The faces in `mirror_planes` are not free sides."""
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     free_sides = {name: normal for name, normal in SIDES.items() if name not in mirror_planes}
     return _BoundaryProblem(
@@ -125,7 +127,8 @@ def remainder_compliance(
     mirror_planes = [plane for plane, has_plane in zip(PLANES, mirrored, strict=True) if has_plane]
     problem = _boundary_problem(mesh, poisson, mirror_planes)
 
-    # Half-space fields of each load and of each of its mirror images, which are identified by the signs of x and y.
+    # Half-space fields of each load and of each of its mirror images. An image is identified by the signs of x and y:
+    # (1, -1) is the reflection in the plane y = 0, and (1, 1) the load itself.
     signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
     side_fields = [_half_space(load_points * image, poisson, problem.side) for image in images]
@@ -139,7 +142,7 @@ def remainder_compliance(
         base_sum = _signed_sum(image_signs, base_fields)
         compliances.append(_compliance_by_betti(problem, side_sum, base_sum, mirror_dofs(problem.basis, parity)))
     _check_reciprocity(compliances)
-    # Removes the small asymmetry that the check has accepted.
+    # The mean of a compliance and its transpose removes the small asymmetry that the check has accepted.
     return [0.5 * (compliance + compliance.T) for compliance in compliances], int(problem.basis.N)
 
 
@@ -204,9 +207,9 @@ def remainder_field(mesh: Mesh, poisson: float, points: Floats, forces: Floats) 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
     """Return the dofs (n,) of the box that are zero on the mirror planes.
 
-    The mirror planes are the faces x_low and y_low, and `parity` has one sign for each of them. If the sign is 1, these
-    dofs are the displacements normal to the plane; if it is -1, the displacements in the plane. If it is 0, the face is
-    not a mirror plane.
+    The mirror planes are the faces x_low and y_low, and `parity` has one sign for each of them. If the sign is 1, the
+    displacements normal to the plane are zero. If it is -1, the displacements in the plane are zero. If it is 0, the
+    face is not a mirror plane.
     """
     # Displacements along x, y and z are called u^1, u^2 and u^3. The first entry is for x_low, the second for y_low.
     normal_components = (["u^1"], ["u^2"])
@@ -265,7 +268,7 @@ def _projection(faces: FaceQuadrature, field: Floats, used_dofs: Ints, size: int
     """Return the least-squares approximation (dofs, loads) of a field on some faces.
 
     The field has shape (loads, 3, facets, q), and the approximation has its values at the nodes. Only the dofs
-    `used_dofs` are used, and the others are 0; `size` is the total number of dofs. Unlike interpolation, this
+    `used_dofs` are used, and all others are 0. `size` is the total number of dofs. Unlike interpolation, this
     projection leaves an error that does no work on tractions of the same smoothness.
     """
     # Indices: nodes b and d, facet f, quadrature point q.

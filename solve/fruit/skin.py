@@ -21,7 +21,7 @@ from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
 from sensor.theory.sloped_skin import slope_factor, stretch_factor
 from solve.elasticity import stiffness_matrix
-from solve.fruit.bent_block import BentBlock, bent_block, core_of
+from solve.fruit.bent_block import BentBlock, bent_block, enclosing_core
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.compliance import FruitCompliance, SkinTable
 from solve.fruit.curved_shape import CurvedShape
@@ -88,7 +88,7 @@ def skin_compliance(
 
     # In the change from the mesh, the half-space part under smooth loads is replaced by the half-space part under tips.
     table = flesh.S + fine_change + local_change.rigid - local_change.smooth - local_change.shell
-    # Flesh softer than the design's range occurs only at the start of a curve of P; the error bars exclude it.
+    # Flesh softer than the design's range occurs only at the start of a curve of P. The error bars exclude it.
     is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # the margin is for round-off
     errors = _table_errors(table, fine_change - coarse_change, local_change, np.flatnonzero(is_in_range))
     dofs = int(fine_body.flat.N)
@@ -119,7 +119,7 @@ class _LocalChange:
 
     `rigid` is the change under rigid tips. `fewer_nodes` is this change with half as many nodes per side, without the
     effect of the slope. `smooth` is the change under the smooth loads. `shell` is the decrease caused by the stiffness
-    of a curved skin as a shell; on a block, it is 0.
+    of a curved skin as a shell. On a block, it is 0.
     """
 
     rigid: Floats
@@ -186,7 +186,7 @@ def _slope_factors(
     The first factors are for rigid tips, and the second for their smooth loads. With `along_normals`, the tips press
     along the normals of the skin, as domes do.
     """
-    shape = CurvedShape(fruit, core_of(loads))
+    shape = CurvedShape(fruit, enclosing_core(loads))
     slopes = [shape.slope(footprint.x, footprint.y) for footprint in footprints]
     if along_normals:
         # The contact of a dome is circular on the skin, so a slope does not change its compliance. The smooth load is
@@ -229,18 +229,27 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
     without_layer = level_compliance(footprints, layers[0].poisson_below, no_remainder, per_side)
     changes = []
     for layer, base_effect in zip(layers, base_effects, strict=True):
-        # The effect of the softer or stiffer base is added to the influence between all pairs of nodes on a half-space
-        # of the layer's material. `level_compliance` expects and returns compliances times that material's modulus,
-        # hence the two conversions.
+        # The layered half-space is a half-space of the layer's material, plus the effect of the softer or stiffer base
+        # between all pairs of nodes. `level_compliance` expects and returns compliances times the modulus of this
+        # material. The factor `layer.modulus` converts them from and to the modulus of the base.
         S = level_compliance(footprints, layer.poisson, layer.modulus * base_effect, per_side) / layer.modulus
         change = S - without_layer
         for tip, footprint in enumerate(footprints):
-            if footprint.punch is circle_punch:  # the compliance of a circle under its own load has a closed form
-                radius = 0.5 * footprint.side
-                circle_compliance = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
-                change[tip, tip] = circle_compliance - (1.0 - layer.poisson_below**2) / footprint.side
+            if footprint.punch is circle_punch:
+                change[tip, tip] = _circle_change(layer, footprint)
         changes.append(change)
     return np.array(changes)
+
+
+def _circle_change(layer: Layer, circle: Footprint) -> float:
+    """Return the change in a half-space's compliance under a rigid circle, due to a layer, in closed form.
+
+    The result is the change times the modulus of the half-space [1/mm].
+    """
+    radius = 0.5 * circle.side
+    with_layer = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
+    without_layer = (1.0 - layer.poisson_below**2) / circle.side
+    return with_layer - without_layer
 
 
 def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
@@ -269,7 +278,8 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> F
     `solve_count` moduli, and form the reduced basis for all moduli. Raises SolveError if a solve does not converge.
     """
     poisson = layers[0].poisson_below
-    # Elements of the skin are marked by 1, and elements of the flesh by 0.
+    # Elements of the skin are marked by 1, and elements of the flesh by 0. In the flat block, where z points downwards,
+    # the centre of a skin element is above the base of the skin.
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
     flesh_matrix = stiffness_matrix(body.bent, 1.0 - in_skin, poisson, b_bar=True)
     skin_matrix = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)

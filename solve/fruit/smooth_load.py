@@ -73,7 +73,9 @@ def line_fractions(line: Floats, centre: float, deviation: float, sign: int) -> 
     shapes = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
     element_forces = (0.5 * element_lengths * GAUSS_WEIGHTS * density) @ shapes.T
     fractions = np.zeros(len(nodes))
-    for node in range(3):  # neighbouring elements share a node, so their contributions are added
+    for node in range(3):
+        # Element e has the nodes 2 e, 2 e + 1 and 2 e + 2 of the line. Neighbouring elements share a node, so their
+        # contributions are added.
         fractions[node : node + 2 * len(element_lengths) : 2] += element_forces[:, node]
     return nodes, fractions
 

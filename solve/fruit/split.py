@@ -87,7 +87,8 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     if tips.dome_radius_mm is None:
         punch = circle_punch if tips.tip_shape.is_round else square_punch
         return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
-    # A sphere of radius r touches a surface of radius R at R / (R + r) times the offset of its axis from the apex.
+    # A sphere of radius r touches a surface of radius R at R / (R + r) times the offset of its axis from the apex. On a
+    # block, R is infinite and the fraction is 1.
     radius_along, radius_across = fruit.radii_mm
     fraction_along = 1.0 / (1.0 + tips.dome_radius_mm / radius_along)
     fraction_across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
@@ -148,9 +149,8 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
     mesh_compliance, errors = min(candidates, key=rank)
     if max(errors) > limit:
         hint = "use a thicker fruit, or move the tips farther from its edges and from each other"
-        raise validation_error(
-            "relative error of the contact", float(f"{max(errors):.3g}"), "1", f"at most {limit:g}", hint
-        )
+        rounded_error = float(f"{max(errors):.3g}")  # for the message
+        raise validation_error("relative error of the contact", rounded_error, "1", f"at most {limit:g}", hint)
     return mesh_compliance, errors
 
 
@@ -261,7 +261,7 @@ def largest_errors(errors: Floats, tips: int) -> Errors:
 def relative_changes(change: Floats, S: Floats) -> Floats:
     """Return the relative changes [1] of s_ii + s_jj - 2 s_ij for each pair of tips, then of s_ii for each tip.
 
-    `change` is the change in the compliance S; both are (tips, tips) in the same unit.
+    `change` is the change in the compliance S. Both have the shape (tips, tips) and the same unit.
     """
     # The product load @ S @ load is s_ii for a unit force on tip i, and s_ii + s_jj - 2 s_ij for opposite unit forces
     # on the tips i and j.
@@ -295,10 +295,10 @@ def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
         if gap * ROUNDING_FACTOR < MIN_EDGE_GAP * side:
             bound = f"at least one side of the tip, {MIN_EDGE_GAP * side:g} mm"
             hint = "move the tips inwards, or use smaller tips or a larger fruit"
-            raise validation_error("gap from tip to side face", float(f"{gap:.6g}"), "mm", bound, hint)
+            rounded_gap = float(f"{gap:.6g}")  # for the message
+            raise validation_error("gap from tip to side face", rounded_gap, "mm", bound, hint)
     closest = closest_spacing(footprints)
     if closest * ROUNDING_FACTOR < MIN_SPACING:
         hint = "move the tips apart, or use smaller tips"
-        raise validation_error(
-            "tips.spacing_mm / side_mm", float(f"{closest:.6g}"), "1", f"at least {MIN_SPACING:g}", hint
-        )
+        rounded_spacing = float(f"{closest:.6g}")  # for the message
+        raise validation_error("tips.spacing_mm / side_mm", rounded_spacing, "1", f"at least {MIN_SPACING:g}", hint)

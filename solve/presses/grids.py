@@ -19,7 +19,7 @@ Complexes = NDArray[np.complex128]
 NODES = 8  # Chebyshev nodes per side; the error is 1e-5 for a contact of 2 mm radius at a distance of 5 mm
 
 
-def love(cells: int) -> Complexes:
+def love_transform(cells: int) -> Complexes:
     """Return the Fourier transform of Love's kernel: the deflection of cells under a unit pressure on one cell.
 
     Cells have unit size, and the deflection is multiplied by pi E*. Love's closed form is the sum, over the four
@@ -27,6 +27,7 @@ def love(cells: int) -> Complexes:
     position of the point relative to the corner. Offsets between cells run from -cells to cells - 1. A product of
     transforms therefore gives the convolution on a grid with `cells` cells per side, without wrap-around.
     """
+    # Whole numbers in the order of a discrete Fourier transform: first 0 to cells - 1, then -cells to -1.
     offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(offsets, offsets, indexing="ij")
     deflection = np.zeros_like(x)
@@ -37,11 +38,21 @@ def love(cells: int) -> Complexes:
     return rfft2(deflection)
 
 
+def _lagrange_polynomials(nodes: Floats, points: Floats) -> Floats:
+    """Return the Lagrange polynomials of some nodes (nodes,) at some points (points,), shape (nodes, points)."""
+    polynomials = []
+    for node in nodes:
+        factors = [(points - other) / (node - other) for other in nodes if other != node]
+        polynomials.append(np.prod(factors, axis=0))
+    return np.array(polynomials)
+
+
 class Grids:
     """One square grid of cells for each dome, and the deflection of all cells under forces on the cells.
 
-    `centres` (tips, 2) [mm] are the centres of the grids, and `half_widths` (tips,) [mm] their half widths. Arrays over
-    cells have the shape (tips, cells, cells).
+    `centres` (tips, 2) [mm] are the centres of the grids, and `half_widths` (tips,) [mm] their half widths. `softness`
+    (tips,) [1] is a factor on the compliance within each grid, and `constant` (tips,) [1/mm] is added to it. Arrays
+    over cells have the shape (tips, cells, cells).
     """
 
     def __init__(
@@ -50,8 +61,8 @@ class Grids:
         """Prepare the interpolation between cells and Chebyshev nodes, and the compliance between nodes of two grids.
 
         `centres` (tips, 2) [mm] and `half_widths` (tips,) [mm] describe the grids, each with `cells` cells per side.
-        `kernel` is `love(cells)`. `fruit` provides the local compliance under each dome, and its layer if it has one.
-        Without `fruit`, the flesh is a homogeneous half-space.
+        `kernel` is `love_transform(cells)`. `fruit` provides the local compliance under each dome, and its layer if it
+        has one. Without `fruit`, the flesh is a homogeneous half-space.
         """
         self.centres = centres
         self.half_widths = half_widths
@@ -59,15 +70,12 @@ class Grids:
         self.kernel = kernel
         self.cell_coordinates = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # centres of the cells, from -1 to 1
         self.cell_size = 2.0 * half_widths / cells
-        nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-        polynomials = []
-        for node in nodes:
-            factors = [(self.cell_coordinates - other) / (node - other) for other in nodes if other != node]
-            polynomials.append(np.prod(factors, axis=0))
-        self.node_polynomials = np.array(polynomials)  # Lagrange polynomials of the nodes at the cells, (nodes, cells)
+        nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)  # Chebyshev nodes, from -1 to 1
+        self.node_polynomials = _lagrange_polynomials(nodes, self.cell_coordinates)  # (nodes, cells)
         distance = self._node_distances(nodes)
-        self.node_compliance = 1.0 / distance  # times pi E* [1/mm]
+        self.node_compliance = 1.0 / distance  # times pi E* [1/mm]; 0 within a grid, where the distance is infinite
         fruit = fruit or EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)
+        # The local compliance under each dome: a factor on the kernel, and a constant added to the deflection.
         factor, constant = fruit.local_compliance
         self.softness = np.broadcast_to(factor, len(centres))
         self.constant = np.broadcast_to(constant, len(centres))
@@ -76,12 +84,13 @@ class Grids:
             self._add_layer(fruit.layer, distance)
 
     def _add_layer(self, layer: OuterLayer | FleshOnStone, distance: Floats) -> None:
-        """Change the compliances within and between grids to those of flesh with a layer.
+        """Include a layer in the compliances within and between grids, by changing the attributes that hold them.
 
         The compliance of a layer is the compliance of its material plus the effect of the base. `distance` [mm] holds
         the distances between nodes, as `_node_distances` returns them.
         """
-        # Within a grid, the effect of the base is smooth, so it is evaluated at the distances between cell centres.
+        # Within a grid, the effect of the base is smooth, so it is evaluated at the distances between cell centres. The
+        # offsets have the order of a discrete Fourier transform.
         offsets = np.fft.fftfreq(2 * self.cells, 1.0 / (2 * self.cells))
         cell_distances = self.cell_size[:, None, None] * np.hypot(offsets[:, None], offsets)
         self.layer_kernel = rfft2(layer.base_effect(cell_distances))
@@ -93,10 +102,10 @@ class Grids:
     def _node_distances(self, nodes: Floats) -> Floats:
         """Return the distances between all nodes of all grids [mm], shape (tips, tips, NODES^2, NODES^2).
 
-        `nodes` are the coordinates of the nodes along a grid, from -1 to 1. Distances within a grid are infinite: the
-        convolution gives the deflection there.
+        `nodes` are the coordinates of the nodes along a grid, from -1 to 1. Distances within a grid are set to
+        infinity, because the convolution already gives the deflection there.
         """
-        square = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)
+        square = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)  # nodes of a grid, (NODES, NODES, 2)
         positions = self.centres[:, None, None] + self.half_widths[:, None, None, None] * square
         positions = positions.reshape(len(self.centres), -1, 2)
         distance = np.linalg.norm(positions[:, None, :, None] - positions[None, :, None, :], axis=-1)
@@ -113,15 +122,15 @@ class Grids:
     def transfer(self, centres: Floats, half_widths: Floats, forces: Floats) -> Floats:
         """Transfer the pressure on these grids to new grids, and return the forces on the cells of the new grids [N].
 
-        Each new cell takes the pressure of the cell in which its centre lies, or 0 outside the old grid. `forces` [N]
-        act on the cells of these grids. The new grids have the centres `centres` (tips, 2) [mm] and the half widths
-        `half_widths` (tips,) [mm].
+        Each new cell takes the pressure of the old cell in which its centre lies, or 0 outside the old grid. `forces`
+        (tips, cells, cells) [N] act on the cells of these grids. The new grids have the centres `centres` (tips, 2)
+        [mm] and the half widths `half_widths` (tips,) [mm].
         """
         transferred: Floats = np.zeros_like(forces)
         for tip in range(len(forces)):
             offset = (centres - self.centres)[tip, :, None]
-            # Find the row and column of the old cell that contains the centre of each new cell. Along each axis,
-            # `from_edge` [mm] is the distance of a new cell from the edge of the old grid.
+            # Find the row and column of the old cell that contains the centre of each new cell. Along x and y,
+            # `from_edge` (2, cells) [mm] is the distance of the new cells from the edge of the old grid.
             from_edge = self.cell_coordinates * half_widths[tip] + offset + self.half_widths[tip]
             row, column = np.floor(from_edge / self.cell_size[tip]).astype(int)
             row_is_inside = (row >= 0) & (row < self.cells)
@@ -135,9 +144,11 @@ class Grids:
     def precondition(self, deflections: Floats) -> Floats:
         """Return approximate forces on the cells for given deflections, up to a common factor.
 
-        The convolution of each grid is inverted, and the interaction between grids is neglected.
+        The convolution of each grid is inverted, and the interaction between grids is neglected. The result
+        preconditions the conjugate gradients of a contact, for which a rough inverse is sufficient.
         """
         padded = (2 * self.cells, 2 * self.cells)
+        # Love's kernel is even, so its transform is real up to round-off.
         forces = irfft2(rfft2(deflections, padded) / self.kernel.real, padded)[:, : self.cells, : self.cells]
         scaled: Floats = forces * (self.cell_size / self.softness)[:, None, None]
         return scaled
@@ -158,7 +169,7 @@ class Grids:
         # The constant part of the local compliance deflects all cells of a grid equally.
         from_own_grid = from_own_grid + self.constant[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
         node_forces = self.node_polynomials @ forces @ self.node_polynomials.T
-        # Node a of grid t is deflected by the force at node b of grid s.
+        # Node a of grid t is deflected by the force at node b of each other grid s.
         node_deflections = np.einsum("tsab,sb->ta", self.node_compliance, node_forces.reshape(len(forces), -1))
         node_deflections = node_deflections.reshape(-1, NODES, NODES)
         from_other_grids: Floats = self.node_polynomials.T @ node_deflections @ self.node_polynomials

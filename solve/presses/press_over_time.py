@@ -67,8 +67,9 @@ def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
     """
     if exponent == 0.0:  # an elastic spring
         return 1.0, ()
-    t = np.geomspace(1e-3, 6e5, 200)  # [s]
+    t = np.geomspace(1e-3, 6e5, 200)  # from a millisecond to a week [s]
     time_constants = 10.0**_LOG_TIME_CONSTANTS
+    # The columns are the instantaneous deflection, and the creep of one Kelvin element each.
     columns = np.column_stack([np.ones(len(t)), 1.0 - np.exp(-t[:, None] / time_constants)])
     # The least squares are nonnegative, because a Kelvin element cannot have a negative compliance.
     compliances, _ = nnls(columns, (t / at_s) ** exponent)
@@ -92,10 +93,11 @@ def press_with_creep(
 ) -> tuple[Floats, Floats]:
     """Return the forces on the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
-    `pressing` is the sensor on the fruit, not yet pressed, and `motion` is the motion of the sensor. `flesh` holds the
-    arms (g_i, tau_i) of the flesh; by default it is elastic. `creep` holds the Kelvin elements of the springs, as
-    returned by `creep_of`; by default they do not creep. Raises ArithmeticError if the elastic forces decrease on flesh
-    that relaxes, because the law of Lee and Radok does not hold for shrinking contacts.
+    `pressing` is the sensor on the fruit before the press, and is pressed further with each sample. `motion` is the
+    motion of the sensor. `flesh` holds the arms (g_i, tau_i) of the flesh, which is elastic without arms. `creep` holds
+    the Kelvin elements of the springs, as returned by `creep_of`. By default, the springs do not creep. Raises
+    ArithmeticError if the elastic forces decrease on flesh that relaxes, because the law of Lee and Radok does not hold
+    for shrinking contacts.
     """
     K = pressing.sensor.K
     instantaneous_compliance, creep_arms = creep
@@ -105,7 +107,8 @@ def press_with_creep(
     forces = []
     deflections = []
     elastic = np.zeros(len(K))  # the forces n that elastic flesh would require
-    for travel, step in zip(motion.travels, np.diff(motion.times, prepend=motion.times[0]), strict=True):
+    time_steps = np.diff(motion.times, prepend=motion.times[0])  # the step to the first sample is 0
+    for travel, step in zip(motion.travels, time_steps, strict=True):
         # At the end of this step, F = force_factor n - relaxed and d = (compliance_factor F + crept) / K.
         relaxation_factor, relaxed = flesh_memory.begin_step(step)
         creep_factor, crept = spring_memory.begin_step(step)
@@ -117,15 +120,27 @@ def press_with_creep(
         pressing.recovered = (compliance_factor * relaxed - crept) / K
         previous_elastic = elastic
         elastic = pressing.forces(travel, np.multiply(motion.drift, travel / last_travel))
-        if len(flesh) and (elastic < previous_elastic * (1.0 - _ALLOWED_DECREASE)).any():
-            msg = f"the elastic force on a dome decreases at a travel of {travel:.3g} mm, although the flesh relaxes"
-            raise ArithmeticError(msg)
-        force = np.maximum(force_factor * elastic - relaxed, 0.0)
+        if len(flesh):  # flesh without arms does not relax
+            _check_growth(previous_elastic, elastic, travel)
+        force = np.maximum(force_factor * elastic - relaxed, 0.0)  # a dome cannot pull on the fruit
         flesh_memory.end_step(elastic)
         spring_memory.end_step(force)
         forces.append(force)
         deflections.append((compliance_factor * force + crept) / K)
     return np.array(forces), np.array(deflections)
+
+
+def _check_growth(previous_elastic: Floats, elastic: Floats, travel: float) -> None:
+    """Raise ArithmeticError if an elastic force [N] has decreased since the previous sample, as in a shrinking contact.
+
+    Both arrays have shape (tips,). `travel` [mm] is the travel of the current sample.
+    """
+    if (elastic < previous_elastic * (1.0 - _ALLOWED_DECREASE)).any():
+        msg = (
+            f"The elastic force on a dome decreases at a travel of {travel:.3g} mm, although the flesh relaxes. "
+            "Use increasing travels."
+        )
+        raise ArithmeticError(msg)
 
 
 def press_over_time(

@@ -113,8 +113,9 @@ def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
 
         (1 + 4 b t exp(-2 t) - a b exp(-4 t)) / (1 - (a + b + 4 b t^2) exp(-2 t) + a b exp(-4 t)),
 
-    where b = (s - 1) / (s + k), a = k (s - 1) / (1 + k s) and k = 3 - 4 nu. The modulus of the layer divided by the
-    modulus of the base is s, the argument `stiffness`; s = 0 is a rigid base. Both have the same Poisson's ratio nu.
+    where b = (s - 1) / (s + k), a = k (s - 1) / (1 + k s) and k = 3 - 4 nu. Here s is the argument `stiffness`, the
+    modulus of the layer divided by the modulus of the base. For a rigid base, s is 0. Layer and base have the same
+    Poisson's ratio nu.
     """
     k = 3.0 - 4.0 * poisson
     b = (stiffness - 1.0) / (stiffness + k)
@@ -143,7 +144,7 @@ class EllipsoidFruit:
     """An ellipsoidal fruit in the frame of the sensor, with optional unevenness, soft spots, layer and yield pressure.
 
     `E` [MPa] and `poisson` are the elastic constants. `R1` and `R2` [mm] are the principal radii of curvature at the
-    apex; `R1` is the radius in the direction `azimuth` [deg] from +x. The apex of the fruit lies at `apex` [mm]. The
+    apex. `R1` is the radius in the direction `azimuth` [deg] from +x. The apex of the fruit lies at `apex` [mm]. The
     sensor is tilted by `tilt` [deg], so that its side in the direction `tilt_azimuth` [deg] is lower. `heights` (tips,)
     [mm] are the protrusions of the domes.
 

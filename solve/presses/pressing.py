@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sensor.arrays import Flags, Floats
-from solve.presses.grids import Grids, love
+from solve.presses.grids import Grids, love_transform
 from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 
 Slope = tuple[float, float] | Floats
@@ -33,8 +33,9 @@ SMALLEST_FRACTION = 1e-3  # smallest fraction of a step towards the forces of an
 GAP_TOLERANCE = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
 
 # Fitting of the grids to their contacts. The fill of a grid is the width of its contact divided by its own width.
-ALLOWED_FILL = (0.72, 0.94)  # a grid is kept as long as its contact fills this part of its width
-TARGET_FILL = 0.83  # fill of a new grid, the middle of ALLOWED_FILL
+SMALLEST_FILL = 0.72  # a grid is replaced if its fill is below this value
+LARGEST_FILL = 0.94  # a grid is replaced if its fill is above this value
+TARGET_FILL = 0.83  # fill of a new grid, in the middle between these two values
 SMALLEST_FITTED_CELLS = 2.5  # number of cells to which a narrower contact is widened when its grid is chosen
 # A dome out of contact gets the grid of a contact with an interference of this fraction of its gap, but at least of
 # this length [mm].
@@ -59,34 +60,39 @@ class Pressing:
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
-        """Find the point of first contact under each dome, for a contact grid with `cells` cells per side.
-
-        Newton's method finds the point for ideal spheres on a smooth ellipsoid. If the skin has bumps, or the domes
-        have a form error or a rim, three successively finer grids around that point are then searched.
-        """
+        """Find the point of first contact under each dome. The contact grids have `cells` cells per side."""
         self.sensor = sensor
         self.fruit = fruit
         self.cells = cells
-        self.kernel = love(cells)
+        self.kernel = love_transform(cells)
         self.touch = sensor.positions.copy()
+        self._find_touch_points()
+        self.spring_compliance = 1.0 / sensor.K
+        self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
+        self.smallest_fill = np.full(len(self.touch), SMALLEST_FILL)  # smallest allowed fill of each grid
+        # `gap` expects points with the shape (tips, rows, columns), here a single point for each dome.
+        self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
+        smaller_curvature = np.linalg.eigvalsh(fruit.curvature)[0]
+        self.relative_radius = 1.0 / (1.0 / sensor.dome_radius + smaller_curvature)  # in the flatter direction [mm]
+        self.grids: Grids | None = None
+        self.cell_forces = np.zeros((len(self.touch), cells, cells))
+
+    def _find_touch_points(self) -> None:
+        """Move `touch` from the axes of the domes to their points of first contact, where their gaps are smallest.
+
+        Newton's method finds these points for ideal spheres on a smooth ellipsoid. If the skin has bumps, or the domes
+        have a form error or a rim, three successively finer grids around each point are then searched.
+        """
         for _ in range(NEWTON_STEPS):
             steps = []
             for tip in range(len(self.touch)):
                 hessian, gradient = self._gap_derivatives(tip)
                 steps.append(np.linalg.solve(hessian, gradient))
             self.touch = self.touch - np.array(steps)
-        if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
+        if self.fruit.bumps is not None or self.sensor.form is not None or math.isfinite(self.sensor.rim):
             # Each grid covers two intervals of the previous, coarser one on either side of its best point.
             for half_side in (LARGEST_TOUCH_SHIFT, LARGEST_TOUCH_SHIFT / 40.0, LARGEST_TOUCH_SHIFT / 1600.0):
                 self.touch = self._smallest_gaps(half_side)
-        self.spring_compliance = 1.0 / sensor.K
-        self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
-        self.smallest_fill = np.full(len(self.touch), ALLOWED_FILL[0])  # smallest allowed fill of each grid
-        self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
-        smaller_curvature = np.linalg.eigvalsh(fruit.curvature)[0]
-        self.relative_radius = 1.0 / (1.0 / sensor.dome_radius + smaller_curvature)  # in the flatter direction [mm]
-        self.grids: Grids | None = None
-        self.cell_forces = np.zeros((len(self.touch), cells, cells))
 
     def _gap_derivatives(self, tip: int) -> tuple[Floats, Floats]:
         """Return the Hessian (2, 2) [1/mm] and the gradient (2,) [1] of a dome's gap at its estimated touch point."""
@@ -123,7 +129,7 @@ class Pressing:
         included.
         """
         r = self.sensor.dome_radius
-        # Height of each dome above its lowest point; beyond the equator of the sphere, it is the radius.
+        # Height of each dome above its lowest point. Beyond the equator of the sphere, it is the radius.
         dx = x - self.sensor.positions[:, 0, None, None]
         dy = y - self.sensor.positions[:, 1, None, None]
         dome_height: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
@@ -144,42 +150,54 @@ class Pressing:
 
         The slope of the sensor along x and y has changed by `changed_slope` [1] since the first touch. Contact is first
         solved on the grids of the previous travel. Grids that do not fit their contacts are replaced, and the contact
-        is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts, or if a contact or
-        the set of yielded cells does not converge.
+        is solved again. The solution is stored in `grids`, `cell_forces` and `area`. Raises ArithmeticError if the
+        grids still do not fit after twelve attempts, or if a contact or the set of yielded cells does not converge.
         """
         # Displacement of the domes without the deflection of their springs [mm]. The sensor touches first where the gap
         # at height 0 is smallest.
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
+        # Depth of the undeformed domes below the undeformed skin [mm]. It is negative for a dome above the skin.
         interference = lowering - self.nearest
-        if self.grids is None:
-            centres = self.touch
-            half_widths = self._first_half_widths(interference)
-            start = None
-        else:
-            centres = self.grids.centres
-            half_widths = self.grids.half_widths
-            start = self.cell_forces
+        centres, half_widths, start = self._first_grids(interference)
         for _ in range(MAX_GRID_FITS):
             grids = Grids(centres, half_widths, self.cells, self.kernel, self.fruit)
             cell_forces = self._cell_forces(grids, lowering, start)
-            dome_forces: Floats = cell_forces.sum(axis=(1, 2))
             centres, half_widths, fits = self._fitted_grids(grids, cell_forces, interference)
             if fits and self.fruit.bumps is not None:
-                # Widen a grid if a bump would touch beside it, and let it stay wider than its contact needs.
-                touches_outside = self._touches_outside(grids, dome_forces, lowering)
-                self.smallest_fill[touches_outside] *= WIDENING_FACTOR
-                half_widths = np.where(touches_outside, half_widths / WIDENING_FACTOR, half_widths)
-                fits = not touches_outside.any()
+                half_widths, fits = self._widened_grids(grids, cell_forces, lowering, half_widths)
             if fits:
-                break
+                self.grids = grids
+                self.cell_forces = cell_forces
+                self.area = (cell_forces > 0.0).sum(axis=(1, 2)) * grids.cell_size**2
+                dome_forces: Floats = cell_forces.sum(axis=(1, 2))
+                return dome_forces
             start = grids.transfer(centres, half_widths, cell_forces)
-        else:
-            msg = f"the contact grids do not fit their contacts at a travel of {travel:.3g} mm"
-            raise ArithmeticError(msg)
-        self.grids = grids
-        self.cell_forces = cell_forces
-        self.area = (cell_forces > 0.0).sum(axis=(1, 2)) * grids.cell_size**2
-        return dome_forces
+        msg = f"The contact grids do not fit their contacts at a travel of {travel:.3g} mm. Use smaller steps."
+        raise ArithmeticError(msg)
+
+    def _first_grids(self, interference: Floats) -> tuple[Floats, Floats, Floats | None]:
+        """Return the centres and half widths [mm] of the grids that are tried first, and the first guess of the forces.
+
+        They come from the previous travel. At the first travel, the grids are at the points of first contact, with a
+        size for the `interference` (tips,) [mm]. There is no guess of the forces on the cells [N] then.
+        """
+        if self.grids is None:
+            return self.touch, self._first_half_widths(interference), None
+        return self.grids.centres, self.grids.half_widths, self.cell_forces
+
+    def _widened_grids(
+        self, grids: Grids, cell_forces: Floats, lowering: Floats, half_widths: Floats
+    ) -> tuple[Floats, bool]:
+        """Widen each grid beside which a bump would touch, and return all half widths and whether no grid was widened.
+
+        The `half_widths` (tips,) are in mm. A widened grid may then stay wider than its contact requires, because its
+        `smallest_fill` is reduced. `cell_forces` (tips, cells, cells) [N] are the forces on the cells of the grids.
+        `lowering` (tips,) [mm] is the displacement of the domes, without the deflection of their springs.
+        """
+        touches_outside = self._touches_outside(grids, cell_forces.sum(axis=(1, 2)), lowering)
+        self.smallest_fill[touches_outside] *= WIDENING_FACTOR
+        widened = np.where(touches_outside, half_widths / WIDENING_FACTOR, half_widths)
+        return widened, not touches_outside.any()
 
     def _first_half_widths(self, interference: Floats) -> Floats:
         """Return the half widths of the first grids (tips,) [mm], for an interference (tips,) [mm].
@@ -200,7 +218,8 @@ class Pressing:
         half_widths = grids.half_widths.copy()
         fits = True
         for tip, forces in enumerate(cell_forces):
-            if not forces.any():  # a dome out of contact keeps a small grid where it will touch
+            # A dome out of contact keeps a small grid where it will touch.
+            if not forces.any():
                 expected = max(EXPECTED_INTERFERENCE * abs(interference[tip]), SMALLEST_EXPECTED_INTERFERENCE)
                 half_widths[tip] = EXPECTED_CONTACT_MARGIN * math.sqrt(self.relative_radius * expected)
                 centres[tip] = self.touch[tip]
@@ -215,17 +234,19 @@ class Pressing:
         """Return the centre (2,) [mm] and the half width [mm] of a better grid for a contact, or None if its grid fits.
 
         A grid fits if its contact does not touch its edge, and if its fill is between `smallest_fill` and
-        ALLOWED_FILL[1]. `forces` (cells, cells) [N] are the forces on its cells, some of which are positive. `tip` is
-        the index of the dome.
+        LARGEST_FILL. `forces` (cells, cells) [N] are the forces on its cells, some of which are positive. `tip` is the
+        index of the dome.
         """
+        # The rows and columns of the cells in contact, which are numbered from 0 along x and along y.
         rows = np.flatnonzero(forces.any(axis=1))
         columns = np.flatnonzero(forces.any(axis=0))
         first = np.array([rows[0], columns[0]])
         last = np.array([rows[-1], columns[-1]])
         fill = (last - first + 1).max() / grids.cells
         is_at_edge = first.min() == 0 or last.max() == grids.cells - 1
-        if not is_at_edge and self.smallest_fill[tip] <= fill <= ALLOWED_FILL[1]:
+        if not is_at_edge and self.smallest_fill[tip] <= fill <= LARGEST_FILL:
             return None
+        # The middle of the contact relative to the middle of the grid, in cells, is (first + last + 1 - cells) / 2.
         centre = grids.centres[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.cell_size[tip]
         # If the edge cuts the contact off, its width is unknown, so the grid grows by a fixed factor. Otherwise the new
         # grid has the fill TARGET_FILL. The width of a contact of one or two cells is rounded up, so that the grid does
@@ -238,17 +259,17 @@ class Pressing:
     def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
         """Return which domes a bump of the skin would touch outside their grids, shape (tips,).
 
-        Points up to twice the half width of a grid from its centre are checked. The deflection of the skin there is
-        computed as if the `dome_forces` (tips,) [N] acted at the centres of the grids. `lowering` (tips,) [mm] is the
-        displacement of the domes, without the deflection of their springs.
+        Points up to twice the half width of a grid from its centre are checked, along x and along y. The deflection of
+        the skin there is computed as if the `dome_forces` (tips,) [N] acted at the centres of the grids. `lowering`
+        (tips,) [mm] is the displacement of the domes, without the deflection of their springs.
         """
         coordinates = np.linspace(-2.0, 2.0, 81)  # in half widths of a grid; the grid itself ends at -1 and 1
         is_outside = np.maximum(np.abs(coordinates[:, None]), np.abs(coordinates)) > 1.0
         x = grids.centres[:, 0, None, None] + grids.half_widths[:, None, None] * coordinates[:, None]
         y = grids.centres[:, 1, None, None] + grids.half_widths[:, None, None] * coordinates
         x, y = np.broadcast_arrays(x, y)
-        # Distance of the points around each grid from the centre of each grid. The lower limit of 1e-3 mm avoids a
-        # division by 0 at a centre.
+        # Distance of the points around each grid from the centre of each grid, shape (tips, tips, points, points). The
+        # lower limit of 1e-3 mm avoids a division by 0 at a centre.
         distance = np.hypot(
             x[:, None] - grids.centres[:, 0, None, None], y[:, None] - grids.centres[:, 1, None, None]
         ).clip(1e-3)
@@ -260,13 +281,14 @@ class Pressing:
         return touches
 
     def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
-        """Return the forces on all cells [N], each capped at the force at which the flesh yields.
+        """Return the forces on all cells [N], each limited to the force at which the flesh yields.
+
+        Yielded cells carry their yield force, and the forces on the other cells are solved elastically. The set of
+        yielded cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less
+        than the dome requires. Raises ArithmeticError if the set of yielded cells does not converge.
 
         The forces and `start` have the shape (tips, cells, cells). `lowering` (tips,) [mm] is the displacement of the
-        domes, without the deflection of their springs. `start` [N] is the initial guess of the forces, or None. Yielded
-        cells carry their yield force, and the forces on the other cells are solved elastically. The set of yielded
-        cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less than the
-        dome requires. Raises ArithmeticError if the set of yielded cells does not converge.
+        domes, without the deflection of their springs. `start` [N] is the initial guess of the forces, or None.
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)  # deflection of each cell if it touches its dome
@@ -291,7 +313,7 @@ class Pressing:
             is_yielded = next_yielded
             guess = forces
         limit = f"the yield pressure of {self.fruit.yields:.3g} MPa"
-        msg = f"the set of cells at {limit} still changes after {MAX_ACTIVE_SETS} iterations"
+        msg = f"The set of cells at {limit} still changes after {MAX_ACTIVE_SETS} iterations. Reduce the travel."
         raise ArithmeticError(msg)
 
     def _deflection(self, grids: Grids, forces: Floats) -> Floats:
@@ -303,23 +325,25 @@ class Pressing:
         """Return the nonnegative forces f on the cells [N] that minimise the energy, by an active-set method.
 
         The energy [N mm] is f.(A f - 2 required) / 2, where A f is the deflection of the cells under f. `required` [mm]
-        is the deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` [N]
-        is the initial guess of the forces, or None. All arrays are (tips, cells, cells). Raises ArithmeticError if the
-        active set does not converge.
+        is the deflection of each cell if it is in contact. The gap of a cell is A f - required, which is negative if
+        the dome penetrates it. Only cells marked in `free` may carry a force. `start` [N] is the initial guess of the
+        forces, or None. All arrays are (tips, cells, cells). Raises ArithmeticError if the active set does not
+        converge.
         """
 
         def deflection(forces: Floats) -> Floats:
+            """Return A f, the deflection of all cells [mm] under forces f on them [N]."""
             return self._deflection(grids, forces)
 
         tolerance = GAP_TOLERANCE * max(required.max(), 1e-6)  # [mm]; the bound of 1e-6 mm keeps it positive
-        # Ignore tension that would move a cell by only a few tolerances.
+        # Tension that would move a cell by only a few tolerances is ignored [N].
         ignored_tension = (tolerance * grids.cell_size / self.fruit.compliance)[:, None, None]
         if start is None:
             f = np.zeros_like(required)
             active = free & (required > 0.0)
         else:
             f = start
-            active = free & (start > 0.0)
+            active = free & (start > 0.0)  # the cells that are assumed to be in contact
         energy = _energy(f, deflection(f) - 2.0 * required)
         system = _System(grids, deflection, required, 0.5 * tolerance)
         for _ in range(MAX_ACTIVE_SETS):
@@ -330,12 +354,12 @@ class Pressing:
             else:
                 f = solution
             energy = _energy(f, gaps - required)
-            # Cells without a force that penetrate the dome enter the active set; cells in tension have left it.
+            # Cells without a force that penetrate the dome enter the active set. Cells in tension have left it.
             enters = free & (f == 0.0) & (gaps < -tolerance)
             if not has_tension and not enters.any():
                 return np.maximum(f, 0.0)
             active = (f > 0.0) | enters
-        msg = f"the set of cells in contact still changes after {MAX_ACTIVE_SETS} iterations"
+        msg = f"The set of cells in contact still changes after {MAX_ACTIVE_SETS} iterations. Reduce the travel."
         raise ArithmeticError(msg)
 
 
@@ -354,13 +378,14 @@ class _System:
     def solve(self, f: Floats, active: Flags) -> tuple[Floats, Floats]:
         """Return the forces on the active cells [N] that give the required deflection, and the gaps of all cells [mm].
 
-        The method is conjugate gradients, preconditioned by the inverse of each grid's convolution. `f` [N] is the
-        initial guess of the forces, and 0 on all cells not marked in `active`. All arrays are (tips, cells, cells).
-        Raises ArithmeticError if the iteration does not converge.
+        A gap is the deflection of a cell minus its required deflection. The method is conjugate gradients,
+        preconditioned by the inverse of each grid's convolution. `f` [N] is the initial guess of the forces, and 0 on
+        all cells not marked in `active`. All arrays are (tips, cells, cells). Raises ArithmeticError if the iteration
+        does not converge.
         """
         gaps = self.deflection(f) - self.required
         direction = np.zeros_like(f)
-        previous_product = 1.0
+        previous_product = 1.0  # of residual and preconditioned residual; not used in the first step
         for step in range(MAX_CG_STEPS):
             residual = np.where(active, gaps, 0.0)
             if np.abs(residual).max() < self.tolerance:
@@ -376,14 +401,17 @@ class _System:
             f = f + step_length * direction
             gaps = gaps + step_length * change
         excess = np.abs(residual).max() / self.tolerance
-        msg = f"after {MAX_CG_STEPS} conjugate-gradient steps, the residual is {excess:.3g} times the tolerance"
+        msg = (
+            f"After {MAX_CG_STEPS} conjugate-gradient steps, the residual is {excess:.3g} times the tolerance. "
+            "Reduce the travel."
+        )
         raise ArithmeticError(msg)
 
     def shortened_step(self, previous: Floats, solution: Floats, energy: float) -> tuple[Floats, Floats]:
         """Return forces without tension [N] on the way from `previous` to `solution`, and the gaps of all cells [mm].
 
-        Tension is set to zero, and the step is halved until the energy is less than `energy` [N mm]. If no fraction
-        above SMALLEST_FRACTION achieves this, the smallest of these fractions is accepted.
+        Tension is set to zero, and the step is halved until the energy is less than `energy` [N mm], the energy of
+        `previous`. If no fraction above SMALLEST_FRACTION achieves this, the smallest of these fractions is accepted.
         """
         fraction = 1.0
         while fraction > SMALLEST_FRACTION:
