@@ -324,19 +324,19 @@ def _triangle_distances(points: Floats, corners: Floats) -> Floats:
 def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
     """Yield the likely causes of a large distance: a wrong unit, a wrong position or rotation, or a mirror image.
 
-    The unit is inferred from the ratio of the volumes. A wrong position, rotation or mirror image is yielded only if
-    correcting it brings the file within `limit` [mm] of its design.
+    A wrong position, rotation or mirror image is yielded only if correcting it brings the file within `limit` [mm] of
+    its design.
     """
     # Neither a scale nor a centre of mass is defined unless both surfaces enclose a volume.
     if not (enclosed_volume(mesh) > 0.0 and enclosed_volume(design) > 0.0):
         return
     mesh_in_mm = mesh
-    scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
-    for unit, factor in UNITS.items():
-        if math.isclose(scale, factor, rel_tol=_SCALE_TOLERANCE):  # at most one unit matches
-            yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
-            mesh_in_mm = mesh.copy()
-            mesh_in_mm.apply_transform(np.diag([factor, factor, factor, 1.0]))  # a transform without a translation
+    unit = _likely_unit(mesh, design)
+    if unit is not None:
+        factor = UNITS[unit]
+        yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
+        mesh_in_mm = mesh.copy()
+        mesh_in_mm.apply_transform(np.diag([factor, factor, factor, 1.0]))  # a transform without a translation
     design_surface = _surface_of(design)
     # The identity is tried first, because the unit may be the only mistake.
     for transform in [np.eye(4), *_aligning_transforms(mesh_in_mm, design)]:
@@ -351,6 +351,18 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
         ):
             yield from _displacement_text(transform, mesh_in_mm)
             return
+
+
+def _likely_unit(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> str | None:
+    """Return the unit in which a file was probably written in place of millimetres, or None if no unit matches.
+
+    The scale is the cube root of the ratio of the volumes.
+    """
+    scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
+    for unit, factor in UNITS.items():
+        if math.isclose(scale, factor, rel_tol=_SCALE_TOLERANCE):
+            return unit
+    return None
 
 
 def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:

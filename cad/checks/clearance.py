@@ -37,7 +37,7 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """
     housing = sensor.housing
     low, high = housing.arms
-    half_width = 0.5 * (housing.spacing + housing.shuttle_width)
+    half_width = 0.5 * (housing.spacing + housing.shuttle_width)  # from x = 0 to the outer side of a shuttle
     # A printed tip may touch the fruit, so the neck is measured from above the tip. The foot of a pin must not touch
     # the fruit, so it is included.
     tip_height = housing.tip_height if housing.pin is None else 0.0
@@ -114,7 +114,7 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     bounds = np.reshape(box.bounding_box(), (2, 3))  # smallest and largest x, y and z of the box of the fruit
     gaps = {}
     for heading in HEADINGS:
-        matrix = location_matrix(pressed_pose(travel, tilt, heading))
+        matrix = location_matrix(pressed_pose(travel, tilt, heading))  # (3, 4): the rotation, and the translation last
         posed_corners = corners @ matrix[:, :3].T + matrix[:, 3]
         # Along each axis, a corner is outside the box by its distance from the nearer bound, or by 0 between both.
         outside = np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1]))

@@ -239,7 +239,7 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
     for index in indices:
         face = faces[index]
         mean_normal = _FaceNormals(face).normals.mean(axis=0)
-        # The normal of a face is the normal of its surface. On a reversed face, it points into the solid.
+        # The normals belong to the surface of the face. If the face is reversed, they point into the solid.
         is_reversed = face.wrapped.Orientation() == OCP.TopAbs.TopAbs_REVERSED
         outer_normal = -mean_normal if is_reversed else mean_normal
         area_vector += face.Area() * outer_normal
@@ -301,6 +301,19 @@ def hole_points(housing: Housing) -> tuple[Place, ...]:
     return tuple((x + 0.5 * housing.hole_diameter, 0.0, z) for x, z in housing.holes)
 
 
+def _distinct_crossings(intersector: OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector) -> list[float]:
+    """Return the distances [mm] from the start of a line at which it crosses the surface of a part, in ascending order.
+
+    The intersector has already computed the crossings. A line through the edge between two faces crosses both faces at
+    one point, which is returned once.
+    """
+    # OCCT numbers the crossings from 1.
+    distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
+    # A crossing is dropped if another one follows it closely. None follows the last crossing.
+    followed = itertools.pairwise([*distances, math.inf])
+    return [distance for distance, following in followed if following - distance > _NEAR_MM]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Extrusion:
     """A part described as one section that is swept along y.
@@ -334,14 +347,7 @@ class Extrusion:
         for i, (line_x, line_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
             line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), y_direction)
             intersector.Perform(line, 0.0, ray_length)
-            # OCCT numbers the crossings from 1.
-            distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
-            # A line through the edge between two faces crosses both faces at one point, which must be counted once.
-            crossings = [
-                distance
-                for distance, following in itertools.pairwise([*distances, math.inf])
-                if following - distance > _NEAR_MM
-            ]
+            crossings = _distinct_crossings(intersector)
             if len(crossings) > 1:
                 lowest[i], highest[i] = crossings[0], crossings[-1]
                 # Entries into the material and exits from it alternate. A last entry without an exit is ignored.
@@ -430,7 +436,10 @@ def extrusion_of(part: Part) -> Extrusion | None:
 
 
 class _FaceNormals:
-    """The area [mm^2], the centroid [mm], and up to nine unit normals (n, 3) of a face."""
+    """The area [mm^2], the centroid [mm], and up to nine unit normals (n, 3) of a face.
+
+    The normals belong to the surface of the face, so they point into the solid if the face is reversed.
+    """
 
     def __init__(self, face: cq.Face) -> None:
         """Evaluate the normals on a grid of three by three surface parameters."""
@@ -526,8 +535,7 @@ def _extrude_largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     """Return the extrusion of the largest section perpendicular to y, or None if it does not describe the part.
 
     `rotation` (3, 3) is the rotation that was already applied to the part. None is returned if fewer than two levels
-    have a face perpendicular to y. It is also returned if the section is in pieces, or if another section has material
-    outside it.
+    have a face perpendicular to y, if the section is in pieces, or if another section has material outside it.
     """
     box = part.shape.BoundingBox()
     levels, cap_areas, slanted_edges = _levels_and_edges(part.shape)
@@ -536,12 +544,7 @@ def _extrude_largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     # The sweep ends at the two levels with the largest cap areas.
     levels_by_area = sorted(cap_areas, key=lambda level: -cap_areas[level])
     low, high = sorted(levels_by_area[:2])
-    neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
-    # One section is cut in the middle of the sweep, and one between each pair of neighbouring levels. A layer thinner
-    # than `_STEP_MM` is not cut.
-    planes = [0.5 * (low + high)]
-    planes += [round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM]
-    sections = [(_cut_across_y(part.shape, box, plane), plane) for plane in dict.fromkeys(planes)]
+    sections = [(_cut_across_y(part.shape, box, plane), plane) for plane in _section_planes(box, levels, low, high)]
     # Areas are rounded, so that round-off does not decide between sections of the same area.
     section, plane = max(sections, key=lambda candidate: round(candidate[0].Area(), 3))
     if len(section.Faces()) != 1:  # the section is in pieces, or empty
@@ -558,6 +561,18 @@ def _extrude_largest_section(part: Part, rotation: Floats) -> Extrusion | None:
         high=high,
         plane=plane,
     )
+
+
+def _section_planes(box: cq.BoundBox, levels: Sequence[float], low: float, high: float) -> list[float]:
+    """Return the planes y [mm] in which a part is cut, each once: in the middle of the sweep, and between its levels.
+
+    The sweep extends from `low` to `high` [mm]. At the `levels` [mm], the section of the part may change. `box` is the
+    bounding box of the part. A layer thinner than `_STEP_MM` is not cut.
+    """
+    neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
+    planes = [0.5 * (low + high)]
+    planes += [round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM]
+    return list(dict.fromkeys(planes))
 
 
 def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float], tuple[_Segment, ...]]:

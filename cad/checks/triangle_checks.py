@@ -19,6 +19,7 @@ RAY_TOLERANCE_MM = 1e-3  # tolerance of a distance along a ray, because a mesh f
 SHORTEST_MM = 5.0  # lower limit of the longest side of a part; a sensor exported in metres measures 0.07
 LONGEST_MM = 1000.0  # upper limit of the longest side of a part; a sensor exported in micrometres measures 70000
 AS_IT_STANDS = "as it stands"
+# For each print pose, the direction in the file that points up.
 POSES = {
     AS_IT_STANDS: (0.0, 0.0, 1.0), "upside down": (0.0, 0.0, -1.0), "+x up": (1.0, 0.0, 0.0),
     "-x up": (-1.0, 0.0, 0.0), "+y up": (0.0, 1.0, 0.0), "-y up": (0.0, -1.0, 0.0),

@@ -65,10 +65,11 @@ _CODES = {"Ø": "%%c", "±": "%%p"}  # DXF control codes, which every viewer can
 options.write_fixed_meta_data_for_testing = True  # prevents ezdxf from writing the time and a random identifier
 
 Point = tuple[float, float]
+"""A point (x, z) of the drawing [mm]; x is to the right, and z is up."""
 
 
 class Box(NamedTuple):
-    """A rectangle [mm]."""
+    """A rectangle with horizontal and vertical sides [mm]."""
 
     left: float
     bottom: float
@@ -433,8 +434,7 @@ class _Renderer(DimensionRenderer):
 def _new_document(text_height: float) -> Drawing:
     """Return an empty document with the layers and the dimension style of the drawings.
 
-    `text_height` [mm on the part] is the height of dimension texts. The variables of the style, such as `dimtxt`, are
-    defined in the DIMSTYLE section of AutoCAD's DXF reference.
+    `text_height` [mm on the part] is the height of dimension texts.
     """
     document = new("R2010", setup=["linetypes"])
     document.units = units.MM
@@ -442,6 +442,16 @@ def _new_document(text_height: float) -> Drawing:
     for layer, colour in LAYERS.items():
         document.layers.add(layer, color=colour, lineweight=PENS[layer])
     document.styles.add(_FONT, font="DejaVuSansMono.ttf")
+    _add_dimension_style(document, text_height)
+    return document
+
+
+def _add_dimension_style(document: Drawing, text_height: float) -> None:
+    """Add the style of all dimensions to a document.
+
+    The variables of the style, such as `dimtxt`, are defined in the DIMSTYLE section of AutoCAD's DXF reference.
+    `text_height` [mm on the part] is the height of dimension texts.
+    """
     style = document.dimstyles.add(_STYLE)
     # Sizes in text heights: the text itself, the arrows, the gap and the overhang of extension lines, and the gap
     # around a text. They were chosen by eye.
@@ -455,9 +465,8 @@ def _new_document(text_height: float) -> Drawing:
     switches = {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}
     for name, number in switches.items():
         style.dxf.set(name, number)
-    style.dxf.set("dimdsep", ord("."))
+    style.dxf.set("dimdsep", ord("."))  # the decimal separator
     style.dxf.set("dimtxsty", _FONT)
-    return document
 
 
 def _is_inside(point: Point, outline: Sequence[Point]) -> bool:

@@ -38,6 +38,7 @@ _NAME_BELOW_MM = 9.0  # distance from the view from behind to its name, on paper
 _SENSOR_MARK_MM = 0.8  # radius of the circle that marks a Hall sensor, on paper
 
 Measured = Mapping[str, MeasuredDimension]
+"""The entries of the measuring table, keyed by name, such as "low thickness"."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,6 +161,7 @@ def _frame_dimensions(housing: Housing, measured: Measured) -> list[LinearDimens
     protrude from the frame. `measured` holds the entries of the measuring table, whose letters are in the labels.
     """
     low, high = housing.arms
+    # The tip faces are at z = 0, so the lower edge of the frame is at z = `housing.protrusion`.
     bottom_left = (housing.left, housing.protrusion)
     top_left = (housing.left, housing.top_level)
     top_right = (housing.right, housing.top_level)
@@ -348,6 +350,7 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
     housing = contents.housing
     measured = contents.measured
     drawn_count = canvas.entity_count()
+    # The x coordinates in the drawing, from left to right: the face of the pad, the back, the mid-plane and the front.
     pad_left = section_box.right + BETWEEN_MM / canvas.scale
     pad_height = housing.back_to_back.pad_height if housing.back_to_back else 0.0
     back = pad_left + pad_height
@@ -451,7 +454,7 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
 
     draw_view(canvas, contents.from_behind, origin)
     left, top = to_view(housing.right, housing.top_level)
-    right, bottom = to_view(housing.left, housing.protrusion)
+    right, bottom = to_view(housing.left, housing.protrusion)  # the lower edge of the frame, as the tips are at z = 0
     # PAD is written in the middle of the bar of the pad, which lies along the top of the frame.
     middle_x, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
     canvas.write_text("PAD", (middle_x, 0.5 * (bar_underside + top)), canvas.text_height)
@@ -538,17 +541,23 @@ def _notes(contents: _SheetContents, process: Process) -> list[str]:
     if housing.dowels:
         notes.append("MAKE TWO: one is turned half round the press axis, pads on pads.")
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6: ream their holes {DOWEL_MM:g} H7.")
-    if seats := contents.sensor.seats:
-        magnets = f"Magnets {PROBE.magnet_mm:g} x {PROBE.magnet_height_mm:g}"
-        notes.append(f"{magnets}, flush in the FRONT of each shuttle, over its tip.")
-        bottom_note = ", closed by a cone of 90 degrees" if seats.is_pointed else ""
-        size = f"Ø{seats.pocket_diameter:g}, {seats.pocket_depth:g} deep"
-        notes.append(f"Their pockets, {measured['pocket'].letter}): {size}{bottom_note}.")
-        notes.append("The small circle before them is the marked face of their Hall sensor.")
+    if contents.sensor.seats is not None:
+        notes += _magnet_notes(contents.sensor.seats, measured["pocket"])
     if pin := housing.pin:
-        ends = (
-            "edges of their ends sharp" if contents.sensor.tips.tip_shape.is_flat else "ends as in pin.step, polished"
-        )
+        is_flat = contents.sensor.tips.tip_shape.is_flat
+        ends = "edges of their ends sharp" if is_flat else "ends as in pin.step, polished"
         notes.append(f"Pins of ground steel, glued in pockets {pin.pocket_side:g} wide, {pin.pocket_depth:g} deep;")
         notes.append(f"{ends}.")
     return notes
+
+
+def _magnet_notes(seats: HallSeats, pocket: MeasuredDimension) -> list[str]:
+    """Return the notes on the magnets and their pockets; `pocket` is the entry of the measuring table for a pocket."""
+    magnets = f"Magnets {PROBE.magnet_mm:g} x {PROBE.magnet_height_mm:g}"
+    bottom_note = ", closed by a cone of 90 degrees" if seats.is_pointed else ""
+    size = f"Ø{seats.pocket_diameter:g}, {seats.pocket_depth:g} deep"
+    return [
+        f"{magnets}, flush in the FRONT of each shuttle, over its tip.",
+        f"Their pockets, {pocket.letter}): {size}{bottom_note}.",
+        "The small circle before them is the marked face of their Hall sensor.",
+    ]

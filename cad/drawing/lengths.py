@@ -85,7 +85,8 @@ def draw_dimensions(canvas: Canvas, dimensions: Sequence[LinearDimension], view:
         side_dimensions.sort(key=lambda dimension: (round(dimension.span.high - dimension.span.low, 6), dimension.span))
         placed_dimensions: list[_PlacedDimension] = []
         for number, dimension in enumerate(side_dimensions):
-            later_ends = [end for later in side_dimensions[number + 1 :] for end in later.span]
+            later_dimensions = side_dimensions[number + 1 :]
+            later_ends = [end for later in later_dimensions for end in later.span]
             placed_dimensions.append(_place_dimension(canvas, dimension, placed_dimensions, later_ends))
             _draw_dimension(canvas, placed_dimensions[-1], view)
 

@@ -185,6 +185,7 @@ def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, Measure
             tolerance=_plus_minus(find_general_tolerance(process, height)),
             moves=force_change,
         ),
+        # The letter of the heights is k, and their rows are k1 for the low tip and k2 for the high tip.
         "level": MeasuredDimension(
             places=("high less low: k2 - k1",), nominal=0.0, tolerance=_plus_minus(accuracy), moves=force_change
         ),

@@ -25,7 +25,7 @@ from sensor.words import value_with_bar
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
-"""Names of the columns in the measured tables, besides those of forces, counts and times of channels."""
+"""Names of the columns in the measured tables, besides the columns of forces, counts and times of channels."""
 
 
 def run(arguments: Namespace) -> Answer:

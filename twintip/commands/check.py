@@ -198,7 +198,7 @@ def _file_process(path: Path, process_name: str | None, design_name: str | None)
     if path.suffix.lower() not in FILE_KINDS:
         kinds = ", ".join(FILE_KINDS)
         raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
-    # With a design, the rules are those of its own process, and the default that is returned here is not used.
+    # With a design, the rules of its own process apply, and the default that is returned here is not used.
     name = process_name or DEFAULT_PROCESS
     if name not in PROCESSES:
         bound = f"one of {', '.join(PROCESSES)}"

@@ -68,7 +68,9 @@ def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
     table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(sizes_of_flags))
     if table is not None:
         print_error(f"note: {table.summary}")
-    files = arguments.files or ([] if table is None else table.files)
+    files = arguments.files
+    if not files and table is not None:
+        files = table.files
     if not files:
         raise validation_error("FILE", None, "", "given, or named in the table of --sizes", "name a file")
     # Without a table of sizes, all tests have the same geometry. It is checked before the files are read.
@@ -86,7 +88,7 @@ def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
 def _solve_moduli(tests: Sequence[_CompressionTest], *, compression_negative: bool) -> list[CompressionResult]:
     """Return the modulus of each specimen, with notes on the assumptions of its test.
 
-    The force law of each body is solved by finite elements only once, because specimens of the same sizes share it.
+    The force law of each body is solved by finite elements only once, because specimens with the same sizes share it.
     With `compression_negative`, the machine has recorded compression as negative. Raises InputError if a body cannot be
     solved, because its sizes come from the user.
     """
@@ -95,6 +97,7 @@ def _solve_moduli(tests: Sequence[_CompressionTest], *, compression_negative: bo
     try:
         with showing_progress("solving the compression of each body") as work:
             for test in tests:
+                # The progress is the index of the geometry, because later tests with the same geometry take no time.
                 count = _body_counter(work, geometries.index(test.geometry), len(geometries))
                 result = measured_modulus(
                     test.specimen, test.geometry, compression_negative=compression_negative, count=count
@@ -188,8 +191,8 @@ def _compressed_body(kind: str | None, sizes: Sizes, assumptions: list[str]) -> 
     """Return the compressed body, and append to `assumptions` a sentence for each size that is not given.
 
     `kind` is the value of `--body`. If it is None, the body is a ball, or an ellipsoid if a height is given. `sizes`
-    [mm] are named as their flags. Raises InputError if the kind of body or one of its sizes is missing, or if a size is
-    given that such a body does not have.
+    [mm] are keyed by the names of their flags. Raises InputError if the kind of body or one of its sizes is missing, or
+    if a size is given that such a body does not have.
     """
     if kind is None:
         if "radius" not in sizes:

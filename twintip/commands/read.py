@@ -198,7 +198,7 @@ def _check_paths(paths: dict[str, list[Path]], *, force: bool) -> None:
     for flag, paths_of_flag in paths.items():
         for path in paths_of_flag:
             if path.resolve() in flag_of_path:
-                bound = f"a different file from that of {flag_of_path[path.resolve()]}"
+                bound = f"a file other than the one that {flag_of_path[path.resolve()]} names"
                 raise validation_error(flag, str(path), "", bound, "choose another name")
             flag_of_path[path.resolve()] = flag
         check_paths_are_free(paths_of_flag, flag, force=force)
@@ -241,8 +241,22 @@ def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator
     """Yield the reading of each press in a file or the standard input, or of each fruit if its presses are combined.
 
     Presses are combined if `--fruit-presses` is given. They are also combined if a column names the fruit of each
-    press, unless `--each` requests a reading for every sample. Notes on the signal are printed to stderr. Raises
-    InputError if a flag contradicts the columns of the signal.
+    press, unless `--each` requests a reading for every sample.
+    """
+    signal = _open_signal(arguments, sensor)
+    readings = readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as)
+    combines_presses = arguments.fruit_presses is not None or (signal.names_fruit and not arguments.each)
+    if combines_presses:
+        # With 0, a fruit has any number of presses: it ends where the name changes, or at the end of the signal.
+        yield from fruit_answers(sensor, readings, arguments.fruit_presses or 0, named=signal.names_fruit)
+    else:
+        yield from readings
+
+
+def _open_signal(arguments: Namespace, sensor: MeasuringUnit) -> Signal:
+    """Open the file or the standard input that holds the presses, and print notes on its columns to stderr.
+
+    Raises InputError if a flag contradicts the columns.
     """
 
     def print_note(note: str) -> None:
@@ -265,9 +279,4 @@ def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator
         raise validation_error(
             "--fruit-presses", arguments.fruit_presses, "", bound, "the column names the fruit of each press"
         )
-    readings = readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as)
-    combines_presses = arguments.fruit_presses is not None or (signal.names_fruit and not arguments.each)
-    if combines_presses:
-        yield from fruit_answers(sensor, readings, arguments.fruit_presses or 0, named=signal.names_fruit)
-    else:
-        yield from readings
+    return signal

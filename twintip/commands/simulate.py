@@ -172,7 +172,7 @@ def _check_paths(paths: dict[str, Path], *, force: bool) -> None:
     """
     if len({path.resolve() for path in paths.values()}) < len(paths):
         first, second = list(paths)[-2:]
-        bound = f"a different file from that of {_flag(first)}"
+        bound = f"a file other than the one that {_flag(first)} names"
         raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
     for flag, path in paths.items():
         check_paths_are_free([path], _flag(flag), force=force)
@@ -235,7 +235,7 @@ def _simulated_unit(arguments: Namespace, report: Report, paths: dict[str, Path]
     requested, and is as designed if not. `paths` maps the name of each flag to the path of its file. Raises InputError
     for `--unit` together with a bench table, because such a table is written for a unit with random errors.
     """
-    bench_flags = [flag for flag in paths if flag != "out"]  # all flags but that of the log request a bench table
+    bench_flags = [flag for flag in paths if flag != "out"]  # `--out` requests the log, other flags a bench table
     if arguments.unit is None:
         return unit_of_seed(report, arguments.seed) if bench_flags else designed_unit(report)
     if bench_flags:

@@ -40,12 +40,8 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         messages = store.messages()
         machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
-        # The smallest and the largest value of each requested key that is a number.
-        spans = {key: store.span(key) for key in study.wanted}
-        ranges = {key: span for key, span in spans.items() if span is not None}
-    lines = _summary_lines(summary, messages, indices)
-    lines += [f"{key}: {smallest:.5g} to {largest:.5g}" for key, (smallest, largest) in ranges.items()]
-    lines += map(str, written)
+        range_lines = _range_lines(store, study)
+    lines = [*_summary_lines(summary, messages, indices), *range_lines, *map(str, written)]
     index_records = [asdict(index) for index in indices]
     yield Answer(
         code=FAILED if summary.failed or not summary.done else PASSED,
@@ -58,6 +54,13 @@ def run(arguments: Namespace) -> Iterator[Answer]:
             "Run the same command again to solve them."
         )
         raise MachineError(msg)
+
+
+def _range_lines(store: StudyStore, study: Study) -> list[str]:
+    """Return a line with the smallest and the largest value of each requested key, if its values are numbers."""
+    spans = {key: store.span(key) for key in study.wanted}
+    # A key whose values are not numbers has no span.
+    return [f"{key}: {span[0]:.5g} to {span[1]:.5g}" for key, span in spans.items() if span is not None]
 
 
 def _write_requested_files(arguments: Namespace, store: StudyStore, study: Study) -> list[Path]:
@@ -85,7 +88,8 @@ def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tup
     if summary.solved:
         rate = summary.solved / summary.seconds
         lines.append(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points per second")
-    # "alone" is the first-order Sobol index of a key, and "with others" its total index. The interval follows each.
+    # "alone" is the first-order Sobol index of a key, and "with others" its total index. Each is followed by its
+    # confidence interval.
     for index in indices:
         first_order = "alone {:.3f} ({:.3f} to {:.3f})".format(index.first, *index.first_interval)
         total = "with others {:.3f} ({:.3f} to {:.3f})".format(index.total, *index.total_interval)
