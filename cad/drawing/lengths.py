@@ -62,8 +62,8 @@ class _PlacedDimension:
         """Return whether two dimensions collide.
 
         Dimensions in the same row collide if a line or text of one overlaps a line or text of the other, or if their
-        texts are less than `gap` [mm] apart. Dimensions in different rows collide if an extension line of the outer
-        dimension comes within `gap` of the text of the inner one, which it passes on its way to the view.
+        texts are less than `gap` [mm] apart. The extension lines of an outer dimension cross the inner rows. So
+        dimensions in different rows collide if such a line comes within `gap` of the text of the inner dimension.
         """
         if self.row == other.row:
             return self.extent.overlaps(other.extent) or self.text.overlaps(other.text, gap)

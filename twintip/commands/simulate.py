@@ -141,13 +141,15 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
     unit = _simulated_unit(arguments, report, paths)
     # The fruit is pressed only for the log, which is the file of `--out`. The bench tables do not depend on it.
     outside = tuple(beyond_design(settings.fruit, report)) if arguments.out is not None else ()
-    lines = {}
+    lines_of_flag = {}
     with showing_progress("simulating") as work:
         for flag, path in paths.items():
             work(f"simulating {path.name}")
-            lines[flag] = FILES[flag](report, unit, settings, work.count)
+            simulate_lines = FILES[flag]
+            lines_of_flag[flag] = simulate_lines(report, unit, settings, work.count)
     for flag, path in paths.items():
-        write_files({path: ("\n".join(lines[flag]) + "\n").encode()}, _flag(flag), force=arguments.force)
+        content = "\n".join(lines_of_flag[flag]) + "\n"
+        write_files({path: content.encode()}, _flag(flag), force=arguments.force)
     for note in outside:
         print_error(f"note: {note}")
     simulation = Simulation(
@@ -203,12 +205,13 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
     if arguments.radius is not None:
         bound = f"one number or two numbers separated by a comma, each {_RADIUS}"
         changes["radii"] = parse_radii(arguments.radius, _RADIUS, bound, "write for instance --radius 45,65")
-    # The tilt and the offset from the apex have the same direction in the plane of the tips.
+    # The tilt and the offset from the apex have the same direction, which is measured from +x.
     direction = math.radians(arguments.towards or 0.0)
 
     def components(magnitude: float | None) -> tuple[float, float]:
         """Return the components along and across the tips. A flag that is not given has the magnitude 0."""
-        return (magnitude or 0.0) * math.cos(direction), (magnitude or 0.0) * math.sin(direction)
+        size = magnitude or 0.0
+        return size * math.cos(direction), size * math.sin(direction)
 
     return replace(usual, **changes, tilt=components(arguments.tilt), off_centre=components(arguments.off_centre))
 
