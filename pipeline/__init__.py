@@ -17,6 +17,7 @@ _MODULE_OF = {"RunOptions": "pipeline.options", "load_design": "pipeline.options
 
 
 def __getattr__(name: str) -> object:
+    """Import a public name from its module when it is first used; raise AttributeError for any other name."""
     if name not in _MODULE_OF:
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)

@@ -43,8 +43,9 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples); the last modulus is the firmest fruit
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))  # [N/m]
-    # `modulus_scale` returns None if P does not increase with the modulus. No modulus can then be read, so it is nan.
-    modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
+    # `modulus_converter` returns None if P does not increase with the modulus. No modulus can then be read, so it is
+    # nan.
+    modulus_at = force_ratio_curve(pair).modulus_converter(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
     calibrated_error = _calibrated_modulus_error(at_full_travel, modulus_at)
     return ScatterBands(
         K_l_N_per_m=_band(K_l),
@@ -64,9 +65,9 @@ def _calibrated_modulus_error(level: LevelPress, modulus_at: Callable[[float], f
     """
     error = 0.0
     for cause in known_springs():
-        softer_spring = modulus_at(float(level.largest_ratio(cause, -1.0)))
-        stiffer_spring = modulus_at(float(level.largest_ratio(cause, 1.0)))
-        error += 0.5 * abs(stiffer_spring - softer_spring) / float(level.E[-1, 0])
+        modulus_if_softer = modulus_at(float(level.largest_ratio(cause, -1.0)))
+        modulus_if_stiffer = modulus_at(float(level.largest_ratio(cause, 1.0)))
+        error += 0.5 * abs(modulus_if_stiffer - modulus_if_softer) / float(level.E[-1, 0])
     return error
 
 
@@ -85,8 +86,9 @@ def _sampled_factors(causes: Sequence[Cause]) -> Floats:
     for cause, deviates in zip(causes, normal_deviates.T, strict=True):
         # relative change of each stiffness (2, 1) in the last press, which is at full travel
         stiffness_change = np.reshape(cause.springs, (2, -1))[:, -1:]
-        two_sigma = (1.0 + stiffness_change) ** (1.0 / cause.power) - 1.0  # relative change of the input
-        factors = factors * (1.0 + two_sigma * deviates / COVERAGE) ** cause.power
+        # two standard deviations of the input, relative to its nominal value
+        input_change = (1.0 + stiffness_change) ** (1.0 / cause.power) - 1.0
+        factors = factors * (1.0 + input_change * deviates / COVERAGE) ** cause.power
     return factors
 
 

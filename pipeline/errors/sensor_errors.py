@@ -86,7 +86,7 @@ def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress)
     """
     # P is a ratio of two forces, so their relative errors add.
     spring_errors = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
-    numerical = curve.P_error + np.array(spring_errors)[:, None]
+    numerical = curve.P_error + np.array(spring_errors)[:, None]  # the same spring error at all travels
     change = relative_change(level.ratio)
     law = force_ratio_curve(pair)
     return ReadingTable(
@@ -105,7 +105,7 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
-        modulus_at = law.modulus_scale(curve.P[:, j], curve.E)
+        modulus_at = law.modulus_converter(curve.P[:, j], curve.E)
         if modulus_at is None:  # P does not increase with the modulus at this travel
             continue
         for i, P in enumerate(curve.P[1:, j].tolist(), start=1):  # without the modulus of nearly zero

@@ -72,7 +72,7 @@ class ForceRatioCurve:
             return math.inf
         return fruit_stiffness(self.springs, P, self.stiffness_ratio)
 
-    def modulus_scale(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
+    def modulus_converter(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
         """Return a function that converts a force ratio [1] at one travel to the modulus [MPa].
 
         `P` (moduli,) [1] holds the force ratios at the moduli `E` (moduli,) [MPa], softest first. The function converts

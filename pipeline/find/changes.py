@@ -147,10 +147,10 @@ def _calibration_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep
 
 
 def _spacing_sweeps(design: Design, is_solved_on_cells: bool) -> list[Sweep]:
-    """Return sweeps to tips so close that a round fruit is nearly flat under them; empty unless contact needs cells.
+    """Return sweeps to tips so close that a round fruit is nearly flat under them.
 
-    The first sweep makes the tips smaller and closer together. The second one moves tips of the present size closer
-    together.
+    The result is empty unless contact is solved on cells. The first sweep makes the tips smaller and closer together.
+    The second one moves tips of the present size closer together.
     """
     if not is_solved_on_cells:
         return []

@@ -75,10 +75,7 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
     step = (requested.E_max_MPa / requested.E_min_MPa) ** NARROWED_FRACTION  # factor on one end of the moduli
     narrowed = fruit
     if fails_by_shape:
-        radius, across = (
-            _narrow_range(ends, requested_ends)
-            for ends, requested_ends in zip(fruit.radii_mm, requested.radii_mm, strict=True)
-        )
+        radius, across = map(_narrow_range, fruit.radii_mm, requested.radii_mm)
         thickness = fruit.thickness_mm
         if thickness is not None and requested.thickness_mm is not None:
             thickness = _narrow_range(thickness, requested.thickness_mm)

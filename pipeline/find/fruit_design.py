@@ -144,12 +144,10 @@ def _assumed_fruit(fruit: FruitRange, preset: Design, length_ratio: float) -> tu
     """
     preset_fruit = preset.fruit
     preset_range = fruit_of(preset)
-    radius, radius_across = (
-        _same_position_in_range(ends, preset_radius, preset_ends)
-        for ends, preset_radius, preset_ends in zip(
-            fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True
-        )
-    )
+    along, across = fruit.radii_mm  # ranges of the two principal radii
+    preset_along, preset_across = preset_range.radii_mm
+    radius = _same_position_in_range(along, preset_fruit.radii_mm[0], preset_along)
+    radius_across = _same_position_in_range(across, preset_fruit.radii_mm[1], preset_across)
     depth = _round_to(preset_fruit.depth_mm * length_ratio, _SIZE_STEP_MM)
     if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
         depth = _same_position_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)

@@ -74,7 +74,7 @@ class Search:
         self._fixed = fixed
         self._budget_left = BUDGET
 
-    def passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
+    def find_passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
         """Search for candidates that pass, and return the nearest first; the base design has the `failed_verdicts`.
 
         Each round makes one more change to the best candidates of the previous round, which are the beam. The search
@@ -99,8 +99,8 @@ class Search:
             self.nearest_miss = min(failed_candidates, key=lambda candidate: candidate.rank, default=None)
         return []
 
-    def trial(self, changes: Changes) -> Candidate | None:
-        """Return the candidate with the given changes, and its verdicts with sized springs.
+    def try_changes(self, changes: Changes) -> Candidate | None:
+        """Try the base design with the given changes, and return the candidate with its verdicts on sized springs.
 
         The cost of the trial is taken from the budget. The result is None if the budget is used up, or if the changed
         design is invalid or cannot be solved. It is also None if a changed travel is too short for the height errors of
@@ -143,7 +143,7 @@ class Search:
                 continue
             trials: list[Candidate] = []
             for change in sweep:
-                candidate = self.trial({**start.changes, **change})
+                candidate = self.try_changes({**start.changes, **change})
                 if candidate is not None:
                     trials.append(candidate)
                     if not candidate.failed:
@@ -161,16 +161,13 @@ class Search:
             # Readings of flat tips take too long to be tried, so such a design is treated as failed.
             return (judge("reading.bias", None, "readings of flat tips", limit="tips with a dome"),)
         sensor = self._sized_sensor(design)
-        # Solving P at two moduli costs a tenth of solving all presses, and often shows that the design fails.
         if scene_of(design).is_solved_on_cells:
-            moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
-            scene = scene_of(design, sensor.springs.ideal_offsets_mm)
-            x = travels(design.press.travel_mm, TRAVELS)
-            two_moduli = scene_response(scene, sensor.contact, sensor.springs.C, moduli, x)
-            displacement = displacement_verdict(two_moduli)
+            # Solving P at two moduli costs a tenth of solving all presses, and often shows that the design fails.
+            displacement = _displacement_at_two_moduli(design, sensor)
             if displacement.passed is not True:
                 return (*sensor.verdicts_on("print"), displacement)
-            self._budget_left -= 2.0 * _trial_cost(design)  # a trial with all presses costs three times as much
+            # With the contact, a trial with all presses costs three times as much as a trial that ends here.
+            self._budget_left -= 2.0 * _trial_cost(design)
         return sensor.verdicts
 
     def _sized_sensor(self, design: Design) -> Sensor:
@@ -211,7 +208,7 @@ class Search:
             passing_value = self._bisect(nearest, key, base_value, new_value, bisections)
             # Rounding towards twice the margin never makes the margin smaller.
             value = rounded(passing_value * (1.0 + margin), towards=passing_value * (1.0 + 2.0 * margin))
-            rounded_candidate = self.trial({**nearest.changes, key: value})
+            rounded_candidate = self.try_changes({**nearest.changes, key: value})
             # otherwise the key keeps its former value, at which the candidate passes
             if rounded_candidate is not None and not rounded_candidate.failed:
                 nearest = rounded_candidate
@@ -227,12 +224,23 @@ class Search:
         """
         for _ in range(bisections):
             middle = math.sqrt(failing_value * passing_value)
-            trial = self.trial({**candidate.changes, key: middle})
+            trial = self.try_changes({**candidate.changes, key: middle})
             if trial is not None and not trial.failed:
                 passing_value = middle
             else:
                 failing_value = middle
         return passing_value
+
+
+def _displacement_at_two_moduli(design: Design, sensor: Sensor) -> Verdict:
+    """Return the verdict on how P depends on the travel, from presses at the smallest modulus and at E_max only.
+
+    `sensor` is the sensor of the design with ideal springs.
+    """
+    moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
+    scene = scene_of(design, sensor.springs.ideal_offsets_mm)
+    x = travels(design.press.travel_mm, TRAVELS)
+    return displacement_verdict(scene_response(scene, sensor.contact, sensor.springs.C, moduli, x))
 
 
 def _trial_cost(design: Design) -> float:
@@ -268,7 +276,7 @@ def suggestion(
         if all(finer_tolerance_hints):
             return replace(none_found, reason=str(finer_tolerance_hints[0]))
     search = Search(result, fixed, progress)
-    passing = search.passing(failed_verdicts)
+    passing = search.find_passing(failed_verdicts)
 
     def make_design(candidate: Candidate) -> Design:
         """Report the run of a candidate, and return its design."""

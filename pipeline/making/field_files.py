@@ -35,11 +35,11 @@ _COLUMNS = (0, 1, 2, 1, 2, 2)
 def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
     """Write the mesh of the half housing y >= 0 [mm] to flexure.vtu, and fields if `options.fields` is set.
 
-    The other half is its mirror image. With this option, three files are written to `folder`:
+    The other half is its mirror image. With `options.fields`, three files are written to `folder`:
 
     - The file flexure.vtu holds the fields of the housing under the tip forces at full travel. The verdicts on the root
-      strains use the same forces. An array for each spring is 1 at the node with the largest strain on its leaves, and
-      0 elsewhere.
+      strains use the same forces. It also has an array for each spring, which is 1 at the node with the largest strain
+      on its leaves, and 0 elsewhere.
     - The file flexure.inp is the CalculiX deck of the housing.
     - The file fruit.vtu holds the fields of the fruit under the forces of the scene.
 

@@ -128,10 +128,10 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
     The placements are in this order:
 
     - The first one is level on the design's fruit. The next ones are tilted in eight directions, if tilts are allowed.
-    - Level placements follow, at the apex of fruits at the ends of the ranges of flesh thickness and radii, at several
-      azimuths.
-    - On each fruit of other radii, the sensor is also tilted towards each of four diagonals, as far from the apex as
-      the design allows. These placements are omitted at azimuth 0, where the skin under the tips has a smaller saddle.
+    - A level placement follows at the apex of each fruit at the ends of the ranges of flesh thickness and radii, at
+      several azimuths. If the fruit has other radii than the design's fruit, four tilted placements come after it. The
+      sensor is then tilted towards a diagonal, as far from the apex as the design allows. These four are omitted at
+      azimuth 0, where the skin under the tips has a smaller saddle.
     - The random placements come last.
     """
     fruits = occurring_fruits(design.fruit, reading)

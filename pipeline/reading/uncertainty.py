@@ -201,13 +201,13 @@ def designed_channels(
     """Return the errors of the channels that a design expects, from its read-out or from `[reading]`.
 
     `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. `signal` is
-    the signal path of the read-out, or None without a read-out. Without it, the noise comes from `[reading]`, and
-    nothing drifts. If `[reading]` has no value for springs or gains, their errors are 0 until `calibrated` replaces
-    them. `creep` is the creep law of the print material. Creep is counted from `WEIGHED_AFTER_S`, the time after which
-    a weight hung on a spring is read.
+    the signal path of the read-out. If it is None, the noise comes from `[reading]`, and nothing drifts. If `[reading]`
+    has no value for springs or gains, their errors are 0 until `calibrated` replaces them. `creep` is the creep law of
+    the print material. Creep is counted from `WEIGHED_AFTER_S`, the time after which a weight hung on a spring is read.
     """
     ones = np.ones(len(full_scale))  # one entry for each tip
-    # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on fruit.
+    # With a reference ball, the time of weighing is irrelevant, because presses on the ball last as long as on fruit. A
+    # press measures the stiffness at `EFFECTIVE` times its duration.
     calibrated_after_s = EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S
     channels = Channels(
         full_scale=full_scale,

@@ -439,7 +439,7 @@ def test_bands_of_the_table_are_the_moduli_at_both_ends_of_the_error_of_P(bands,
     """Both springs add their numerical errors, each in the share of the give that is its own."""
     result = stand_ins.result_of()
     pair, curve = result.pressed.pair, result.press.curve
-    modulus_at = force_ratio_curve(pair).modulus_scale(curve.P[:, -1], curve.E)
+    modulus_at = force_ratio_curve(pair).modulus_converter(curve.P[:, -1], curve.E)
     for row in (10, 40):
         K_m = curve.E[row] * K_M_OVER_E
         by_springs = sum(error * K_m / (K_m + K) for error, K in zip(ERRORS, SPRINGS.stiffnesses, strict=True))

@@ -51,8 +51,8 @@ def search_of(design, fixed=frozenset()):
 def searched(design, fixed=frozenset()):
     """Return the search for a design, the names of its verdicts that fail with sized springs, and what passes."""
     search = search_of(design, fixed)
-    failed = search_of(design).trial({}).failed
-    return search, {verdict.name for verdict in failed}, search.passing(failed)
+    failed = search_of(design).try_changes({}).failed
+    return search, {verdict.name for verdict in failed}, search.find_passing(failed)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_planted_fault_is_mended(design, name, keys):
     search, names, passing = searched(design)
     assert name in names
     assert set(passing[0].changes) == keys
-    assert search.trial(passing[0].changes).failed == ()
+    assert search.try_changes(passing[0].changes).failed == ()
     sizes = [size(design, one.changes) for one in passing]
     assert sizes == sorted(sizes)
 
@@ -75,7 +75,7 @@ def test_planted_fault_is_mended(design, name, keys):
 def test_travel_under_a_bruise_limit_is_that_of_its_pressure():
     """Under a flat face the pressure is proportional to the travel; the search stops 5 to 10 % short of the bound."""
     search, _, passing = searched(BRUISED, TIPS)
-    (bruise,) = (verdict for verdict in search.trial({}).failed if verdict.name == "bruise")
+    (bruise,) = (verdict for verdict in search.try_changes({}).failed if verdict.name == "bruise")
     bound = 0.6 * 1.2 / bruise.value
     assert passing[0].changes == {"press.travel_mm": pytest.approx(0.94 * bound, abs=0.06 * bound)}
 
@@ -83,8 +83,8 @@ def test_travel_under_a_bruise_limit_is_that_of_its_pressure():
 def test_travel_that_the_heights_of_printed_tips_decide_is_not_tried():
     """0.073 mm would keep apple flesh whole; PETG tips stand within 0.05 mm, so that 0.25 mm is the least."""
     search = search_of(Design(fruit=Fruit(bruise_limit_MPa=0.29)))
-    assert search.trial({"press.travel_mm": 0.249}) is None
-    assert search.trial({"press.travel_mm": 0.25}) is not None
+    assert search.try_changes({"press.travel_mm": 0.249}) is None
+    assert search.try_changes({"press.travel_mm": 0.25}) is not None
 
 
 def test_two_keys_are_changed_where_one_does_not_do():
@@ -96,10 +96,10 @@ def test_two_keys_are_changed_where_one_does_not_do():
 
 
 def test_search_without_budget_finds_nothing(monkeypatch):
-    failed = search_of(BRUISED).trial({}).failed
+    failed = search_of(BRUISED).try_changes({}).failed
     monkeypatch.setattr(room, "BUDGET", 0.0)
     search = search_of(BRUISED)
-    assert (search.passing(failed), search.nearest_miss, search.tried) == ([], None, 0)
+    assert (search.find_passing(failed), search.nearest_miss, search.tried) == ([], None, 0)
 
 
 @pytest.mark.slow
@@ -115,7 +115,7 @@ def test_scenes_that_are_not_linear_are_mended(preset, settings):
     design = load_design(preset, settings)
     _, names, passing = searched(design)
     assert names
-    assert search_of(design).trial(passing[0].changes).failed == ()
+    assert search_of(design).try_changes(passing[0].changes).failed == ()
 
 
 def test_settings_of_changes_give_the_design_again():

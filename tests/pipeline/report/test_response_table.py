@@ -62,7 +62,7 @@ def test_band_after_calibrating_holds_springs_known_to_one_per_cent_and_no_more(
 def test_modulus_of_a_force_ratio_goes_on_beyond_the_table_as_the_law_does():
     E = np.array([1e-9, 1.0, 2.0, 3.5])
     P = np.array([force_ratio(SPRINGS, K_M_OVER_E * modulus) for modulus in E])
-    modulus_at = ForceRatioCurve(springs=SPRINGS, K_m_max=3.5 * K_M_OVER_E).modulus_scale(P, E)
+    modulus_at = ForceRatioCurve(springs=SPRINGS, K_m_max=3.5 * K_M_OVER_E).modulus_converter(P, E)
     for modulus in (1.3, 3.5, 4.2):
         assert modulus_at(force_ratio(SPRINGS, K_M_OVER_E * modulus)) == pytest.approx(modulus, rel=1e-6)
     assert modulus_at(0.9) == 0.0
