@@ -25,11 +25,11 @@ _OUTSIDE_SIGNALS = ("SIGKILL", "SIGTERM")
 def check_path(
     path: Path, process: Process | None, designed: tuple[Design, Housing] | None = None
 ) -> tuple[Verdict, ...]:
-    """Check one file by the rules of a print `process`, or an output folder if `process` is None.
+    """Return the verdicts on one file by the rules of a print `process`, or on an output folder if `process` is None.
 
-    Return the verdicts. If `designed` gives a design and its housing, a file is also compared with the part of this
-    design. The verdict geometry.readable fails for a file that crashes the CAD kernel or takes longer than `SECONDS`.
-    Raises InputError if a folder has no valid report, and BrokenExecutor if the operating system ends the worker.
+    If `designed` gives a design and its housing, a file is also compared with the part of this design. The verdict
+    geometry.readable fails for a file that crashes the CAD kernel or takes longer than `SECONDS`. Raises InputError if
+    a folder has no valid report, and BrokenExecutor if the operating system ends the worker.
     """
     unchanged = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)

@@ -59,7 +59,7 @@ class SizingReport:
         The lengths are None for tips without a housing.
         """
         return cls(
-            K_l_N_per_m=1e3 * sizing.springs.K_l,
+            K_l_N_per_m=1e3 * sizing.springs.K_l,  # the stage has N/mm
             K_h_N_per_m=1e3 * sizing.springs.K_h,
             K_m_max_N_per_m=1e3 * sizing.K_m_max,
             K_m_over_E_mm=sizing.K_m_over_E,

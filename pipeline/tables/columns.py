@@ -81,6 +81,7 @@ class StatedUnits:
     """
 
     def __init__(self, words: HeaderWords) -> None:
+        """Begin without any statement; `words` determine which quantity a text names."""
         self._words = words
         # All three are keyed by the name of a quantity. In `_stated`, "" is the key of statements of a system of units.
         self._stated: dict[str, list[UnitStatement]] = {}

@@ -76,6 +76,7 @@ class Rows:
     """
 
     def __init__(self, lines: Iterable[str | Sequence[str]], source: str, delimiter: str = "") -> None:
+        """Store the lines, which are read only when the rows are iterated; they may come from a stream."""
         self.source = source
         self._lines = lines
         self._kept_delimiter = delimiter
@@ -144,6 +145,7 @@ class WholeRows(Rows):
     """
 
     def __init__(self, lines: Sequence[str | Sequence[str]], source: str) -> None:
+        """Split all lines at the delimiter that suits them best."""
         super().__init__(lines, source, delimiter_of(lines))
         self.rows = list(super().__iter__())
         is_every_second_empty = all(one.is_empty or other.is_empty for one, other in itertools.pairwise(self.rows))

@@ -363,6 +363,7 @@ class TableReader:
         return {name for label in labels if (name := self.words.interpret_label(label[:LONGEST_LABEL]).name)}
 
     def _has_labels(self, row: Row) -> bool:
+        """Return whether a row labels a number for all quantities of at least one set in `needed`."""
         return any(self._labels(row) >= set(names) for names in self.needed)
 
     @staticmethod
@@ -521,6 +522,7 @@ class _RowClassifier:
     """
 
     def __init__(self, table: FoundTable) -> None:
+        """Derive the properties of the columns from the `table` whose rows are classified."""
         self.used_width = 1 + max(column.index for column in table.columns)  # indices are counted from 0
         self._number_columns = [column for column in table.columns if column.is_written]
         # A column of text may hold any text, so lines of text cannot be recognised in such a table.

@@ -120,7 +120,8 @@ def _script_data(
 def _draw_bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
     """Return the 3-D bodies as page data, and the reason for each body that cannot be drawn, keyed by its name.
 
-    A missing body is no error, because the page is useful without it. A layout without a housing has no bodies.
+    No error is raised for a missing body, because the page states the reason instead. A layout without a housing has no
+    bodies.
     """
     draw_functions: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:

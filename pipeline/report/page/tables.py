@@ -120,8 +120,8 @@ def noise_percent(report: Report) -> float:
 def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
     """Return the table of forces, pressures and readings as functions of modulus and travel, as page data.
 
-    `read_out` holds the constants that convert forces to a modulus. A level pair is read by the force ratio at one
-    moment. Other sensors are read by whole presses, so this table has no readings for them.
+    `read_out` holds the constants that convert forces to a modulus. A level pair is read from the force ratio at one
+    moment. Other sensors are read from whole presses, so this table has no readings for them.
     """
     curve = press.curve
     # The first modulus represents the softest possible fruit. It is only a limit, and is omitted by all indices [1:].
