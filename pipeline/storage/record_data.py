@@ -167,7 +167,7 @@ def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
     own_key = {item.name: part is not None} if item.metadata.get("told", True) else {}
     if part is not None:
         return own_key | part
-    zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}  # float() is 0.0
+    zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}  # as float() is 0.0
     return own_key | zeros
 
 

@@ -18,7 +18,7 @@ from pipeline.study.study_table import table_columns, table_rows
 from pipeline.study.tasks import lost_points, solve_points
 from sensor.turns import in_turn
 
-_MAX_POINTS_PER_TASK = 64  # limited, because a lost worker loses all points of its task
+_MAX_POINTS_PER_TASK = 64  # a judgement: a lost worker loses all points of its task, so a task must not be too large
 _MIN_TASKS_PER_WORKER = 16  # enough for all workers to finish at almost the same time
 
 

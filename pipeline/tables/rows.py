@@ -160,8 +160,8 @@ def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
     """Return the sheets of a file that are not empty.
 
     A text file and the standard input have one sheet. The `source` of the standard input is `-`. Raises InputError if
-    the file cannot be read, or if all its sheets are empty. The message calls the file by `name`, the name of the
-    command's parameter.
+    the file cannot be read, or if all its sheets are empty. The message states `name`, the command's parameter for the
+    file.
     """
     lines_by_sheet: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
     if str(source) == "-":

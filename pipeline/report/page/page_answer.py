@@ -15,7 +15,7 @@ from sensor.verdict import Verdict
 
 BILL = "bom.csv"  # file name of the bill of materials
 _READING_ERRORS = ("reading.bias", "reading.uncertainty")
-_MIN_DIGITS, _MAX_DIGITS = 2, 5  # significant digits of an error of a reading; with more, it is shown by `:g`
+_MIN_DIGITS, _MAX_DIGITS = 2, 5  # significant digits of a reading error; if even more are needed, it gets six
 _MASS = f" g{EACH}"  # suffix of the entry `size` of a printed part in the bill of materials
 
 

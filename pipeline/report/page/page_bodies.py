@@ -161,7 +161,7 @@ def _stress_caption(report: Report, result: SensorResult, scale: ColourScale, ex
 
 
 def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
-    """Return the labels of the tips and springs as page data, at their positions in the mesh of `half` the housing.
+    """Return the labels of the tips and springs as page data, at their positions in the mesh of the housing's `half`.
 
     The labels of the tips are shifted outwards by `aside` [mm], because they are wider than the gap between the tips.
     """
