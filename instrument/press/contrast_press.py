@@ -21,7 +21,7 @@ from instrument.press.pair_press import ratio_modulus_and_noise
 from instrument.press.seating import Seated, seated_reading
 from instrument.press.touches import PressSamples
 from sensor.quantity import COVERAGE
-from sensor.theory.contrast_law import ReadingError, lowered_tips, plane_through
+from sensor.theory.contrast_law import ReadingError, plane_through, tip_travels
 from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseLaw, RiseReading, RiseSlopes, moduli_without
 
 SIMULTANEOUS = Timing()
@@ -245,7 +245,7 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
         pair_direction = 0.0 if uncorrected.offset <= 0.0 else 180.0
         return pair_tilt, pair_direction
     law_at_offset = law.with_offset(uncorrected.offset)
-    channel_depths = lowered_tips(law_at_offset, seated.deepest_channels.tolist(), uncorrected.E)
+    channel_depths = tip_travels(law_at_offset, seated.deepest_channels.tolist(), uncorrected.E)
     # The law of flesh that relaxes has two channels per tip, and its second half holds the depths of the tips.
     depths = channel_depths[-len(tips.places_mm) :]
     _, slope_x, slope_y = plane_through(tips.places_mm, depths)

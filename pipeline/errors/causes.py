@@ -31,8 +31,8 @@ from sensor.theory.sloped_skin import frictionless_press
 from sensor.theory.soft_tissue import (
     LARGEST_CHANGE,
     constitutive_spread,
-    deepest_solved,
     large_strain_factor,
+    largest_solved_depth,
     no_slip,
 )
 from sensor.theory.two_spring_law import series_stiffness
@@ -248,7 +248,7 @@ def _large_strain_effects(design: Design, depths: Floats) -> Iterator[Cause]:
     depths_in_sides = depths / design.tips.side_mm  # the tabulated solutions are for depths relative to the tip side
     deepest = float(depths_in_sides.max())
     # The tabulated solutions cover only flat faces, up to a certain depth. Otherwise the user has to check the sensor.
-    is_covered = design.tips.tip_shape.has_flat_face and deepest <= deepest_solved()
+    is_covered = design.tips.tip_shape.has_flat_face and deepest <= largest_solved_depth()
     advice = "Calibrate at full travel" if is_covered else "Check the deepest press on a body of known modulus"
     method = f"(FE of one tip, at most {deepest:.2g} tip sides deep)"
     yield Cause(

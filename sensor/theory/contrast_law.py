@@ -217,7 +217,7 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     )
 
 
-def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
+def tip_travels(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
     """Return the travel of each tip [mm] at which a fruit of modulus E [MPa] resists with `forces` [N].
 
     The travel is the sum of the spring deflection, the indentation of the fruit, and the gap under the tip.

@@ -51,7 +51,7 @@ def large_strain_factor(depth: Floats | float, poisson: float, law: FleshLawName
     return np.asarray(1.0 + np.clip(change, -LARGEST_CHANGE, LARGEST_CHANGE))
 
 
-def deepest_solved() -> float:
+def largest_solved_depth() -> float:
     """Return the largest depth of the finite-element solutions at large strain [tip sides].
 
     Below nu = 0.3 the solutions may end earlier, because the surface folds.

@@ -13,11 +13,11 @@ from sensor.theory.contrast_law import (
     ReadingError,
     contrast_slopes,
     contrast_weights,
-    lowered_tips,
     plane_through,
     read_modulus,
     smallest_root,
     stiffened_compliance,
+    tip_travels,
 )
 from sensor.theory.hertz import hertz_factor
 
@@ -64,7 +64,7 @@ def test_domes_are_read_exactly_in_any_pose(places, kinds, hertz, rng):
         forces = forces_of(law, E, lowered)
         if forces is not None:
             assert read_modulus(law, forces.tolist()) == pytest.approx(E, rel=ROUND_OFF)
-            assert lowered_tips(law, forces.tolist(), E) == pytest.approx(lowered, rel=ROUND_OFF)
+            assert tip_travels(law, forces.tolist(), E) == pytest.approx(lowered, rel=ROUND_OFF)
             read += 1
 
 

@@ -8,8 +8,8 @@ from sensor.theory.soft_tissue import (
     LARGEST_CHANGE,
     LEAST_COMPRESSIBLE,
     constitutive_spread,
-    deepest_solved,
     large_strain_factor,
+    largest_solved_depth,
     no_slip,
 )
 
@@ -46,7 +46,7 @@ def test_factors_are_those_of_an_independent_program(law, poisson, expected):
 
 
 def test_beyond_the_deepest_the_departure_grows_with_the_depth():
-    deepest = deepest_solved()
+    deepest = largest_solved_depth()
     at, twice = (large_strain_factor(factor * deepest, 0.45) - 1.0 for factor in (1.0, 2.0))
     assert twice == pytest.approx(2.0 * at, rel=1e-12)
 
