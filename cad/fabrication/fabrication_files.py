@@ -21,6 +21,7 @@ from cad.files.stl import triangles
 from cad.parts.assembly import assembly_of
 from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
+from sensor.design.processes import Process
 from sensor.design.signal_path import SignalPath, SpringReadOut
 from sensor.quantity import Estimate
 
@@ -57,9 +58,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     """
     process = title.process
     parts = {name: draw() for name, draw in maker_parts(sensor).items()}
-    shapes = {"housing": sensor.part.shape} | {name: part.shapes[0] for name, part in parts.items()}
-    # Masses in g, from volumes in mm^3.
-    masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
+    masses = _part_masses(sensor, parts, process)
     assembly = assembly_of(sensor)
     bill = bill_of_materials(sensor, assembly, process, masses, read_out.signal)
 
@@ -86,6 +85,16 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         cover=read_back["cover"],
         mount=read_back["mount"],
     )
+
+
+def _part_masses(sensor: SensorSolids, parts: Mapping[str, cq.Assembly], process: Process) -> dict[str, float]:
+    """Return the masses of the housing and of the other printed `parts` [g], keyed by part name.
+
+    The parts are assumed to be solid, without voids of an infill.
+    """
+    shapes = {"housing": sensor.part.shape} | {name: part.shapes[0] for name, part in parts.items()}
+    # The factor 1e-3 converts mm^3 to cm^3.
+    return {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
 
 
 def _write_wiring(sensor: SensorSolids, signal: SignalPath | None, folder: Path) -> list[Path]:

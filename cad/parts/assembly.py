@@ -158,7 +158,7 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
             assembly.add(cover, name=f"{side}_cover", loc=location, color=COVER_COLOUR)
     if housing.pin:
         pin = pin_solid(housing.pin, sensor.tips)
-        for name, location in pin_locations(housing).items():
+        for name, location in pin_locations(housing).items():  # locations in a plate
             for suffix, plate in zip(suffixes, plates, strict=True):
                 assembly.add(pin, name=f"{name}{suffix}", loc=plate * location, color=STEEL_COLOUR)
     _add_fasteners(assembly, sensor)

@@ -32,7 +32,8 @@ def coupon_part(housing: Housing) -> Part:
         root = arm.sign * half_block  # x of the leaf at the block
         end = arm.sign * (half_block + arm.flexure.length)  # x of the leaf at the pad
         hole_x = end + arm.sign * BEYOND_LEAF_MM
-        leaf = back_plane.center(0.5 * (root + end), 0.0).rect(arm.flexure.length, arm.flexure.thickness).extrude(depth)
+        middle = 0.5 * (root + end)
+        leaf = back_plane.center(middle, 0.0).rect(arm.flexure.length, arm.flexure.thickness).extrude(depth)
         pad = back_plane.center(hole_x, 0.0).rect(PAD_MM, PAD_MM).extrude(depth)
         body = body.union(leaf).union(pad)
         weight_holes.append((hole_x, 0.0))

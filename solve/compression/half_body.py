@@ -151,11 +151,11 @@ class HalfBody:
             stiffness = np.maximum(stiffness, 0.0)
         # The outer product is the part of U that is due to its curvature in theta. The modes m contribute all other
         # terms.
-        theta_gradient = _gradient_by_F(modes, 1.0 / deformed.stretches)
+        theta_gradient = _apply_chain_rule(modes, 1.0 / deformed.stretches)
         moduli = bulk * theta_gradient[:, None] * theta_gradient[None, :]
         moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
         moduli[4, 4] += stiffness[4]  # the fifth mode is the hoop stretch, the fifth component of F
-        stress = _gradient_by_F(modes, slope + pressure / deformed.stretches)
+        stress = _apply_chain_rule(modes, slope + pressure / deformed.stretches)
         return stress, moduli
 
 
@@ -273,7 +273,7 @@ def _nodal_areas(x: Floats, length: float | None) -> Floats:
     return line_share * (2.0 * length)  # only the half r >= 0 of the section is modelled
 
 
-def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:
+def _apply_chain_rule(modes: Floats, principal: Floats) -> Floats:
     """Return the derivatives of a quantity with respect to the components of F, shape (5, ...), by the chain rule.
 
     `principal` (3, ...) holds its derivatives with respect to the principal stretches. The first two `modes` are the

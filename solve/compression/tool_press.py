@@ -63,7 +63,7 @@ class _ToolPress:
         """Return the round-off of the energy [N mm]. Divided by 1 mm, it also bounds the round-off of a force [N]."""
         return float(np.finfo(np.float64).eps) * self.body.volume
 
-    def state(self, u: Floats) -> _ToolState:
+    def evaluate(self, u: Floats) -> _ToolState:
         """Return the deformed body, its contact and its energy for displacements u (nodes, 2) [mm].
 
         A surface node touches if two conditions hold. It is not below the face of the tool, and its undeformed position
@@ -83,7 +83,7 @@ class _ToolPress:
             body=deformed, height=height, slope=slope, slope_rate=slope_rate, touches=touches, energy=energy
         )
 
-    def equilibrium(self, start: _ToolState, held: Flags) -> tuple[_ToolState, float]:
+    def find_equilibrium(self, start: _ToolState, held: Flags) -> tuple[_ToolState, float]:
         """Return the state of minimum energy and the force on the tool [N], by Newton's method from `start`.
 
         The dofs marked in `held` (2 nodes,) keep their displacements in `start`. Raises SolveError if the method does
@@ -145,7 +145,7 @@ class _ToolPress:
         """
         for halvings in range(_HALVINGS):
             fraction = 0.5**halvings
-            candidate = self.state(state.body.u + fraction * step.reshape(-1, 2))
+            candidate = self.evaluate(state.body.u + fraction * step.reshape(-1, 2))
             if candidate.energy <= state.energy + _SUFFICIENT_DECREASE * fraction * slope + self.round_off:
                 return candidate
         return None
@@ -160,7 +160,7 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     tool = tool or Tool()
     held = body.held.copy()  # gripped dofs are added below, where dof 2 i moves node i along r
     if grips:  # the tool also grips the nodes that it touches before the press, for example on a flat top
-        initial_state = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
+        initial_state = _ToolPress(body, tool, 0.0).evaluate(np.zeros((body.count, 2)))
         held[2 * body.surface[initial_state.touches]] = True
         held[2 * body.on_table] = True
     solutions = [np.zeros((body.count, 2))]
@@ -168,8 +168,8 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     forces = []
     for travel in travels:
         press = _ToolPress(body, tool, travel)
-        start = _initial_state(press, solutions, solved_travels, held)
-        state, force = press.equilibrium(start, held)
+        start = _find_initial_state(press, solutions, solved_travels, held)
+        state, force = press.find_equilibrium(start, held)
         forces.append(force)
         solutions.append(state.body.u)
         solved_travels.append(travel)
@@ -178,7 +178,7 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     return np.array(forces)
 
 
-def _initial_state(
+def _find_initial_state(
     press: _ToolPress, solutions: Sequence[Floats], solved_travels: Sequence[float], held: Flags
 ) -> _ToolState:
     """Return the state from which Newton's method starts, extrapolated from previous equilibria.
@@ -191,7 +191,7 @@ def _initial_state(
     for count in _EXTRAPOLATION_COUNTS:
         guess = _extrapolate(solutions[-count:], solved_travels[-count:], press.travel)
         guess = np.where(held.reshape(-1, 2), solutions[-1], guess)
-        candidates.append(press.state(guess))
+        candidates.append(press.evaluate(guess))
     return min(candidates, key=lambda candidate: candidate.energy)
 
 

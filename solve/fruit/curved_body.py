@@ -86,7 +86,7 @@ def curved_compliance(
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
-    shape, errors = _coarsest_change(block, fruit, footprints, along_normals, tolerance)
+    shape, errors = _solve_coarsest_change(block, fruit, footprints, along_normals, tolerance)
     S = block.S + shape.change
     info = SolveInfo(
         method=f"{block.info.method}, bent to the shape of the fruit",
@@ -104,7 +104,7 @@ def curved_compliance(
     )
 
 
-def _coarsest_change(
+def _solve_coarsest_change(
     block: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool, tolerance: float
 ) -> tuple[ShapeChange, Errors]:
     """Return the change due to the shape from the coarsest sufficient mesh, and the relative errors [1] of the sum.
@@ -185,6 +185,11 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     if fruit.is_whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
         raise validation_error(fruit.depth_key, fruit.depth_mm, "mm", bound, "use a thinner fruit with a wider base")
+    _check_tips(fruit, footprints)
+
+
+def _check_tips(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
+    """Raise InputError if the skin is too steep under a tip, or if a tip is too far from the apex of a whole fruit."""
     shape = CurvedShape(fruit, enclosing_core(smooth_loads(fruit, footprints)))
     for footprint in footprints:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
@@ -260,10 +265,10 @@ def curvature_correction(
         """Return the part of the change that the loads of one parity cause, (loads, loads) [1/mm]."""
         fixed = body.fixed_dofs(parity)
         factor = factorise(block_matrix, fixed)
-        block_compliance = _compliance(body.forces(parity, upwards), factor.solve)
+        block_compliance = _solve_compliance(body.forces(parity, upwards), factor.solve)
         # The matrix of the fruit is close to the matrix of the block, whose factor serves as preconditioner.
         solve_fruit = functools.partial(factor.solve_near, fruit_matrix)
-        fruit_compliance = _compliance(body.forces(parity, body.normals), solve_fruit)
+        fruit_compliance = _solve_compliance(body.forces(parity, body.normals), solve_fruit)
         # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
         return np.asarray((fruit_compliance - block_compliance) / 2.0 ** np.abs(parity).sum())
 
@@ -273,7 +278,7 @@ def curvature_correction(
     return np.asarray(np.sum(changes, axis=0)), int(body.flat.N)
 
 
-def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
+def _solve_compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     """Return the compliance F.K^-1 F (loads, loads) for loads F (dofs, loads).
 
     The function `solve` multiplies its argument (dofs, n) by K^-1. On a mesh that ends at mirror planes, loads often

@@ -140,13 +140,13 @@ def remainder_compliance(
         image_signs = np.where(images < 0, parity, 1).prod(axis=1)
         side_sum = _signed_sum(image_signs, side_fields)
         base_sum = _signed_sum(image_signs, base_fields)
-        compliances.append(_compliance_by_betti(problem, side_sum, base_sum, mirror_dofs(problem.basis, parity)))
+        compliances.append(_solve_compliance(problem, side_sum, base_sum, mirror_dofs(problem.basis, parity)))
     _check_reciprocity(compliances)
     # The mean of a compliance and its transpose removes the small asymmetry that the check has accepted.
     return [0.5 * (compliance + compliance.T) for compliance in compliances], int(problem.basis.N)
 
 
-def _compliance_by_betti(
+def _solve_compliance(
     problem: _BoundaryProblem, side_fields: HalfSpaceFields, base_fields: HalfSpaceFields, mirror: Ints
 ) -> Floats:
     """Return the compliance of the remainder (loads, loads) [1/mm] for one parity, from Betti's theorem, for E = 1.

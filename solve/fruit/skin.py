@@ -80,7 +80,7 @@ def skin_compliance(
     moduli = table_moduli(fruit)
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
     loads = _wide_loads(fruit, footprints)
-    local_change = _local_change(fruit, footprints, loads, layers, along_normals)
+    local_change = _solve_local_change(fruit, footprints, loads, layers, along_normals)
     fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
     coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
     fine_change = body_change(fine_body, layers, FINE_BASIS_SIZE)
@@ -128,7 +128,7 @@ class _LocalChange:
     shell: Floats
 
 
-def _local_change(
+def _solve_local_change(
     fruit: Fruit,
     footprints: Sequence[Footprint],
     loads: Sequence[SmoothLoad],
@@ -294,13 +294,13 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> F
         fixed = body.fixed_dofs(parity)
         compliance_without_skin = forces.T @ factorise(matrix_without_skin, fixed).solve(forces)
         fields = [factorise(flesh_matrix + modulus * skin_matrix, fixed).solve(forces) for modulus in solved_moduli]
-        compliances = _reduced_compliances(flesh_matrix, skin_matrix, np.hstack(fields), forces, moduli)
+        compliances = _solve_reduced(flesh_matrix, skin_matrix, np.hstack(fields), forces, moduli)
         # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
         change += (compliances - compliance_without_skin) / 2.0 ** np.abs(parity).sum()
     return change
 
 
-def _reduced_compliances(
+def _solve_reduced(
     flesh_matrix: csc_matrix, skin_matrix: csc_matrix, fields: Floats, forces: Floats, moduli: Floats
 ) -> Floats:
     """Return F.(K_flesh + m K_skin)^-1 F (moduli, loads, loads) for each relative skin modulus m, by Galerkin's method.

@@ -116,7 +116,7 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     footprints = contact_footprints(fruit, tips)
     check_domain(block, footprints)
 
-    mesh_compliance, errors = _coarsest_solve(block, footprints, tolerance)
+    mesh_compliance, errors = _solve_coarsest(block, footprints, tolerance)
     close_error = CLOSE_SPACING_ERROR if closest_spacing(footprints) < CLOSE_SPACING else 0.0
     return FruitCompliance(
         tips=tips.names,
@@ -132,7 +132,7 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     )
 
 
-def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
+def _solve_coarsest(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
     """Return the compliance from the coarsest mesh that meets the relative tolerance [1], and its relative errors.
 
     If no mesh meets the tolerance, the best one is used. Raises InputError if its error is larger than both the

@@ -92,7 +92,7 @@ class Pressing:
         if self.fruit.bumps is not None or self.sensor.form is not None or math.isfinite(self.sensor.rim):
             # Each grid covers two intervals of the previous, coarser one on either side of its best point.
             for half_side in (LARGEST_TOUCH_SHIFT, LARGEST_TOUCH_SHIFT / 40.0, LARGEST_TOUCH_SHIFT / 1600.0):
-                self.touch = self._smallest_gaps(half_side)
+                self.touch = self._find_smallest_gaps(half_side)
 
     def _gap_derivatives(self, tip: int) -> tuple[Floats, Floats]:
         """Return the Hessian (2, 2) [1/mm] and the gradient (2,) [1] of a dome's gap at its estimated touch point."""
@@ -104,7 +104,7 @@ class Pressing:
         gradient = from_axis / height + self.fruit.curvature @ from_apex - self.fruit.slope
         return dome_hessian + self.fruit.curvature, gradient
 
-    def _smallest_gaps(self, half_side: float) -> Floats:
+    def _find_smallest_gaps(self, half_side: float) -> Floats:
         """Return the points of smallest gap (tips, 2) [mm] within squares of this half side [mm] around `touch`."""
         offsets = np.linspace(-half_side, half_side, 161)  # intervals of `half_side` / 80
         x = self.touch[:, 0, None, None] + offsets[:, None]
@@ -161,10 +161,10 @@ class Pressing:
         centres, half_widths, start = self._first_grids(interference)
         for _ in range(MAX_GRID_FITS):
             grids = Grids(centres, half_widths, self.cells, self.kernel, self.fruit)
-            cell_forces = self._cell_forces(grids, lowering, start)
-            centres, half_widths, fits = self._fitted_grids(grids, cell_forces, interference)
+            cell_forces = self._solve_cell_forces(grids, lowering, start)
+            centres, half_widths, fits = self._fit_grids(grids, cell_forces, interference)
             if fits and self.fruit.bumps is not None:
-                half_widths, fits = self._widened_grids(grids, cell_forces, lowering, half_widths)
+                half_widths, fits = self._widen_grids(grids, cell_forces, lowering, half_widths)
             if fits:
                 self.grids = grids
                 self.cell_forces = cell_forces
@@ -185,7 +185,7 @@ class Pressing:
             return self.touch, self._first_half_widths(interference), None
         return self.grids.centres, self.grids.half_widths, self.cell_forces
 
-    def _widened_grids(
+    def _widen_grids(
         self, grids: Grids, cell_forces: Floats, lowering: Floats, half_widths: Floats
     ) -> tuple[Floats, bool]:
         """Widen each grid beside which a bump would touch, and return all half widths and whether no grid was widened.
@@ -208,7 +208,7 @@ class Pressing:
         overlap_radius = np.sqrt(2.0 * self.relative_radius * np.maximum(interference, 1e-4))
         return np.asarray(np.minimum(overlap_radius, RIM_FACTOR * self.sensor.rim))
 
-    def _fitted_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
+    def _fit_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
         """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
         The centres (tips, 2) and the half widths (tips,) are in mm. `cell_forces` (tips, cells, cells) [N] are the
@@ -224,13 +224,13 @@ class Pressing:
                 half_widths[tip] = EXPECTED_CONTACT_MARGIN * math.sqrt(self.relative_radius * expected)
                 centres[tip] = self.touch[tip]
                 continue
-            new_grid = self._better_grid(grids, tip, forces)
+            new_grid = self._find_better_grid(grids, tip, forces)
             if new_grid is not None:
                 fits = False
                 centres[tip], half_widths[tip] = new_grid
         return centres, half_widths, fits
 
-    def _better_grid(self, grids: Grids, tip: int, forces: Floats) -> tuple[Floats, float] | None:
+    def _find_better_grid(self, grids: Grids, tip: int, forces: Floats) -> tuple[Floats, float] | None:
         """Return the centre (2,) [mm] and the half width [mm] of a better grid for a contact, or None if its grid fits.
 
         A grid fits if its contact does not touch its edge, and if its fill is between `smallest_fill` and
@@ -280,7 +280,7 @@ class Pressing:
         touches: Flags = (is_candidate & (overlap > skin_deflection)).any(axis=(1, 2))
         return touches
 
-    def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
+    def _solve_cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
         """Return the forces on all cells [N], each limited to the force at which the flesh yields.
 
         Yielded cells carry their yield force, and the forces on the other cells are solved elastically. The set of
@@ -301,7 +301,7 @@ class Pressing:
             yield_deflection = self._deflection(grids, yield_forces) if is_yielded.any() else 0.0
             is_elastic = on_domes & ~is_yielded
             elastic_guess = None if guess is None else np.where(is_elastic, guess, 0.0)
-            elastic_forces = self._contact_forces(grids, required - yield_deflection, elastic_guess, is_elastic)
+            elastic_forces = self._solve_contact_forces(grids, required - yield_deflection, elastic_guess, is_elastic)
             forces = elastic_forces + yield_forces
             if math.isinf(self.fruit.yields):  # no cell can yield, so no iteration is needed
                 return forces
@@ -321,7 +321,7 @@ class Pressing:
         springs: Floats = self.spring_compliance[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
         return self.fruit.compliance * grids.deflection(forces) + springs
 
-    def _contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
+    def _solve_contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
         """Return the nonnegative forces f on the cells [N] that minimise the energy, by an active-set method.
 
         The energy [N mm] is f.(A f - 2 required) / 2, where A f is the deflection of the cells under f. `required` [mm]
