@@ -104,7 +104,10 @@ def _plus_minus(tolerance: float) -> str:
 
 
 def _single_dimension(place: str, nominal: float, process: Process, moves: str = "-") -> MeasuredDimension:
-    """Return a dimension that is measured at one place and has the general tolerance."""
+    """Return a dimension that is measured at one place and has the general tolerance.
+
+    `nominal` [mm] is its nominal value, and `moves` is the text on the effect of an error of +0.1 mm.
+    """
     return MeasuredDimension(
         places=(place,), nominal=nominal, tolerance=_plus_minus(find_general_tolerance(process, nominal)), moves=moves
     )
@@ -116,7 +119,7 @@ def _change_text(name: str, ratio: float) -> str:
 
 
 def compute_stiffness_ratio(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the factor [1] by which a change of its dimensions multiplies the stiffness of a pair of leaves.
+    """Return the new stiffness of a pair of leaves, divided by the old one [1], if both leaves change in size.
 
     `thickness` and `length` [mm] are the changes in thickness and length. The modulus cancels, so it is set to 1.
     """
