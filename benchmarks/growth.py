@@ -184,7 +184,8 @@ def growth_rows() -> Iterator[list[str]]:
         for index, size in enumerate(growth.sizes):
             usage = resource_usage([sys.executable, "-m", "benchmarks.growth", name, str(size)], ROOT, ONE_THREAD)
             if usage.exit_code:
-                msg = f"{name}, {size}: exit code {usage.exit_code}: {usage.last_line}"
+                failure = f"exit code {usage.exit_code}: {usage.last_line}"
+                msg = f"{name!r} at the size {size} ended with {failure}. Run this size by itself to see its output."
                 raise RuntimeError(msg)
             cost = json.loads(usage.out.splitlines()[-1])
             exponent_cells = ["", ""]

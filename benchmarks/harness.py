@@ -147,8 +147,7 @@ class Bench:
     def _winner(self, rows: Sequence[Measurement], level: float) -> list[str]:
         """Return the row for a relative error `level` [1]: the cheapest method, the product, and the cheapest peer.
 
-        Formulas have no dofs and take no time. They compete in no other cell than the last one, which names the
-        formulas that reach the level.
+        Formulas have no dofs and take no time. So they are named only in the last cell, if they reach the level.
         """
         by_cost = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
         meshed = [row for row in by_cost if row.dofs]  # the cheapest method first
@@ -211,7 +210,7 @@ def measurements_of(module: str) -> list[Measurement]:
     print(f"{module} ...", file=sys.stderr, flush=True)
     usage = resource_usage([sys.executable, "-m", module], ROOT, ONE_THREAD)
     if usage.exit_code:
-        msg = f"{module} ended with exit code {usage.exit_code}: {usage.last_line}"
+        msg = f"{module} ended with exit code {usage.exit_code}: {usage.last_line}. Run it by itself to see its output."
         raise RuntimeError(msg)
     rows = json.loads(usage.out)
     return [Measurement(**{**row, "errors": tuple(row["errors"])}) for row in rows]
@@ -224,7 +223,7 @@ def section(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], not
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table as Markdown."""
-    rule = ["---"] + ["---:"] * (len(heads) - 1)
+    rule = ["---"] + ["---:"] * (len(heads) - 1)  # the first column is aligned to the left, the others to the right
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (heads, rule, *rows))
 
 
@@ -238,7 +237,8 @@ def write_section(title: str, introduction: str, sections: Sequence[str]) -> Non
     page = MEASUREMENTS.read_text(encoding="utf-8")
     before, heading, section_and_after = page.partition(f"## {title}\n")
     if not heading:
-        raise ValueError(title)
+        msg = f"docs/measurements.md has no section {title!r}. Add its heading."
+        raise ValueError(msg)
     _, next_heading, after = section_and_after.partition("\n## ")
     MEASUREMENTS.write_text(f"{before}{text.rstrip()}\n{next_heading}{after}", encoding="utf-8")
     print(text)

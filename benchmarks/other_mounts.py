@@ -1,4 +1,4 @@
-"""How much the stiffness of springs changes if a plate is mounted otherwise than its fabrication sheet says.
+"""The changes of the stiffness of springs if a plate is not mounted as its fabrication sheet states.
 
 `python -m benchmarks.other_mounts` writes a section of docs/measurements.md, the source of a bound in the error bars.
 """

@@ -107,7 +107,8 @@ def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
     """
     extrusion = extrusion_of(_name_faces(require_one_solid(combine_shapes(shape), name)))
     if extrusion is None:
-        raise ValueError(name)
+        msg = f"The housing {name!r} is not an extrusion. Solve it with --files."
+        raise ValueError(msg)
     material = (E_MPA, POISSON)
     presses = {tip_face(tip): UP for tip in tip_points(HOUSING)}
     rough_solution = swept_compliance(swept_part(extrusion, *ROUGH, presses.values()), material, presses)

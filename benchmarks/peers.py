@@ -120,7 +120,7 @@ def absent_peers() -> list[str]:
 def _solve_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
     """Return a peer's results on a deck, one per step, and its CPU time [s].
 
-    The displacements are those of all nodes; outside the set `printed_set` they are 0. A peer may leave them out.
+    The displacements cover all nodes; outside the set `printed_set` they are 0. A peer may leave the displacements out.
     Raises SolveError if the peer fails, or if it returns a wrong number of displacements.
     """
     answer = peer_answer(peer, deck_task(deck))
@@ -145,7 +145,7 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
     """
     interpreter = peer.interpreter
     if interpreter is None:
-        msg = f"{peer.name} = absent: an interpreter must have it; run make bench-peers"
+        msg = f"{peer.name} is not installed. Run make bench-peers."
         raise SolveError(msg)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "task.npz"
@@ -164,7 +164,8 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
 
 def _failure(peer: Peer, reason: str) -> SolveError:
     """Return the error for a peer that failed."""
-    return SolveError(f"{peer.name}: {reason}: must answer each step with reactions that balance; look at its script")
+    requirement = "It must answer each step with reactions that balance"
+    return SolveError(f"{peer.name} failed: {reason}. {requirement}; look at {peer.script}.")
 
 
 def _parse_answer(peer: Peer, task: PeerTask, line: str, process_cpu: float) -> PeerAnswer:

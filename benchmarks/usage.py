@@ -70,7 +70,7 @@ def resource_usage(
         )
         out, err = (text.decode(errors="replace") for text in (launcher.stdout, launcher.stderr))
         if not record.is_file():
-            msg = f"program {command[0]!r}: must start; it says {err.strip()!r}; install it"
+            msg = f"The program {command[0]!r} does not start: {err.strip()!r}. Install it."
             raise OSError(msg)
         usage = json.loads(record.read_text(encoding="ascii"))
     return ResourceUsage(**usage, out=out, err=err)

@@ -22,7 +22,7 @@ from instrument.simulate.bench_tables import BALL_PRESSES, usual_ball
 from instrument.simulate.drawn_fruit import PressedFruit, draw_fruit
 from instrument.simulate.log import log_lines, usual_rate
 from instrument.simulate.simulated_press import press_curve
-from instrument.simulate.simulation import hand_of
+from instrument.simulate.simulation import designed_press
 from instrument.simulate.unit import SimulatedUnit, draw_unit
 from pipeline.report.report import Report
 from pipeline.tables.rows import Rows
@@ -189,7 +189,7 @@ def read_by(
     no solution.
     """
     report = unit.report
-    press = press_curve(real_unit, fruit, hand_of(report))
+    press = press_curve(real_unit, fruit, designed_press(report))
     lines = log_lines(report, real_unit, [press], usual_rate(report), rng)
     readings = list(readings_of(unit, Signal(Rows(lines, "the simulated log"), len(report.tips))))
     return max(readings, key=lambda reading: reading.samples or 0)
@@ -206,7 +206,8 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     spring_percent, gain_percent = _calibration_percent(report)
     true_K = real_unit.domes.K  # [N/mm]
     K = true_K * (1.0 + 0.01 * spring_percent * rng.normal(size=len(true_K)))
-    base_K = K if requirements.on_plate else true_K  # the stiffness by which forces follow from deflections
+    # On a plate, forces follow from deflections by the calibrated stiffness, which has an error itself.
+    base_K = K if requirements.on_plate else true_K
     newtons_per_mm = (1.0 + 0.01 * gain_percent * rng.normal(size=len(true_K))) * base_K
     drift_percent = UNIFORM_DEVIATION * np.array(report.read_out.channels.gain_drift_percent)
     unit = unit_of(report, stiffnesses=K.tolist(), percent=spring_percent.tolist(), method="drawn")

@@ -34,7 +34,7 @@ def elements(deck):
     positions = displacement.basic_dof_nodes()[:, ::3]  # (3, nodes) [mm]; each node has three dofs
     distance, node = cKDTree(deck.nodes).query(positions.T)
     if distance.max() > NEAR:
-        sys.exit(f"a node is missing by {distance.max():.1e} mm")
+        sys.exit(f"A node of GetFEM is {distance.max():.1e} mm from the nearest node of the deck, above {NEAR:g} mm.")
     number = np.empty(len(deck.nodes), dtype=int)
     number[node] = np.arange(len(node))
     return mesh, displacement, getfem.MeshIm(mesh, getfem.Integ(rule)), number
@@ -97,7 +97,7 @@ def contact(deck):
     add_contact(model, mesh, deck, step)
     _, converged = model.solve("max_iter", 60, "max_res", 1e-9, "lsolver", "mumps")
     if not converged:
-        sys.exit("Newton's method does not converge")
+        sys.exit("Newton's method does not converge in 60 iterations.")
     u = model.variable("u")
     reaction = stiffness_matrix(deck, mesh, displacement, rule).mult(u)
     answer = deck.answer_of(step, u.reshape(-1, 3)[number], reaction.reshape(-1, 3)[number])

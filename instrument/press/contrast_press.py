@@ -80,17 +80,18 @@ def _evaluate_reading(
     # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
     deepest_forces = sensor.press_stiffness_ratio(press_s) * seated.deepest_channels[: press.tips]
     flags = flags_of_modulus(sensor, E, u, deepest_forces, tilt)
-    sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
-    shift_by_pace = pace_shift(sensor, press)
-    widened_u = _widened_half_width(u, sample_shift, shift_by_pace)
-    # The keys are flags, and the values state whether they apply.
-    causes = {
-        "uncertain": u <= UNCERTAIN < widened_u,  # if u is larger, `flags` already contains this flag
-        "one_sample": sample_shift > u,
-        "uneven_pace": shift_by_pace > LARGEST_BY_PACE,
-        "read_outs_disagree": second_reading.disagrees,
-        "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
-    }
+    doubts = _Doubts(
+        sample_shift=_largest_sample_shift(sensor, law, seated, timing.lag, press_s),
+        shift_by_pace=pace_shift(sensor, press),
+    )
+    widened_u = doubts.widened(u)
+    if u <= UNCERTAIN < widened_u:  # if u is larger, `flags` already contains this flag
+        flags.append("uncertain")
+    flags += doubts.flags(u)
+    if second_reading.disagrees:
+        flags.append("read_outs_disagree")
+    if unit_errors["times"] > LARGEST_BY_TIME:
+        flags.append("too_fast")
     noise = COVERAGE * sensor.steepness(E) * uncorrected.noise  # part of the half width due to noise [1]
     # The offset of a pair is reported as its tilt instead.
     offset, offset_u = (None, None) if sensor.report.read_out.is_pair else _offset_of_high_tips(uncorrected, u, noise)
@@ -100,8 +101,8 @@ def _evaluate_reading(
         u=widened_u,
         tilt=tilt,
         direction=direction,
-        flags=(*flags, *(flag for flag, applies in causes.items() if applies)),
-        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
+        flags=tuple(flags),
+        ripeness=sensor.ripeness_of(E),
         samples=uncorrected.samples,
         noise=noise,
         bend=parts.bend,
@@ -110,7 +111,7 @@ def _evaluate_reading(
         lines_left_out=press.lines_left_out,
         others=second_reading.others,
         relaxation=second_reading.relaxation,
-        firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+        firmness=sensor.firmness_of(E),
         press_s=press_s,
         time_s=timing.deviation,
         parts=parts,
@@ -131,19 +132,30 @@ def _half_width_parts(
     return half_width(sensor, E, deviations, bend)
 
 
-def _widened_half_width(u: float, sample_shift: float, shift_by_pace: float) -> float:
-    """Return the half width `u` of E [1], widened for a sample that may be bad and for an uneven pace of the press.
+@dataclass(frozen=True, kw_only=True)
+class _Doubts:
+    """Relative changes of E [1] that cast doubt on a press, if they are large.
 
-    `sample_shift` [1] is the largest change of E when one sample is left out. It is added if it exceeds u, because that
-    sample may then be bad. `shift_by_pace` [1] is the change of E due to an uneven pace. It is added if it exceeds
-    `LARGEST_BY_PACE`.
+    `sample_shift` is the largest change when one sample is left out. If it exceeds the half width of E, that sample may
+    be bad. `shift_by_pace` is the change due to an uneven pace of the press. It is ignored up to `LARGEST_BY_PACE`.
     """
-    widened_u = u + sample_shift if sample_shift > u else u
-    return widened_u + shift_by_pace if shift_by_pace > LARGEST_BY_PACE else widened_u
+
+    sample_shift: float
+    shift_by_pace: float
+
+    def widened(self, u: float) -> float:
+        """Return the half width `u` of E [1], increased by the changes that are not ignored."""
+        widened_u = u + self.sample_shift if self.sample_shift > u else u
+        return widened_u + self.shift_by_pace if self.shift_by_pace > LARGEST_BY_PACE else widened_u
+
+    def flags(self, u: float) -> list[str]:
+        """Return the flags of the changes that are not ignored, for the half width `u` of E [1]."""
+        causes = {"one_sample": self.sample_shift > u, "uneven_pace": self.shift_by_pace > LARGEST_BY_PACE}
+        return [flag for flag, applies in causes.items() if applies]
 
 
 def _offset_of_high_tips(uncorrected: RiseReading, u: float, noise: float) -> tuple[float, float]:
-    """Return how much nearer to the skin the high tips are than the low tips [mm], and the half width of this offset.
+    """Return the distance by which the high tips are nearer to the skin than the low tips [mm], and its half width.
 
     `u` is the half width of E [1], and `noise` is its part due to noise [1]. Noise changes the offset directly. All
     other errors change it through the error of E. This function is not used for a pair, whose offset is reported as a

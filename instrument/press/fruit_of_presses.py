@@ -193,14 +193,14 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     `required` presses are used; if `required` is 0, at least two are required.
     """
     with_modulus = [press for press in presses if press.E is not None]
-    own_deviations = _own_deviations(sensor, with_modulus)
-    counted_indices = press_core.counted_presses(own_deviations) if with_modulus else []
+    unshared_deviations = _unshared_deviations(sensor, with_modulus)
+    counted_indices = press_core.counted_presses(unshared_deviations) if with_modulus else []
     counted = [with_modulus[index] for index in counted_indices]
     turn = sensor.report.design.tips.tip_layout.turn_deg  # None if the layout is moved instead of turned
     causes = {"few_presses": len(counted) < (required or 2)}  # maps each flag to whether it applies
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
-        counted_deviations = [own_deviations[index] for index in counted_indices]
+        counted_deviations = [unshared_deviations[index] for index in counted_indices]
         answer, modulus_causes = _with_modulus(sensor, answer, counted, counted_deviations)
         causes |= modulus_causes
     fruit_flags = [flag for flag, applies in causes.items() if applies]
@@ -220,13 +220,13 @@ def _hint_of(fruit_flags: Sequence[str], turn: float | None) -> str | None:
 
 
 def _with_modulus(
-    sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], own_deviations: Sequence[float]
+    sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], unshared_deviations: Sequence[float]
 ) -> tuple[FruitAnswer, dict[str, bool]]:
     """Return a copy of the answer with the modulus of the `counted` presses, and its flags.
 
     The flags are the keys of a dict, whose values state whether they apply. All counted presses have a modulus.
-    `own_deviations` holds one standard deviation of ln E per counted press [1], without the errors that all presses
-    share.
+    `unshared_deviations` holds one standard deviation of ln E per counted press [1], without the errors that all
+    presses share.
     """
     causes = {}
     # The conditions below hold for all counted presses. They only narrow the types.
@@ -241,7 +241,7 @@ def _with_modulus(
         scatter = None
     else:
         scatter = press_core.standard_deviation(ln_moduli)
-        disagree = _presses_disagree(ln_moduli, parts, own_deviations)
+        disagree = _presses_disagree(ln_moduli, parts, unshared_deviations)
         causes["presses_disagree"] = disagree
         prior = _root_mean_square([part.independent / COVERAGE for part in parts])
         independent = _half_width_by_scatter(scatter, prior, len(ln_moduli), disagree=disagree)
@@ -255,25 +255,27 @@ def _with_modulus(
         u=u,
         shared=shared + bend,
         scatter=scatter,
-        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
-        firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+        ripeness=sensor.ripeness_of(E),
+        firmness=sensor.firmness_of(E),
     )
     return answer_with_modulus, causes
 
 
-def _presses_disagree(ln_moduli: Sequence[float], parts: Sequence[HalfWidth], own_deviations: Sequence[float]) -> bool:
+def _presses_disagree(
+    ln_moduli: Sequence[float], parts: Sequence[HalfWidth], unshared_deviations: Sequence[float]
+) -> bool:
     """Return whether the moduli of presses differ by more than their errors allow.
 
     The arguments hold one value per press: ln E, the parts of its half width, and the standard deviation of ln E that
     the firmware uses [1]. The last one does not include all errors of a press, for instance if its sampling times are
     unknown. So the error that a press states is used if it is larger.
     """
-    stated = [part.largest_independent / COVERAGE for part in parts]
-    deviations = list(map(max, stated, own_deviations))
+    stated_deviations = [part.largest_independent / COVERAGE for part in parts]
+    deviations = list(map(max, stated_deviations, unshared_deviations))
     return press_core.are_inconsistent(list(ln_moduli), deviations, chi_square_limit(len(ln_moduli)))
 
 
-def _own_deviations(sensor: MeasuringUnit, presses: Sequence[FruitReading]) -> list[float]:
+def _unshared_deviations(sensor: MeasuringUnit, presses: Sequence[FruitReading]) -> list[float]:
     """Return for each press with a modulus the standard deviation of ln E due to errors that presses do not share [1].
 
     As in the firmware, it is computed from the noise of the press and from the design. Unknown noise is taken as 0.
@@ -281,13 +283,14 @@ def _own_deviations(sensor: MeasuringUnit, presses: Sequence[FruitReading]) -> l
     table = press_deviation_constants(sensor)
     logs, deviations = table["own_logs"], table["own_deviations"]
     return [
-        press_core.own_deviation(logs, deviations, press.E, (press.noise or 0.0) / COVERAGE)
+        press_core.unshared_deviation(logs, deviations, press.E, (press.noise or 0.0) / COVERAGE)
         for press in presses
         if press.E is not None
     ]
 
 
 def _root_mean_square(values: Sequence[float]) -> float:
+    """Return the root mean square of some values."""
     return math.sqrt(math.fsum(value**2 for value in values) / len(values))
 
 

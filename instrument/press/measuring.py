@@ -17,7 +17,7 @@ from pipeline.reading.uncertainty import DRIFT_SOURCE, FRUIT_SOURCES, Channels, 
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.reading import ReadingRequirements
-from sensor.quantity import UNIFORM_DEVIATION, validation_error
+from sensor.quantity import UNIFORM_DEVIATION, Estimate, validation_error
 from sensor.theory.contrast_law import Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import EFFECTIVE, CreepLaw
@@ -136,24 +136,33 @@ class MeasuringUnit:
         read_out = self.report.read_out
         full_scale = np.array(read_out.full_scale_N)
         designed = designed_channels(self.report.design.reading or ReadingRequirements(), full_scale, read_out.signal)
-        gain_error = 0.01 * np.array(self.unit.gain_percent)  # relative standard deviation of each gain [1]
-        gains = {"gain": gain_error}
         on_ball = None
         if self.unit.ball is not None:
             on_ball = SlopesOnBall(np.array(self.unit.ball.spring_slopes), np.array(self.unit.ball.gain_slopes))
-            # Gains drift between the presses on the ball and on fruit, so the drift is separated from `gain_percent`.
-            # A drift is uniform within its bound, so UNIFORM_DEVIATION turns the bound into a standard deviation.
-            drift = np.minimum(0.01 * UNIFORM_DEVIATION * np.array(read_out.channels.gain_drift_percent), gain_error)
-            gains = {"gain": np.sqrt(gain_error**2 - drift**2), DRIFT_SOURCE: drift}
         return replace(
             designed,
-            gains=gains,
+            gains=self._gain_deviations,
             springs=0.01 * np.array(self.unit.K_percent),
             time_s=0.0,  # `channels_in` sets it, because it depends on the log of a press
             on_plate=self.unit.calibrated_by == "plate",
             creep=self._creep_deviation(self.report.design.press_s),
             on_ball=on_ball,
         )
+
+    @property
+    def _gain_deviations(self) -> dict[str, Floats]:
+        """Return the relative standard deviations (channels,) of the gains [1], by their cause.
+
+        Gains drift between the presses on a reference ball and on fruit. So for a unit with a ball correction, the
+        drift is separated from `gain_percent`.
+        """
+        gain_error = 0.01 * np.array(self.unit.gain_percent)
+        if self.unit.ball is None:
+            return {"gain": gain_error}
+        drift_percent = np.array(self.report.read_out.channels.gain_drift_percent)
+        # A drift is uniform within its bound, so UNIFORM_DEVIATION turns the bound into a standard deviation.
+        drift = np.minimum(0.01 * UNIFORM_DEVIATION * drift_percent, gain_error)
+        return {"gain": np.sqrt(gain_error**2 - drift**2), DRIFT_SOURCE: drift}
 
     def channels_in(self, time_s: float, press_s: float | None) -> Channels:
         """Return the errors of the channels and springs in a press that lasts `press_s` [s].
@@ -382,6 +391,17 @@ class MeasuringUnit:
         """Return whether the error analysis of the report lacks the form errors of domes, as in older versions."""
         rows = self.report.moduli
         return self.domes is not None and bool(rows) and not any(row.form_percent for row in rows)
+
+    def ripeness_of(self, E: float) -> str | None:
+        """Return the ripeness class of a fruit of modulus E [MPa], or None if no classes are stated."""
+        return None if self.classes is None else self.classes.class_of(E)
+
+    def firmness_of(self, E: float) -> Estimate | None:
+        """Return the firmness that another instrument measures on a fruit of modulus E [MPa].
+
+        The result is None if the unit has no scale for it, or if the scale does not cover E.
+        """
+        return None if self.unit.scale is None else self.unit.scale.firmness_of(E)
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] from E [MPa], at the Poisson's ratio of the design."""

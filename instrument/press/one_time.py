@@ -8,7 +8,7 @@ import itertools
 import math
 import statistics
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -60,12 +60,7 @@ def simultaneous_samples(
     deviation = signal.time_deviation / signal.rate_Hz  # [s]
     if not any(signal.delay_ms):  # all channels are converted at the same time
         return Timing(deviation), all_samples
-    intervals = [after.t - before.t for before, after in itertools.pairwise(first_samples)]
-    interval = statistics.median(intervals) if intervals else math.inf
-    if not interval > 0.0:
-        name = f"{source}: time from line to line"
-        bound = "above 0 s, because the read-out converts the channels in turn"
-        raise validation_error(name, interval, "s", bound, "write the time of each line")
+    interval = _median_interval(first_samples, source)
     if interval < SHORTEST_INTERVAL * (1.0 / signal.rate_Hz):
         # The time of a conversion is distributed uniformly between two lines (JCGM 100:2008, 4.3.7).
         return Timing(max(deviation, interval / math.sqrt(12.0))), all_samples
@@ -74,6 +69,20 @@ def simultaneous_samples(
         return sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms))
 
     return Timing(deviation, lag=2), _interpolate_channels(map(with_channel_times, all_samples), source)
+
+
+def _median_interval(samples: Sequence[Sample], source: str) -> float:
+    """Return the median time from sample to sample [s], or infinity for a single sample.
+
+    Raises InputError if the median is not above 0, because delayed channels cannot be interpolated then.
+    """
+    intervals = [after.t - before.t for before, after in itertools.pairwise(samples)]
+    interval = statistics.median(intervals) if intervals else math.inf
+    if not interval > 0.0:
+        name = f"{source}: time from line to line"
+        bound = "above 0 s, because the read-out converts the channels in turn"
+        raise validation_error(name, interval, "s", bound, "write the time of each line")
+    return interval
 
 
 def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:

@@ -1,4 +1,4 @@
-"""Estimate how much an uneven pace changes the modulus that is read from a press on flesh that relaxes.
+"""Estimate the change of the modulus that an uneven pace causes in a press on flesh that relaxes.
 
 The pace is uneven if the speed of a press is not constant. A pause late in a press lowers its last forces, as if the
 flesh were softer. If the law of relaxation is known, the forces and times of a log determine the forces of elastic

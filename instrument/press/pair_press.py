@@ -39,9 +39,9 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
         reduced=sensor.reduced(E),
         u=u,
         flags=tuple(flags_of_modulus(sensor, E, u, true_forces)),
-        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
+        ripeness=sensor.ripeness_of(E),
         bend=bend,
-        firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+        firmness=sensor.firmness_of(E),
         parts=parts,
     )
 

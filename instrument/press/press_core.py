@@ -154,11 +154,8 @@ class Unit:
         """
         if not self.places:
             return self.fruit
-        # A dome with its axis at X touches the skin at [[c, s], [s, c]]^-1 X. Here c is `rolled`, and s is the dome
-        # radius times the curvature k_xy of the saddle. The ratio t = s / c solves g t^2 + 2 t - g = 0 with
-        # g = `gap_ratio`; this form of its smaller root is free of cancellation.
-        gap_ratio = 2.0 * self.dome_radius * offset / self.contrast_of_xy * self.rolled
-        saddle = gap_ratio * self.rolled / (1.0 + math.sqrt(1.0 + gap_ratio * gap_ratio))
+        # A dome with its axis at X touches the skin at [[c, s], [s, c]]^-1 X, with c = `rolled` and s = `saddle`.
+        saddle = self.saddle_at(offset)
         determinant = self.rolled * self.rolled - saddle * saddle
         weights = []
         for tip in range(self.size):
@@ -177,6 +174,15 @@ class Unit:
                     weight += self.weights[other] * self.body * determinant / distance
             weights.append(weight)
         return weights
+
+    def saddle_at(self, offset: float) -> float:
+        """Return the dome radius times the curvature k_xy of the saddle [1] whose gaps have the contrast `offset` [mm].
+
+        With c = `rolled`, the ratio t of the result to c solves g t^2 + 2 t - g = 0 for g = `gap_ratio`. The form of
+        the smaller root that is used here is free of cancellation.
+        """
+        gap_ratio = 2.0 * self.dome_radius * offset / self.contrast_of_xy * self.rolled
+        return gap_ratio * self.rolled / (1.0 + math.sqrt(1.0 + gap_ratio * gap_ratio))
 
     def contrast_point(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
         """Return the total force [N], the contrast [mm], its variance [mm^2], and its covariance with the total force.
@@ -399,7 +405,8 @@ class RiseSums:
 
         with rigid = springs m(F), dome = domes m(F^(2/3)) and body = fruit m(F).
 
-        With `whole`, the flag NO_RISE is set if the last tip touches late, or if the force hardly rises afterwards.
+        The flag NO_RISE is set if noise makes E too uncertain. With `whole`, it is also set if the last tip touches
+        late, or if the force hardly rises afterwards. The standard deviation of ln E due to noise is stored in `noise`.
         """
         unit = self.unit
         count, touch_force, spread, means, comoments, step_comoments = self.saved_sums
@@ -432,9 +439,10 @@ class RiseSums:
     ) -> tuple[float | None, float, list[float]]:
         """Return z = E^(-1/3), the offset [mm], and the weights [1/mm] of F / E; z is None if there is no solution.
 
-        `rigid` and `dome` are coefficients of the cubic for z, and `force_comoments` are the co-moments of the
-        instrument with the forces. `means` holds the means of F, F^(2/3) and F^(-1/3) for each tip, from which the
-        offset follows.
+        This is a fixed-point iteration. The offset determines the saddle, which moves the contacts, and so changes the
+        modulus and the offset. `rigid` and `dome` are coefficients of the cubic for z, and `force_comoments` are the
+        co-moments of the instrument with the forces. `means` holds the means of F, F^(2/3) and F^(-1/3) for each tip,
+        from which the offset follows.
         """
         unit = self.unit
         mean_forces = [mean[0] for mean in means]
@@ -442,8 +450,6 @@ class RiseSums:
         mean_dome = dot(unit.domes, [mean[1] for mean in means])
         z = offset = change = 0.0
         fruit = unit.fruit
-        # Fixed-point iteration: the offset determines the saddle, which moves the contacts and so changes the modulus
-        # and the offset.
         for _ in range(unit.saddle_steps):
             fruit = unit.fruit_weights(offset)
             root = smallest_root(rigid, dome, dot(fruit, force_comoments))
@@ -494,13 +500,16 @@ class ContrastLine:
     def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
         """Fit the line to points from `Unit.contrast_point`; its slope is limited to the range of moduli."""
         self.unit = unit
-        # Means over the points: the total force, the contrast, the variance of the contrast, and their covariance.
-        self.mean_force = sum(point[0] for point in points) / len(points)
-        self.mean_contrast = sum(point[1] for point in points) / len(points)
-        self.variance = sum(point[2] for point in points) / len(points)
-        self.covariance = sum(point[3] for point in points) / len(points)
+        totals, contrasts, variances, covariances = zip(*points)
+        # means over the points
+        self.mean_force: float = sum(totals) / len(points)
+        self.mean_contrast: float = sum(contrasts) / len(points)
+        self.variance: float = sum(variances) / len(points)
+        self.covariance: float = sum(covariances) / len(points)
         # Deviations from the means: u of the total force [N], and y of the contrast [mm].
-        deviations = [(point[0] - self.mean_force, point[1] - self.mean_contrast) for point in points]
+        deviations = [
+            (total - self.mean_force, contrast - self.mean_contrast) for total, contrast in zip(totals, contrasts)
+        ]
         self.spread = sum(u * u for u, _ in deviations)  # [N^2]
         self.moment = sum(u * y for u, y in deviations)  # [N mm]
         self.slope = 0.0  # [mm/N]; it is unknown if all points have the same total force
@@ -518,9 +527,10 @@ class ContrastLine:
         The residual is the distance from a line with the given `slope` [mm/N] through the mean of the fitted points.
         Its variance combines the error of the point with the error of that mean.
         """
-        point_variance = self.unit.distance_variance(point[2], point[3], slope)
-        variance = point_variance + self.distance_variance(slope) / self.unit.fitted_samples
-        return (point[1] - self.mean_contrast - slope * (point[0] - self.mean_force)) / math.sqrt(variance)
+        total, contrast, point_variance, covariance = point
+        distance_variance = self.unit.distance_variance(point_variance, covariance, slope)
+        variance = distance_variance + self.distance_variance(slope) / self.unit.fitted_samples
+        return (contrast - self.mean_contrast - slope * (total - self.mean_force)) / math.sqrt(variance)
 
 
 class TouchSample:
@@ -627,8 +637,9 @@ class Touch:
             if sample.is_pending:
                 sample.is_pending = False
                 self.accepted += 1
-                self.mean_force += (sample.point[0] - self.mean_force) / self.accepted
-                self.mean_contrast += (sample.point[1] - self.mean_contrast) / self.accepted
+                total, contrast, _, _ = sample.point
+                self.mean_force += (total - self.mean_force) / self.accepted
+                self.mean_contrast += (contrast - self.mean_contrast) / self.accepted
                 self.take(sample.forces, sample.number)
 
     def slope_limits(self, line: ContrastLine, scale: float) -> tuple[float, float]:
@@ -689,6 +700,7 @@ class Touch:
         unit = self.unit
         points = [sample.point for sample in self.window]
         length = unit.spike_length  # number of samples in a run
+        # A full window holds the fitted samples and one run, so a run may begin at `fitted_samples` + 1 positions.
         lines = [
             ContrastLine(unit, points[:first] + points[first + length :]) for first in range(unit.fitted_samples + 1)
         ]
@@ -697,7 +709,7 @@ class Touch:
         line = lines[first]
         # If earlier residuals exceed the stated noise, the variance is scaled up to match them.
         scale = max(1.0, self.squares / self.fits) if self.fits else 1.0
-        residual = self.least_residual(points[first : first + length], line, scale)
+        residual = self.worst_residual(points[first : first + length], line, scale)
         self.squares += line.squares / line.distance_variance(line.slope)
         self.fits += 1
         if first < decided_count and residual > unit.largest_residual * math.sqrt(scale):
@@ -706,22 +718,22 @@ class Touch:
                 self.drop(sample.number)
             self.window = [sample for sample in self.window if sample not in outliers]
 
-    def least_residual(
+    def worst_residual(
         self, points: list[tuple[float, float, float, float]], line: ContrastLine, scale: float
     ) -> float:
-        """Return the largest residual of the `points` [standard deviations], each at the most favourable slope.
+        """Return the largest residual of the `points` [standard deviations], each at the slope that fits it best.
 
-        The slope lies within `slope_limits` for `line` and `scale`. The points are not fitted by the line.
+        The slope lies within `slope_limits` for `line` and `scale`. The line is not fitted to the points.
         """
         smallest, largest = self.slope_limits(line, scale)
-        residual = 0.0
+        worst = 0.0
         for point in points:
             at_smallest = line.residual(point, smallest)
             at_largest = line.residual(point, largest)
             # If the residuals at the two limits differ in sign, some slope between the limits passes through the point.
             least_residual = 0.0 if at_smallest * at_largest < 0.0 else min(abs(at_smallest), abs(at_largest))
-            residual = max(residual, least_residual)
-        return residual
+            worst = max(worst, least_residual)
+        return worst
 
 
 class UnitPress:
@@ -880,7 +892,7 @@ class UnitPress:
         return E, reduced, outside | flags
 
 
-def own_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
+def unshared_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
     """Return the standard deviation of ln E of one press, without the errors that all presses of a fruit share.
 
     `deviations` are standard deviations without noise at the logarithms `logs` of moduli. They are interpolated to E
@@ -942,7 +954,7 @@ class UnitFruit:
             return
         self.logs = self.logs[1 - MOST_PRESSES :]  # leaves space for one press
         self.logs.append(math.log(E))
-        deviation = own_deviation(self.unit.own_logs, self.unit.own_deviations, E, noise)
+        deviation = unshared_deviation(self.unit.own_logs, self.unit.own_deviations, E, noise)
         self.deviations = self.deviations[1 - MOST_PRESSES :]
         self.deviations.append(deviation)
 
@@ -978,7 +990,7 @@ def readings_of(
     """
     tare = UnitTare(unit)
     press = UnitPress(unit)
-    has_reading = False
+    has_reading = False  # whether a press was read before
     for counts in rows:
         if tare.samples < tare_samples:
             flags = tare.add(counts)
@@ -1004,7 +1016,6 @@ def recorded_counts(path: str, size: int) -> "Iterator[list[int]]":
     Lines with fewer cells are skipped, and so are lines in which one of these cells is not an integer, such as a
     header.
     """
-    # The file is read as bytes, one line at a time, to save memory on a board.
     with open(path, "rb") as lines:
         for line in lines:
             try:

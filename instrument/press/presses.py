@@ -44,7 +44,7 @@ def read_press(
     file : str or Path
         The table, a CSV file or a workbook.
     unit : PrintedUnit, str or Path, optional
-        A calibrated unit or its unit.toml. Without one, the springs are those of the design.
+        A calibrated unit or its unit.toml. Without one, the unit has the springs of its design.
     counts_as : "unsigned" or "offset", optional
         How the table writes counts, if it writes them without signs.
 

@@ -90,10 +90,10 @@ def split_presses(
     contact = _Contact(sensor)  # continues between the presses, unlike `touch`
     # The gains are 1, because the samples hold forces instead of channel readings.
     unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "spike_length": spike_length})
-    touch: _Touch | None = None
+    touch: _Touch | None = None  # None between two presses
     for sample in samples:
         in_contact = contact.includes_all_tips(sample)
-        has_ended = False
+        has_ended = False  # whether the touch has ended before this sample
         if touch is not None:
             # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
             has_ended = touch.is_over(sample) if in_contact else touch.add_out_of_contact(sample)
@@ -112,25 +112,20 @@ def split_presses(
         yield from touch.end()
 
 
-def _are_above(forces: Sequence[float], bounds: Sequence[float]) -> bool:
-    """Return whether each force exceeds its bound."""
-    return all(map(operator.gt, forces, bounds))
-
-
 class _Contact:
     """The contact of the tips with the fruit: when it began, and how the flesh has relaxed since."""
 
     def __init__(self, sensor: MeasuringUnit) -> None:
-        relaxation = sensor.report.design.fruit.relaxation
-        self._least = sensor.least_forces.tolist()
+        relaxation = sensor.report.design.fruit.relaxation  # None if the flesh is elastic
+        self._least_forces = sensor.least_forces.tolist()
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
-        self.tips = len(self._least)
-        self.touched_s = math.nan
-        self._smallest_total = math.inf
+        self.tips = len(self._least_forces)
+        self.touched_s = math.nan  # time of the first touch [s]
+        self._smallest_total = math.inf  # smallest total force of this contact [N]; infinite before the first touch
 
     def includes_all_tips(self, sample: Sample) -> bool:
         """Return whether all tips touch the fruit in this sample."""
-        return _are_above(sample.forces, self._least)
+        return all(map(operator.gt, sample.forces, self._least_forces))
 
     def channels(self, sample: Sample) -> Iterable[float]:
         """Return the forces of the next sample [N], and for flesh that relaxes also the forces of elastic flesh [N].
@@ -148,7 +143,7 @@ class _Contact:
         first force above zero, which may be a zero error due to the previous press.
         """
         total = sum(sample.forces)
-        if not any(map(operator.gt, sample.forces, self._least)):  # no tip touches, so the contact begins later
+        if not any(map(operator.gt, sample.forces, self._least_forces)):  # no tip touches, so the contact begins later
             self._smallest_total = math.inf
         elif total < self._smallest_total:
             self.touched_s, self._smallest_total = sample.t, total

@@ -26,10 +26,10 @@ class PressedFruit:
 
     `radii` are the principal radii [mm]; the first one lies at the angle `azimuth` [deg] from +x. `thickness` [mm] is
     the thickness of the flesh over a stone, or None if there is no stone. The sensor is tilted by `tilt` [deg] from the
-    normal of the skin; positive components lower its sides at +x and +y. During the press the tilt changes by `turned`
-    [deg]. The sensor is placed at `off_centre` [mm] from the apex. The function `heights` returns the heights [mm] that
-    are added to the skin at x and y. Under each tip, within `soft_radius` (tips,) [mm], the modulus of the flesh is E
-    divided by `softness` (tips,). A tuple of one number in these two fields holds for all tips.
+    normal of the skin; positive components lower its sides at +x and +y. During the press the tilt changes by
+    `tilt_change` [deg]. The sensor is placed at `off_centre` [mm] from the apex. The function `heights` returns the
+    heights [mm] that are added to the skin at x and y. Under each tip, within `soft_radius` (tips,) [mm], the modulus
+    of the flesh is E divided by `softness` (tips,). A tuple of one number in these two fields holds for all tips.
     """
 
     E: float
@@ -38,14 +38,18 @@ class PressedFruit:
     thickness: float | None
     poisson: float
     tilt: Vector = (0.0, 0.0)
-    turned: Vector = (0.0, 0.0)
+    tilt_change: Vector = (0.0, 0.0)
     off_centre: Vector = (0.0, 0.0)
     heights: Callable[[Floats, Floats], Floats] | None = None
     softness: tuple[float, ...] = (1.0,)
     soft_radius: tuple[float, ...] = (math.inf,)
 
-    def under(self, heights: Floats) -> EllipsoidFruit:
-        """Return the fruit as the solver needs it, in the frame of a sensor whose domes protrude by `heights` [mm]."""
+    def in_sensor_frame(self, protrusions: Floats) -> EllipsoidFruit:
+        """Return the fruit as the solver needs it, in the frame of a sensor whose domes protrude as stated.
+
+        `protrusions` (tips,) [mm] are relative to the design. The tilt is converted, because the solver measures it
+        from the normal at the apex of the fruit instead of the normal at the position of the press.
+        """
         layer = None if self.thickness is None else FleshOnStone(self.thickness, self.poisson)
         fruit = EllipsoidFruit(
             E=self.E,
@@ -54,14 +58,14 @@ class PressedFruit:
             azimuth=self.azimuth,
             apex=(-self.off_centre[0], -self.off_centre[1]),
             poisson=self.poisson,
-            heights=tuple(heights.tolist()),
+            heights=tuple(protrusions.tolist()),
             bumps=self.heights,
             softness=self.softness,
             soft_radius=self.soft_radius,
             layer=layer,
         )
-        # The solver measures the tilt from the normal at the apex. The normal at the position of the press is inclined
-        # to it. For small slopes, the tilt and this inclination add.
+        # The normal at the position of the press is inclined to the normal at the apex. For small slopes, the tilt and
+        # this inclination add.
         slope = np.tan(np.radians(self.tilt)) + fruit.curvature @ np.array(self.off_centre)
         tilt = math.degrees(math.atan(float(np.hypot(*slope))))
         return replace(fruit, tilt=tilt, tilt_azimuth=math.degrees(math.atan2(slope[1], slope[0])))
@@ -69,7 +73,7 @@ class PressedFruit:
     @property
     def drift(self) -> Vector:
         """Return the change of the sensor's slope along x and y during the press [1]."""
-        return math.radians(self.turned[0]), math.radians(self.turned[1])
+        return math.radians(self.tilt_change[0]), math.radians(self.tilt_change[1])
 
     def in_turned_frame(self, turn: float) -> "PressedFruit":
         """Return the fruit in the frame of a sensor that is turned by `turn` [deg] about the normal.
@@ -121,7 +125,7 @@ def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
         poisson=min(float(poisson), _LARGEST_POISSON),
         # The tilt may change during the press, and must stay within the range of the design until its end.
         tilt=_draw_in_disc(rng, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
-        turned=_draw_in_disc(rng, reading.tilt_change_deg),
+        tilt_change=_draw_in_disc(rng, reading.tilt_change_deg),
         off_centre=_draw_in_disc(rng, reading.off_centre_mm),
     )
     return make_uneven(drawn, report, rng)
@@ -157,6 +161,7 @@ def random_skin(
     amplitude = rms * math.sqrt(2.0 / _WAVES)  # the mean square of one wave is amplitude^2 / 2
 
     def heights(x: Floats, y: Floats) -> Floats:
+        """Return the heights [mm] at the points x and y [mm], in their common shape."""
         shape = np.broadcast_shapes(x.shape, y.shape)
         if shape[-1] == 1 or shape[-2] == 1:  # a profile instead of a grid
             return np.asarray(amplitude * np.cos(kx * x[..., None] + ky * y[..., None] + phase).sum(axis=-1))
@@ -197,11 +202,7 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     """
     reading = report.design.reading or ReadingRequirements()
     design_fruit = report.design.fruit
-    if reading.radius_mm is not None and reading.radius_across_mm is not None:
-        radius_ranges = [reading.radius_mm, reading.radius_across_mm]
-    else:
-        smallest_factor, largest_factor = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
-        radius_ranges = [(smallest_factor * radius, largest_factor * radius) for radius in designed_radii(report)]
+    radius_ranges = _radius_ranges(report)
     # Without a stated range, only the thickness of the design's fruit is in range.
     thickness_range = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
     # Each row holds the name, the value, the two ends of the range, and the unit.
@@ -216,6 +217,18 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     for name, value, low, high, unit in rows:
         if not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
             yield f"{name} {value:.4g} {unit} is outside {low:.4g} to {high:.4g} {unit}, the range of the design"
+
+
+def _radius_ranges(report: Report) -> Sequence[Vector]:
+    """Return the two ends of the range of each principal radius of a design's fruit [mm].
+
+    Without stated ranges, the radii of the fruit vary by the stated spread, which is relative.
+    """
+    reading = report.design.reading or ReadingRequirements()
+    if reading.radius_mm is not None and reading.radius_across_mm is not None:
+        return [reading.radius_mm, reading.radius_across_mm]
+    smallest_factor, largest_factor = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
+    return [(smallest_factor * radius, largest_factor * radius) for radius in designed_radii(report)]
 
 
 def _order_radii(radii: Vector, radius_ranges: Sequence[Vector]) -> Vector:

@@ -48,7 +48,7 @@ def log_lines(
     end = tare_s  # time at which the log ends [s]
     for press in presses:
         start_times.append(end)
-        end += press.lasts_s + PAUSE_S
+        end += press.duration_s + PAUSE_S
     t = np.arange(int(np.ceil(end * rate)) + 1) / rate  # times of the samples [s]
     conversion_times = _conversion_times(report, t, rate, rng)
     deflections = np.zeros((len(t), tips))

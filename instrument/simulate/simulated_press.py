@@ -20,7 +20,7 @@ _TINY = 1e-300  # replaces 0 as a divisor
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hand:
+class HandPress:
     """A press by hand: a `travel` [mm] from the first touch in `press_s` [s], a hold of `hold_s` [s], and a retraction.
 
     `relaxation` is the Prony series of the flesh: the fraction [1] and the time constant [s] of each Maxwell arm.
@@ -32,7 +32,7 @@ class Hand:
     relaxation: Sequence[tuple[float, float]] = ()
 
     @property
-    def back_s(self) -> float:
+    def retraction_s(self) -> float:
         """Return the duration of the retraction [s]."""
         return 0.5 * self.press_s
 
@@ -44,14 +44,14 @@ class PressCurve:
     `times` (moments,) [s] are counted from the first touch. The last moment is the end of the hold, if there is one.
     """
 
-    hand: Hand
+    hand_press: HandPress
     times: Floats
     deflections: Floats
 
     @property
-    def lasts_s(self) -> float:
+    def duration_s(self) -> float:
         """Return the time from the first touch to the lift [s]."""
-        return self.hand.press_s + self.hand.hold_s + self.hand.back_s
+        return self.hand_press.press_s + self.hand_press.hold_s + self.hand_press.retraction_s
 
     def at(self, t: Floats) -> Floats:
         """Return the deflections (samples, tips) [mm] at the times `t` (samples, tips) [s] since the first touch.
@@ -60,12 +60,12 @@ class PressCurve:
         taken as the press in reverse, scaled so that it begins with the deflection at the end of the hold. The
         deflections are 0 before the touch and after the lift.
         """
-        hand = self.hand
-        forward_times = np.clip(t, 0.0, hand.press_s + hand.hold_s)
+        hand_press = self.hand_press
+        forward_times = np.clip(t, 0.0, hand_press.press_s + hand_press.hold_s)
         # fraction of the retraction, from 0 at the end of the hold to 1 at the lift
-        retraction_progress = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)
+        retraction_progress = np.clip((t - hand_press.press_s - hand_press.hold_s) / hand_press.retraction_s, 0.0, 1.0)
         is_retraction = retraction_progress > 0.0
-        times = np.where(is_retraction, hand.press_s * (1.0 - retraction_progress), forward_times)
+        times = np.where(is_retraction, hand_press.press_s * (1.0 - retraction_progress), forward_times)
         deflections_at_t = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
             # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold. Its deflection is 0
@@ -96,24 +96,25 @@ class PressCurve:
         return powers_at_t**1.5
 
 
-def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCurve:
+def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand_press: HandPress) -> PressCurve:
     """Solve a press of a unit on a fruit by boundary elements, at equal steps of its travel and during its hold.
 
     The tilt of the sensor changes during the press as the fruit states. Raises InputError if the press has no solution.
     """
     progress = np.arange(1, PRESS_MOMENTS + 1) / PRESS_MOMENTS  # fraction of the press
-    times, travels = hand.press_s * progress, hand.travel * progress
-    if hand.hold_s:
+    times, travels = hand_press.press_s * progress, hand_press.travel * progress
+    if hand_press.hold_s:
         # The square puts the moments closest together at the start of the hold, where the force decreases fastest.
-        times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HOLD_MOMENTS + 1) / HOLD_MOMENTS) ** 2)
-        travels = np.append(travels, np.full(HOLD_MOMENTS, hand.travel))
+        hold_progress = (np.arange(1, HOLD_MOMENTS + 1) / HOLD_MOMENTS) ** 2  # fraction of the hold
+        times = np.append(times, hand_press.press_s + hand_press.hold_s * hold_progress)
+        travels = np.append(travels, np.full(HOLD_MOMENTS, hand_press.travel))
     try:
         with np.errstate(invalid="raise", divide="raise"):  # otherwise a failed solution would contain NaN
-            pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS_PER_SIDE)
+            pressing = Pressing(unit.domes, fruit.in_sensor_frame(unit.heights), CELLS_PER_SIDE)
             motion = PressMotionOverTime(travels=travels, times=times, drift=fruit.drift)
             creep = creep_of(unit.creep, unit.weighed_s)
-            _, deflections = press_with_creep(pressing, motion, hand.relaxation, creep)
+            _, deflections = press_with_creep(pressing, motion, hand_press.relaxation, creep)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         msg = "The simulation of this press has no solution. Choose a smaller tilt, larger radii or a smoother skin."
         raise InputError(msg) from error
-    return PressCurve(hand=hand, times=times, deflections=deflections)
+    return PressCurve(hand_press=hand_press, times=times, deflections=deflections)

@@ -8,7 +8,7 @@ import numpy as np
 from instrument.simulate.bench_tables import ball_presses, plate_table, usual_ball, weights_table
 from instrument.simulate.drawn_fruit import PressedFruit, add_bruise, make_uneven
 from instrument.simulate.log import log_lines
-from instrument.simulate.simulated_press import Hand, press_curve
+from instrument.simulate.simulated_press import HandPress, press_curve
 from instrument.simulate.unit import SimulatedUnit, draw_unit
 from pipeline.report.report import Report
 from pipeline.storage.stopwatch import Count, ignore_progress
@@ -45,13 +45,13 @@ def unit_of_seed(report: Report, seed: int) -> SimulatedUnit:
     return draw_unit(report, np.random.default_rng([seed, 0]))
 
 
-def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> Hand:
+def designed_press(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> HandPress:
     """Return a press by hand with the travel, duration and hold of a design.
 
     `relaxation` is the Prony series of the flesh. If it is None, the relaxation of the design is used.
     """
     design = report.design
-    return Hand(
+    return HandPress(
         travel=design.press.travel_mm,
         press_s=design.press_s,
         hold_s=design.press.hold_s or 0.0,
@@ -76,7 +76,7 @@ def log_of_fruit(
     # The temperature during the presses differs from the temperature during the calibration.
     pressing_unit = unit.at_other_temperature(report, rng) if settings.noise else unit
     turn = report.design.tips.tip_layout.turn_deg or 0.0  # the sensor is not turned if its layout has no such angle
-    hand = hand_of(report, settings.relaxation)
+    hand_press = designed_press(report, settings.relaxation)
     presses = []
     for number in range(settings.presses):
         count(number, settings.presses)
@@ -85,7 +85,7 @@ def log_of_fruit(
             fruit = add_bruise(fruit, report, settings.bruise_mm, number * turn)
         if settings.uneven:
             fruit = make_uneven(fruit, report, rng)
-        presses.append(press_curve(pressing_unit, fruit, hand))
+        presses.append(press_curve(pressing_unit, fruit, hand_press))
     return log_lines(report, pressing_unit, presses, settings.rate, rng if settings.noise else None)
 
 
@@ -97,8 +97,8 @@ def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSetting
     """
     rng = settings.random_generator(2)
     steepest = (report.design.reading or ReadingRequirements()).tilt_deg
-    hand = hand_of(report, ())  # no relaxation
-    presses = [press_curve(unit, fruit, hand) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
+    hand_press = designed_press(report, ())  # no relaxation
+    presses = [press_curve(unit, fruit, hand_press) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
     return log_lines(report, unit, presses, settings.rate, rng if settings.noise else None)
 
 

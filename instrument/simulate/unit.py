@@ -119,7 +119,7 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
     Its channels show counts if counts were calibrated, and newtons otherwise. If a reference ball corrects the readings
     by a factor, all stiffnesses are multiplied by that factor, because E is proportional to the forces.
     """
-    K = np.array(unit.stiffnesses)
+    K = np.array(unit.stiffnesses)  # (tips,) [N/mm]
     factor = 1.0 if unit.ball is None else unit.ball.factor
     designed = designed_unit(report)
     # per_N (channels, tips) is the signal of each channel per force on each tip [counts/N], or [1] for newtons.
@@ -131,10 +131,9 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
     return replace(
         designed,
         domes=domes_of(report.design, factor * K),
-        # The exponent n for which the compliance grows by the factor 10^n = 1 + per_decade in each decade of time.
-        creep=math.log10(1.0 + unit.measured_creep_or(report.creep).per_decade),
+        creep=_creep_exponent(unit.measured_creep_or(report.creep).per_decade),
         weighed_s=unit.weighed_after_s,
-        per_mm=per_N * K,
+        per_mm=per_N * K,  # K multiplies the columns, one per tip
         zeros=zeros,
         noise=np.abs(np.diag(per_N)) * designed.noise,
         saturation=saturation,
@@ -166,13 +165,20 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
         designed,
         domes=draw_form(design, domes_of(design, stiffness_factors * nominal_K), rng),
         heights=rng.normal(0.0, height_deviation, tips),
-        # The exponent n for which the compliance grows by the factor 10^n = 1 + per_decade in each decade of time.
-        creep=math.log10(1.0 + creep_per_decade),
+        creep=_creep_exponent(creep_per_decade),
         per_mm=np.diag(counts_per_mm),
         zeros=np.rint(_LARGEST_ZERO * saturation * rng.uniform(-1.0, 1.0, tips)),
         noise=counts_per_N * designed.noise,
         saturation=saturation,
     )
+
+
+def _creep_exponent(per_decade: float) -> float:
+    """Return the exponent n for which the compliance is proportional to time^n.
+
+    In each decade of time, the compliance grows by the factor 10^n = 1 + `per_decade`.
+    """
+    return math.log10(1.0 + per_decade)
 
 
 def _draw_stiffness_factors(design: Design, rng: np.random.Generator) -> Floats:

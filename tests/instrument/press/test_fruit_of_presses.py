@@ -16,7 +16,7 @@ from instrument.press.fruit_reading import FruitReading
 from instrument.press.half_width import HalfWidth
 from instrument.press.measuring import MeasuringUnit
 from instrument.simulate.drawn_fruit import add_bruise, usual_fruit
-from instrument.simulate.simulated_press import Hand, press_curve
+from instrument.simulate.simulated_press import HandPress, press_curve
 from instrument.simulate.unit import designed_unit
 
 OWN, ALIKE = 0.12, 0.05  # half widths; by its design a press of `ball` may differ by less
@@ -150,7 +150,7 @@ def test_turned_presses_find_a_bruise(turns, mango, monkeypatch):
     """By boundary elements: its press and one turned by 90 degrees differ by more than an uneven skin of 8 % makes."""
     monkeypatch.setattr(MeasuringUnit, "unevenness_deviations", lambda *_: [0.08])
     sensor, fruit, unit = mango.measuring(), usual_fruit(mango.report), designed_unit(mango.report)
-    hand = Hand(travel=mango.design.press.travel_mm, press_s=3.0)
+    hand = HandPress(travel=mango.design.press.travel_mm, press_s=3.0)
     times = np.repeat(np.linspace(0.1, 3.0, 40)[:, None], 4, axis=1)
 
     def pressed(fruit):

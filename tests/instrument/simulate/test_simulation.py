@@ -22,8 +22,8 @@ from instrument.simulate.drawn_fruit import (
     usual_fruit,
 )
 from instrument.simulate.log import log_lines
-from instrument.simulate.simulated_press import PRESS_MOMENTS, Hand, press_curve
-from instrument.simulate.simulation import SimulationSettings, hand_of, log_of_fruit, unit_of_seed
+from instrument.simulate.simulated_press import PRESS_MOMENTS, HandPress, press_curve
+from instrument.simulate.simulation import SimulationSettings, designed_press, log_of_fruit, unit_of_seed
 from instrument.simulate.unit import designed_unit, draw_unit, given_unit, refuse_unsimulated
 from pipeline.options import load_design
 from pipeline.tables.rows import Rows
@@ -167,7 +167,7 @@ def test_channels_come_one_after_the_other_in_a_log_of_the_read_out(mango):
     """On a ramp a channel that is converted later shows more; at a faster rate all have one time."""
     report = mango.report
     unit = replace(designed_unit(report), per_mm=np.eye(4))
-    press = press_curve(unit, usual_fruit(report), hand_of(report))
+    press = press_curve(unit, usual_fruit(report), designed_press(report))
     slow, fast = (numbers_of(log_lines(report, unit, [press], rate)) for rate in (42.0, 420.0))
     late = 1e3 * (np.interp(2.0, slow[:, 0], slow[:, 3]) - np.interp(2.0, fast[:, 0], fast[:, 3]))
     slope = 1e3 * np.gradient(fast[:, 3], fast[:, 0])[840]
@@ -176,7 +176,7 @@ def test_channels_come_one_after_the_other_in_a_log_of_the_read_out(mango):
 
 def test_the_curve_between_solved_samples(mango):
     """The way back is the way down, and nothing is shown before and after."""
-    press = press_curve(designed_unit(mango.report), usual_fruit(mango.report), Hand(travel=1.0, press_s=2.0))
+    press = press_curve(designed_unit(mango.report), usual_fruit(mango.report), HandPress(travel=1.0, press_s=2.0))
     t = np.repeat(np.array([-1.0, 0.0, 1.0, 2.0, 2.5, 3.0, 9.0])[:, None], 4, axis=1)
     found = press.at(t)
     assert not found[[0, 1, 5, 6]].any()

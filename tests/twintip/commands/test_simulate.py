@@ -38,7 +38,7 @@ def _quick(monkeypatch):
 
     def curve(unit, _, hand):
         parts = np.linspace(0.0, 1.0, 19)[1:]
-        return PressCurve(hand=hand, times=hand.press_s * parts, deflections=np.outer(parts, 0.1 / unit.domes.K))
+        return PressCurve(hand_press=hand, times=hand.press_s * parts, deflections=np.outer(parts, 0.1 / unit.domes.K))
 
     monkeypatch.setattr("instrument.simulate.simulation.press_curve", curve)
 
