@@ -112,7 +112,7 @@ def _add_whole_run(parser: ArgumentParser) -> None:
         "--fruit-stiffness",
         metavar="|".join(FRUIT_STIFFNESSES),
         default="contact",
-        help="How the stiffness of the fruit is found: solved as a contact problem (contact, the default), "
+        help="How the stiffness of the fruit is computed: as a contact problem (contact, the default), "
         "or by equation (6) of the paper (hayes)",
     )
     add(
@@ -196,14 +196,15 @@ def _add_check(parser: ArgumentParser) -> None:
         metavar="X,Y,Z",
         action="append",
         default=[],
-        help="Hold the face at this point [mm] instead of the housing's; may be repeated",
+        help="Hold the face at this point [mm], instead of the held faces of the housing; may be repeated",
     )
     add(
         "--pressed",
         metavar="X,Y,Z",
         action="append",
         default=[],
-        help="Press the face at this point [mm] instead; may be repeated. Give the low tip of --design first",
+        help="Press the face at this point [mm], instead of the tips of the housing; may be repeated. "
+        "Give the low tip of --design first",
     )
     _add_json(parser)
 

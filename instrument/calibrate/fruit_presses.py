@@ -3,7 +3,7 @@
 Firmer fruit gives a higher reading, whatever the skin, the material law of the flesh or the instrument. So ln firmness
 is fitted by an increasing function of ln E. This is either a straight line, which represents a power law, or an
 isotonic regression. Leave-one-out cross-validation compares both (M. Stone, J. R. Stat. Soc. B 36 (1974) 111). The
-choice falls on the simplest curve whose error exceeds the smallest error by at most one standard error (L. Breiman et
+chosen curve is the simplest one whose error exceeds the smallest error by at most one standard error (L. Breiman et
 al., Classification and Regression Trees, 1984, 3.4.3).
 """
 
@@ -67,7 +67,7 @@ class _Points(NamedTuple):
 _Curve = Callable[[_Points, Floats], _Points]
 """A function that fits a curve to points.
 
-Its second argument are the two values of ln E at the ends of the curve. It returns the points that define the curve.
+Its second argument holds the two values of ln E at the ends of the curve. It returns the points that define the curve.
 """
 
 

@@ -102,7 +102,7 @@ class PressedBall:
 
 @dataclass(frozen=True, kw_only=True)
 class BallPresses:
-    """The number of accepted presses on a ball (`counted`), the number of all presses, and the presses lost to flags.
+    """The number of accepted presses on a ball (`counted`), and the number of all presses.
 
     `flags` maps each flag to the number of presses that it excluded.
     """

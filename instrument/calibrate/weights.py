@@ -243,7 +243,7 @@ def _crosstalk_percent(
     columns of the channels. Raises InputError for channels that do not separate the forces of the tips.
     """
     relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]  # 1 for the channel's own tip
-    crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)  # without the 1 of the own tip
+    crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)  # the identity removes the own tip
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())
         field = f"{table.source}: largest counts/N of {keys[channel]} for another tip, relative to {names[channel]}"

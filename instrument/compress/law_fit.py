@@ -31,7 +31,7 @@ _GUESS_TRAVEL = 0.01  # initial guess of s, relative to the travel of the loadin
 _STEP = 0.01  # relative size of the first step of the fit
 _LOG_FORCE_SCALE = 50.0  # scale of ln F_s, relative to the scale of ln E
 _UPPER_PART = 0.3  # points above this fraction of the force at the end determine the initial guess
-_LEAST_UPPER_POINTS = 3  # minimum number of these points: two for a line, and one more
+_LEAST_UPPER_POINTS = 3  # minimum number of these points: one more than a line requires
 _NO_SETTLING = 1e-6  # a smaller s is treated as zero [mm]
 _SIGNIFICANT = 2.0  # a larger correlation of neighbouring residuals [standard errors] is not due to chance
 _LARGEST_CORRELATION = 0.95  # upper limit of the correlation of neighbouring residuals in the standard errors
@@ -93,8 +93,8 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     """Fit a force law to `travel` [mm] and `force` [N], both (points,), by least squares.
 
     The unknowns are the modulus, first contact, the settling of the skin and the zero line. `zero` [N] is the initial
-    guess of the zero of the load cell. Only with `with_drift`, the drift f1 of the zero line is an unknown too. Returns
-    None if the force does not rise, or if the fit does not converge.
+    guess of the zero of the load cell. With `with_drift`, the drift f1 of the zero line is another unknown. Otherwise
+    it is 0. Returns None if the force does not rise, or if the fit does not converge.
     """
     start = _initial_guess(law, travel, force, zero)
     if start is None:

@@ -213,7 +213,7 @@ def _describe_unit(sensor: MeasuringUnit) -> dict[str, object]:
         "method": sensor.unit.method,
         "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
         "tips": [tip.name for tip in sensor.report.tips],
-        "turn": sensor.report.design.tips.tip_layout.turn_deg,  # of the sensor between two presses [deg]
+        "turn": sensor.report.design.tips.tip_layout.turn_deg,  # rotation of the sensor between presses [deg]
         "pair": sensor.report.read_out.is_pair,
         "calibrated": bool(sensor.unit.newtons_per_count),
         "staggered": signal is not None and bool(signal.delays),  # whether channels are converted one after another

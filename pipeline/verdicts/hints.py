@@ -85,7 +85,8 @@ def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
         return None
     scale = abs(limit) or 1.0  # a limit of 0 cannot be a scale
     relative_error = error / scale
-    largest_error = tolerance if verdict.relative else tolerance / scale  # a wider error bar decides nothing
+    # With an error bar wider than the tolerance, the verdict is undecided.
+    largest_error = tolerance if verdict.relative else tolerance / scale
     if relative_error <= largest_error:
         return None
     # The error is a sum of this number of errors, each of which may be as large as the tolerance of a run.
@@ -210,7 +211,7 @@ def _finer_bench_clause(context: _HintContext) -> str | None:
     bench = context.design.bench or Bench()
     if not isinstance(verdict.limit, float) or not verdict.value:
         return None
-    factor = _MARGIN * verdict.limit / verdict.value  # of the passing resolution to the present one
+    factor = _MARGIN * verdict.limit / verdict.value  # ratio of the passing resolution to the present one
     causes = (
         ("by the balance", "bench.balance_g", bench.balance_g, "a stiffer spring"),
         ("by the dial", "bench.dial_mm", bench.dial_mm, "a longer travel"),

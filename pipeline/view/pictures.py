@@ -114,7 +114,7 @@ def write_pictures(
     check_paths_are_free([folder / f"{picture.name}.png" for picture in all_pictures], FLAG, force=force)
     draw_without_display()
     files = {}  # content of each file, keyed by its path
-    # The plotter can only write to a file. A temporary folder keeps an interrupted run from leaving some in `folder`.
+    # The plotter can only write to a file. In a temporary folder, an interrupted run leaves no pictures behind.
     with tempfile.TemporaryDirectory(prefix="twintip-") as temporary_folder:
         for number, picture in enumerate(all_pictures):
             count(number, len(all_pictures))
