@@ -116,9 +116,9 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     """Simulate level readings of a pair whose flat tips touch with their whole faces.
 
-    They correct the readings of a printed unit. The result is empty if the law is exact for such a press. The forces
-    are computed in closed form, because forces from the contact solver have errors of a few parts in a thousand. Tips
-    without a flat face have no closed form, so `level_readings` simulates them.
+    These readings correct the readings of a printed unit. The result is empty if the law is exact for such a press. The
+    forces are computed in closed form, because forces from the contact solver have errors of a few parts in a thousand.
+    Tips without a flat face have no closed form, so `level_readings` simulates them.
     """
     if sensor.is_exact_seated:
         return ()

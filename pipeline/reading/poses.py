@@ -187,6 +187,7 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
             is_random=True,
             radii_mm=radii,
             azimuth_deg=180.0 * azimuth_fraction if fruits.azimuths else None,  # an ellipsoid repeats after 180 deg
+            # the tilt and its change together stay within the largest tilt of the design
             tilt_deg=_scale(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
             off_centre_mm=_scale(position, reading.off_centre_mm),
             tilt_change_deg=_scale(tilt_change, reading.tilt_change_deg),

@@ -100,8 +100,8 @@ class PressedSensor(Record):
 
         The contrast is a weighted sum over the tips in which travel and tilt cancel. The law relates the contrast to
         the forces. It depends on the compliances of springs and fruit, and on the gaps under the tips of a level
-        sensor. A pair needs no gaps, because its reading of a whole press does not depend on them. The gaps include the
-        heights of the tips due to the weight of the parts.
+        sensor. The gaps include the heights of the tips due to the weight of the parts. A pair needs no gaps, because
+        its reading of a whole press does not depend on them.
         """
         tips = self.design.tips
         if tips.tip_layout.is_pair:

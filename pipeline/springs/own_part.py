@@ -586,7 +586,7 @@ def _pressed_faces(
 
 
 def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
-    """Return whether a layer of the mount touches the mesh at an end of the extrusion, whose facets are named `SIDES`.
+    """Return whether a layer of the mount touches the mesh at its front or back face, whose facets are named `SIDES`.
 
     The mount holds the part only in this case.
     """
