@@ -157,25 +157,25 @@ def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     return tuple(fans)
 
 
-def fan_block(arm: Arm, x: float, fan: Fan, depth: float, counts: ElementCounts) -> Block:
+def fan_block(arm: Arm, face_x: float, fan: Fan, depth: float, counts: ElementCounts) -> Block:
     """Return the block of the fan at the root of a leaf.
 
-    The face of the solid is at `x` [mm]. The fan's box extends from there into the solid by `depth` [mm], which is
-    negative if the solid lies in the direction of -x. `fan` is the extent of the box in z. The block has four sides:
-    the end of the straight leaf, a fillet and face above the leaf, the edges of the box, and a fillet and face below
-    the leaf.
+    The face of the solid is at x = `face_x` [mm]. The fan's box extends from there into the solid by `depth` [mm]. It
+    is negative if the solid lies in the direction of -x. `fan` is the extent of the box in z. The block has four sides:
+    the end of the straight leaf, a fillet and face above it, the edges of the box, and a fillet and face below it.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness
-    leaf_end = x - math.copysign(arm.flexure.fillet, depth)  # x where the straight leaf ends and the fillets begin
+    box_x = face_x + depth  # the far edge of the box
+    leaf_end = face_x - math.copysign(arm.flexure.fillet, depth)  # x where the straight leaf ends and the fillets begin
     # The edges of the box are the outer ends of the four sectors.
-    corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
+    corners = [(face_x, lower), (box_x, lower), (box_x, level), (box_x, upper), (face_x, upper)]
     box_side = tuple(Segment(start=a, end=b, count=counts.sector) for a, b in pairwise(corners))
     leaf_side = Segment(
         start=(leaf_end, level - half_thickness), end=(leaf_end, level + half_thickness), count=counts.across_leaf
     )
-    upper_side = _fan_side(arm, (x, upper), leaf_end, level, counts)
-    lower_side = _fan_side(arm, (x, lower), leaf_end, level, counts)
+    upper_side = _fan_side(arm, (face_x, upper), leaf_end, level, counts)
+    lower_side = _fan_side(arm, (face_x, lower), leaf_end, level, counts)
     return Block(sides=((leaf_side,), upper_side, box_side, lower_side), smooth=True)
 
 
