@@ -53,7 +53,7 @@ HIGH_ORDER_BLOCK = {
 MODULI, TRAVELS = np.linspace(0.5, 3.5, 7).tolist(), 0.6 * np.arange(1, 14) / 13
 
 
-def pair_and_own(S: Floats) -> tuple[float, float]:
+def compliance_values(S: Floats) -> tuple[float, float]:
     """Return s11 - s12 and s11 [1/mm] of a compliance S (tips, tips) [1/mm].
 
     s11 - s12 is the mean of the diagonal minus the mean of the other entries.
@@ -64,7 +64,7 @@ def pair_and_own(S: Floats) -> tuple[float, float]:
 
 
 def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
-    """Return the relative error bars of the two values of `pair_and_own` [1]."""
+    """Return the relative error bars of the two values of `compliance_values` [1]."""
     return compliance.difference_error, compliance.s11_error
 
 
@@ -80,13 +80,13 @@ def split_rows() -> Iterator[Measurement]:
         yield _product_row(f"{OURS}split, {meshes}", f"to {100.0 * tolerance:g} %", compliance, cpu)
     for grading in LEVELS:
         solved, cpu = time_call(partial(footprint_compliance, FRUIT, FOOTPRINTS, grading))
-        answer = Solved(values=pair_and_own(solved.S), cpu=cpu, dofs=solved.dofs)
+        answer = Solved(values=compliance_values(solved.S), cpu=cpu, dofs=solved.dofs)
         yield BENCH.row(SPLIT, f"step {grading.step:g}", answer)
 
 
 def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float) -> Measurement:
     """Return the table row of a compliance solved by the product, with its error bar."""
-    values, bar = pair_and_own(compliance.S), relative_errors(compliance)[0]
+    values, bar = compliance_values(compliance.S), relative_errors(compliance)[0]
     return BENCH.row(method, mesh, Solved(values=values, cpu=cpu, dofs=compliance.info.dofs, error_bar=bar))
 
 
@@ -102,7 +102,7 @@ def direct_rows() -> Iterator[Measurement]:
     for scale in REFINEMENTS:
         mesh, meshing_cpu = time_call(partial(fruit_mesh, part, FRUIT, TIPS, scale))
         solved, cpu = time_call(partial(mesh_compliance, mesh, FRUIT.poisson))
-        answer = Solved(values=pair_and_own(solved.S), cpu=meshing_cpu + cpu, dofs=solved.dofs)
+        answer = Solved(values=compliance_values(solved.S), cpu=meshing_cpu + cpu, dofs=solved.dofs)
         mesh_name = f"edge {edge_size(TIPS, scale):.3g} mm"
         yield BENCH.row(DIRECT, mesh_name, answer)
         for name, solver in deck_solvers("C3D10").items():

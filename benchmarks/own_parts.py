@@ -25,8 +25,8 @@ from benchmarks.harness import table
 from benchmarks.own_housings import OWN_HOUSINGS
 from cad.checks.own_part import (
     combine_shapes,
-    extrusion_of,
     faces_at,
+    find_extrusion,
     hole_points,
     own_part,
     read_own_solid,
@@ -105,7 +105,7 @@ def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
     A rough solution of the product shows at which inner corners the mesh must be fine. The error bar is the difference
     between full and reduced integration. Raises ValueError if the housing is not an extrusion.
     """
-    extrusion = extrusion_of(_name_faces(require_one_solid(combine_shapes(shape), name)))
+    extrusion = find_extrusion(_name_faces(require_one_solid(combine_shapes(shape), name)))
     if extrusion is None:
         msg = f"The housing {name!r} is not an extrusion. Solve it with --files."
         raise ValueError(msg)

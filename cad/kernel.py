@@ -58,7 +58,7 @@ def load_kernel() -> None:
         gc.enable()
 
 
-def solid_size(housing: Housing) -> PartSize:
+def draw_part_size(housing: Housing) -> PartSize:
     """Draw the solid of a housing, and return its volume, its surface area and the areas of its named faces."""
     from cad.parts.housing_solid import housing_part  # loads the kernel, which only a worker process needs
 

@@ -11,12 +11,12 @@ import numpy as np
 from pipeline.springs.spring import MadeSpring
 from pipeline.verdicts.in_words import (
     ERRORS_IN_WORDS,
-    as_read,
-    headline,
+    failed_or_undecided,
+    in_display_units,
     is_on_the_part,
     limit_text,
     measured,
-    not_passed,
+    overall_sentence,
     tolerance_text,
 )
 from sensor.arrays import Flags, Floats
@@ -45,9 +45,9 @@ def answer_html(
     (n,) [1] at full travel against the modulus E (n,) [MPa]. P is nan if a tip is out of contact. The `moduli` of the
     design [MPa] are shown as dots on this curve.
     """
-    parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
+    parts = [f"<p><strong>{escape(overall_sentence(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
     reasons = []
-    for verdict in not_passed(verdicts):
+    for verdict in failed_or_undecided(verdicts):
         reason = f"{verdict.name}: {verdict.remedy or verdict.reference}"  # what to do, or else what was compared
         reasons.append(f"<li>{_outcome(verdict)} {escape(reason)}</li>")
     if reasons:
@@ -67,7 +67,7 @@ def _verdict_table(verdicts: Sequence[Verdict]) -> str:
     rows = []
     for verdict in verdicts:
         if not is_on_the_part(verdict):
-            in_units = as_read(verdict)
+            in_units = in_display_units(verdict)
             limit = limit_text(in_units, in_units.unit)
             cells = (in_units.name, measured(in_units), limit, tolerance_text(in_units))
             rows.append(f"{_cells(cells)}<td>{_outcome(verdict)}</td>")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cad.parts.housing import Housing
-from instrument.firmware.firmware import header_text, module_text
+from instrument.firmware.firmware import render_header, render_module
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
@@ -272,7 +272,7 @@ def random_pose(design, rng, E, travel):
 
 def printed_by_header(folder, sensor, program, rows):
     """Return the numbers that a C program prints with the header of a unit, fed rows of numbers; skips without C."""
-    key = (header_text(sensor), program)
+    key = (render_header(sensor), program)
     if key not in _COMPILED:
         _COMPILED[key] = _compiled(folder, *key)
     command = _COMPILED[key]
@@ -320,7 +320,7 @@ def as_firmware(reading):
 def module_of(sensor):
     """Return the names of the MicroPython module of a unit."""
     names = {"__name__": "unit"}
-    exec(module_text(sensor), names)
+    exec(render_module(sensor), names)
     return names
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from random_designs import settings
 
-from cad.parts.assembly import sensor_of
+from cad.parts.assembly import draw_sensor
 from cad.parts.layout import housing_for
 from cad.parts.sensor import SensorSolids
 from pipeline.options import load_design
@@ -34,7 +34,7 @@ def housed_designs(seed: int, count: int) -> Iterator[tuple[Design, SensorSolids
         try:
             design = load_design("paper", {"name": f"random-{made}", **keys})
             refuse_unsolvable(design)
-            sensor = sensor_of(design, housing_for(design, design.process, lengths, deflections))
+            sensor = draw_sensor(design, housing_for(design, design.process, lengths, deflections))
         except InputError:
             continue
         made += 1

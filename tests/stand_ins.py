@@ -115,7 +115,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     return replace(bare, springs=springs, printable=printable, fitted=fitted, ideal=False)
 
 
-def sensor_of(design: Design, springs: FittedSprings | None = None) -> PressedSensor:
+def draw_sensor(design: Design, springs: FittedSprings | None = None) -> PressedSensor:
     """Return the sensor of a design on the reference contact, on springs as FE would have found them."""
     springs = springs or springs_of(design)
     return PressedSensor(design=design, contact=CONTACT, sizing=sizing_of(design), springs=springs)
@@ -155,7 +155,7 @@ def solved(pressed: PressedSensor, options: RunOptions | None = None, **stages: 
 
 def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> SensorResult:
     """Return what `result_of` keeps after the first time, anew."""
-    pressed = sensor_of(design, springs_of(design, made=made))
+    pressed = draw_sensor(design, springs_of(design, made=made))
     errors = solved(pressed, readings=None).errors  # without the scatter of prints, which is solved
     result = evaluate_sensor(solved(pressed, options, readings=None, over_time=None, errors=errors))
     seconds = Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0})
@@ -165,7 +165,7 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
 def relaxing_result() -> SensorResult:
     """Return the result of a sensor whose fruit relaxes."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=PressMotion(speed_mm_per_s=0.5, hold_s=1.0))
-    return replace(result_of(design), over_time=reading_over_time(sensor_of(design)))
+    return replace(result_of(design), over_time=reading_over_time(draw_sensor(design)))
 
 
 _kept_result = functools.cache(fresh_result)

@@ -4,7 +4,7 @@ import dataclasses
 from functools import partial
 
 from benchmarks.bars.check import ReferenceCheck, make_checks, try_reference
-from benchmarks.contact import BENCH, pair_and_own, relative_errors
+from benchmarks.contact import BENCH, compliance_values, relative_errors
 from benchmarks.harness import Reference
 from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE
 from pipeline.response.contact import contact_compliance
@@ -62,7 +62,7 @@ def _check_pair(compliance: FruitCompliance, reference: Reference) -> tuple[Refe
     """Return the checks of s11 - s12 and s11 [1/mm]; the source names the methods of both sides."""
     source = f"{compliance.info.method.partition(',')[0]} against {reference.source}"
     named_reference = dataclasses.replace(reference, source=source)
-    return make_checks(BENCH.values, pair_and_own(compliance.S), relative_errors(compliance), named_reference)
+    return make_checks(BENCH.values, compliance_values(compliance.S), relative_errors(compliance), named_reference)
 
 
 def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> Reference:
@@ -75,7 +75,7 @@ def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> 
     for grading in FINER:
         if FOUR_TIMES * compliance.info.dofs <= mesh_dofs(fruit, footprints, grading) <= MOST_DOFS:
             finer = footprint_compliance(fruit, footprints, grading)
-            return Reference(values=pair_and_own(finer.S), errors=(), source=f"split, {finer.dofs} dofs")
+            return Reference(values=compliance_values(finer.S), errors=(), source=f"split, {finer.dofs} dofs")
     return _direct_reference(fruit, tips)
 
 
@@ -85,5 +85,5 @@ def _direct_reference(fruit: Fruit, tips: Tips) -> Reference:
     meshes = [fruit_mesh(part, fruit, tips, refinement) for refinement in REFINEMENTS]
     compliance = direct_compliance(meshes, fruit.poisson)
     error = relative_errors(compliance)[0]
-    values, source = pair_and_own(compliance.S), f"direct FE, {compliance.info.dofs} dofs"
+    values, source = compliance_values(compliance.S), f"direct FE, {compliance.info.dofs} dofs"
     return Reference(values=values, errors=tuple(error * value for value in values), source=source)

@@ -4,7 +4,7 @@ import functools
 from dataclasses import replace
 
 from benchmarks.bars.check import ReferenceCheck, make_checks
-from benchmarks.contact import BENCH, pair_and_own
+from benchmarks.contact import BENCH, compliance_values
 from benchmarks.harness import Reference
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
@@ -47,8 +47,8 @@ def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> 
     tips press along the normals of the skin, as domes do.
     """
     shape_effect, S = pair_change(fruit, along_normals), block_compliance(fruit)
-    block_value, _ = pair_and_own(S)
-    value, _ = pair_and_own(S + shape_effect.change)
+    block_value, _ = compliance_values(S)
+    value, _ = compliance_values(S + shape_effect.change)
     # `relative_bars` is relative to the block, and a check expects a bar relative to the value.
     bar = relative_bars(shape_effect, S)[0] * block_value / value
     expected = replace(truth, values=(block_value + truth.values[0],))

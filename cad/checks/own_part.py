@@ -413,7 +413,7 @@ class Extrusion:
         return is_on_face
 
 
-def extrusion_of(part: Part) -> Extrusion | None:
+def find_extrusion(part: Part) -> Extrusion | None:
     """Return a part as a section that is swept along y, or None if the part is not such an extrusion.
 
     The normals of all plane faces are candidates for the direction of the sweep. The best candidate is the direction

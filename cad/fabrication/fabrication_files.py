@@ -18,7 +18,7 @@ from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl, print_shape, triangles_volume
 from cad.files.slicer_settings import slicer_settings
 from cad.files.stl import triangles
-from cad.parts.assembly import assembly_of
+from cad.parts.assembly import assemble_sensor
 from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
@@ -59,7 +59,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     process = title.process
     parts = {name: draw() for name, draw in maker_parts(sensor).items()}
     masses = _part_masses(sensor, parts, process)
-    assembly = assembly_of(sensor)
+    assembly = assemble_sensor(sensor)
     bill = bill_of_materials(sensor, assembly, process, masses, read_out.signal)
 
     drawing = draw_housing_sheet(sensor, replace(title, mass_g=masses["housing"]))

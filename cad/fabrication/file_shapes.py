@@ -14,7 +14,7 @@ from cad.checks.as_designed import FOREIGN_MM, STEP_KINDS, UNITS, as_designed_ve
 from cad.checks.triangle_checks import enclosed_volume
 from cad.fabrication.mount import bracket_solid
 from cad.files.sensor_files import print_shape
-from cad.parts.assembly import COVER_COLOUR, STEEL_COLOUR, assembly_of
+from cad.parts.assembly import COVER_COLOUR, STEEL_COLOUR, assemble_sensor
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pin_socket import pin_solid
@@ -53,7 +53,7 @@ def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
         "housing.step": lambda: sensor.part.shape,
         "housing.stl": draw_printed,
         "housing.3mf": draw_printed,
-        "assembly.step": lambda: assembly_of(sensor).toCompound(),
+        "assembly.step": lambda: assemble_sensor(sensor).toCompound(),
     }
     for name, draw in maker_parts(sensor).items():
         shapes[f"{name}.step"] = functools.partial(_as_drawn, draw)

@@ -26,7 +26,7 @@ _BEHIND_HOLE_MM = 6.0  # distance from the centre of the rearmost flange hole to
 _MARGIN_MM = 1.0  # extension of a cut beyond the plate, and clearance of the screw heads
 
 
-def back_of(sensor: SensorSolids) -> float:
+def bracket_seat_y(sensor: SensorSolids) -> float:
     """Return the y coordinate [mm] of the face against which the bracket is screwed, behind covers or washers."""
     return 0.5 * grip(sensor) + _washers_at_bracket(sensor)
 
@@ -48,7 +48,7 @@ def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
     clear the upright plate.
     """
     radius = 0.5 * FLANGE_CIRCLE_MM
-    if back_of(sensor) >= 0.5 * HEAD_MM + _MARGIN_MM:
+    if bracket_seat_y(sensor) >= 0.5 * HEAD_MM + _MARGIN_MM:
         return (radius, 0.0), (0.0, radius), (-radius, 0.0), (0.0, -radius)
     offset = math.sqrt(0.5) * radius
     return (offset, offset), (-offset, offset), (-offset, -offset), (offset, -offset)
@@ -61,7 +61,7 @@ def bracket_solid(sensor: SensorSolids) -> cq.Solid:
     flange.
     """
     housing = sensor.housing
-    back = back_of(sensor)  # y of the face of the upright plate that the sensor touches
+    back = bracket_seat_y(sensor)  # y of the face of the upright plate that the sensor touches
     hole_length = PLATE_MM + 2.0 * _MARGIN_MM  # a cut extends beyond the plate, so that no thin layer remains
     bracket = cq.Workplane(obj=upright_solid(sensor).fuse(shelf_solid(sensor)).clean())
     # The normal of the workplane "XZ" is -y, so the screw holes are cut from behind.
@@ -84,7 +84,7 @@ def bracket_part(sensor: SensorSolids) -> Part:
     The sensor is held against the seat by screws through the mounting holes.
     """
     faces: dict[str, FaceTest] = {
-        "seat": plane_face_test(1, back_of(sensor)),
+        "seat": plane_face_test(1, bracket_seat_y(sensor)),
         "flange": plane_face_test(2, _shelf_level(sensor) + PLATE_MM),
         "mounting_holes": lambda face: is_hole(face, sensor.housing.hole_diameter),
         "flange_holes": lambda face: is_hole(face, FLANGE_HOLE_MM),
@@ -105,7 +105,7 @@ def window_solid(sensor: SensorSolids) -> cq.Solid | None:
     half_width = max(seats.windows) + 0.5 * seats.window_width + _BESIDE_SENSOR_MM
     # `seats.sensor_level` is measured downwards from the top of the frame.
     lower_level = housing.top_level - seats.sensor_level - 0.5 * seats.window_height - _BESIDE_SENSOR_MM
-    corner = cq.Vector(-half_width, back_of(sensor) - _MARGIN_MM, lower_level)
+    corner = cq.Vector(-half_width, bracket_seat_y(sensor) - _MARGIN_MM, lower_level)
     return cq.Solid.makeBox(2.0 * half_width, PLATE_MM + 2.0 * _MARGIN_MM, seats.window_height + _FOR_WIRES_MM, corner)
 
 
@@ -121,7 +121,7 @@ def upright_solid(sensor: SensorSolids) -> cq.Solid:
     reduce the clearance from the fruit.
     """
     housing = sensor.housing
-    back = back_of(sensor)
+    back = bracket_seat_y(sensor)
     # A tilt lowers the rear edge of the plate by this distance [mm], relative to its front edge at the cover.
     edge_drop = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
     lower_level = housing.cover_level + math.ceil(10.0 * edge_drop) / 10.0  # the distance is rounded up to 0.1 mm
@@ -132,7 +132,7 @@ def upright_solid(sensor: SensorSolids) -> cq.Solid:
 def shelf_solid(sensor: SensorSolids) -> cq.Solid:
     """Return the shelf [mm], which is the plate under the flange, without its holes."""
     half_width = 0.5 * FLANGE_MM
-    rear_edge = max(back_of(sensor) + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND_HOLE_MM)
+    rear_edge = max(bracket_seat_y(sensor) + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND_HOLE_MM)
     return cq.Solid.makeBox(
         FLANGE_MM, rear_edge + half_width, PLATE_MM, cq.Vector(-half_width, -half_width, _shelf_level(sensor))
     )

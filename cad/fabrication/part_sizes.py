@@ -8,7 +8,7 @@ import cadquery as cq
 from cad.fabrication.mount import (
     FLANGE_CIRCLE_MM,
     FLANGE_HOLE_MM,
-    back_of,
+    bracket_seat_y,
     flange_holes,
     shelf_solid,
     upright_solid,
@@ -66,7 +66,7 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
     plate = upright_solid(sensor).BoundingBox()
     flange = shelf_solid(sensor).BoundingBox()
     left_text = _size_text(flange.xmin - plate.xmin)
-    front_text = _size_text(back_of(sensor) - flange.ymin)
+    front_text = _size_text(bracket_seat_y(sensor) - flange.ymin)
     sizes = [
         SizeLine(
             "upright plate, width x height with the flange x thickness", _join_sizes(plate.xlen, plate.zlen, plate.ylen)

@@ -18,7 +18,7 @@ from cad.files.glb import GlbBody, encode_glb
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import PRINTED_COLOUR, STEEL_COLOUR, assembly_of, colour_of, exploded_shift
+from cad.parts.assembly import PRINTED_COLOUR, STEEL_COLOUR, assemble_sensor, exploded_shift, part_colour
 from cad.parts.pin_socket import pin_solid
 from cad.parts.pose import location_matrix, print_pose
 from cad.parts.sensor import SensorSolids
@@ -65,7 +65,7 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     housing_read = export_step(cq.Assembly(sensor.part.shape, name="housing", color=PRINTED_COLOUR), housing_step)
 
     assembly_step = folder / "assembly.step"
-    assembly = assembly_of(sensor)
+    assembly = assemble_sensor(sensor)
     export_step(assembly, assembly_step)
 
     printed_shape = print_shape(sensor)
@@ -120,7 +120,7 @@ def view_bodies(assembly: cq.Assembly) -> list[GlbBody]:
             name=part.name,
             vertices=vertices @ placement[:, :3].T + placement[:, 3],
             triangles=triangles,
-            colour=np.array(colour_of(part)),
+            colour=np.array(part_colour(part)),
             displacement=np.array([0.0, exploded_shift(part), 0.0]),  # the exploded view moves parts along y
         )
         bodies.append(body)

@@ -58,7 +58,7 @@ def tagged_workplane(part: Part) -> cq.Workplane:
     return workplane
 
 
-def sensor_of(design: Design, housing: Housing) -> SensorSolids:
+def draw_sensor(design: Design, housing: Housing) -> SensorSolids:
     """Return the solids of a sensor, with the fruit, the tips and the press motion of its design.
 
     `housing` must be the housing that was sized for the design.
@@ -137,7 +137,7 @@ def cover_locations(housing: Housing) -> tuple[cq.Location, cq.Location]:
     return front, back
 
 
-def assembly_of(sensor: SensorSolids) -> cq.Assembly:
+def assemble_sensor(sensor: SensorSolids) -> cq.Assembly:
     """Return the assembly of a sensor over its fruit before the press [mm].
 
     The parts are the housing or the two plates, covers, pins, screws, nuts, washers, dowels and the fruit. Each part
@@ -179,7 +179,7 @@ def part_type(part: cq.Assembly) -> str:
     return part.name.rstrip("_0123456789").rpartition("_")[2]
 
 
-def colour_of(part: cq.Assembly) -> tuple[float, ...]:
+def part_colour(part: cq.Assembly) -> tuple[float, ...]:
     """Return the colour of a part as red, green and blue from 0 to 1. A part without a colour is steel grey."""
     return (part.color or STEEL_COLOUR).toTuple()[:3]
 

@@ -29,7 +29,7 @@ from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, MODULUS, TIME, Quantity
 from sensor.arrays import Floats
 from sensor.quantity import report_field, validation_error
-from sensor.theory.student import student
+from sensor.theory.student import student_quantile
 
 FEWEST_FRUIT = 6  # minimum number of fruit for a scale, by judgement: enough for a curve and for its error
 PARAMETERS = 2  # fitted parameters of a power law; they reduce the degrees of freedom of the half width
@@ -145,7 +145,7 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     ends = np.array([means.ln_E.min(), means.ln_E.max()])
     points = _CURVES[chosen_curve](means, ends)
     # A half width d of ln firmness means that the firmness is larger or smaller by the factor exp(d).
-    half_width = math.expm1(student(len(groups) - PARAMETERS) * deviation)
+    half_width = math.expm1(student_quantile(len(groups) - PARAMETERS) * deviation)
     scale = FruitScale(
         unit=unit,
         curve=chosen_curve,

@@ -28,8 +28,8 @@ from sensor.design.reading import PRESS_SAMPLES
 from sensor.design.tips import REPRESENTED_BY_BALL
 from sensor.quantity import COVERAGE, UNIFORM_DEVIATION, Bounds, InputError, validation_error
 from sensor.theory.contrast_law import ReadingError
-from sensor.theory.contrast_rise import RiseReading, read_rise, rise_of
-from sensor.theory.student import student
+from sensor.theory.contrast_rise import RiseReading, read_rise, select_rise
+from sensor.theory.student import student_quantile
 from solve.contact.linear_response import travels
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
@@ -261,7 +261,7 @@ def _median_error(moduli: Floats) -> float:
     """
     # For normally distributed readings, the variance of the median is pi / 2 times the variance of the mean.
     deviation = float(np.log(moduli).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(moduli))
-    return deviation * student(len(moduli) - 1) / COVERAGE
+    return deviation * student_quantile(len(moduli) - 1) / COVERAGE
 
 
 def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
@@ -284,7 +284,7 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
         forces = elastic_forces(half_space_law, np.full(len(x), on_ball.uncorrected_modulus(E)), x)
         tips = forces.shape[1]
         no_noise = np.zeros(tips)
-        return forces, read_rise(reading_law, rise_of(forces, tips, on_ball.least_forces), no_noise)
+        return forces, read_rise(reading_law, select_rise(forces, tips, on_ball.least_forces), no_noise)
     except (SolveError, ReadingError) as error:
         msg = (
             f"--ball: a level press at {E:.3g} MPa must determine a modulus. "

@@ -12,7 +12,7 @@ from sensor.arrays import Floats
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.quantity import COVERAGE, report_field
 from sensor.theory.contrast_law import ContrastLaw, ReadingError
-from sensor.theory.contrast_rise import RiseReading, RiseSlopes, read_rise, rise_of
+from sensor.theory.contrast_rise import RiseReading, RiseSlopes, read_rise, select_rise
 from solve.contact.linear_response import travels
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
@@ -141,7 +141,7 @@ def read_without_noise(sensor: MeasuringUnit, press: Floats) -> RiseReading:
     Raises RiseError if the forces do not determine a modulus.
     """
     tips = press.shape[1]
-    return read_rise(sensor.rise_law, rise_of(press, tips, sensor.least_forces), np.zeros(tips))
+    return read_rise(sensor.rise_law, select_rise(press, tips, sensor.least_forces), np.zeros(tips))
 
 
 def _unit_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:

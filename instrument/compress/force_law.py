@@ -146,7 +146,7 @@ class ForceLaw:
         return np.asarray(np.interp(root, roots, self.travels) + end_slope * excess)
 
 
-def hertz_law(test: TestGeometry) -> ForceLaw | None:
+def hertz_force_law(test: TestGeometry) -> ForceLaw | None:
     """Return the force law of ASAE S368 for convex food, which is Hertz's law; its modulus is an apparent modulus.
 
     The depths of all contacts add up to the travel
@@ -167,7 +167,7 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
     )
 
 
-def solved_law(test: TestGeometry, count: Count = ignore_progress) -> ForceLaw:
+def solve_force_law(test: TestGeometry, count: Count = ignore_progress) -> ForceLaw:
     """Solve the force law of a body that is compressed at finite strain, and the laws that determine its error.
 
     All sides of the body carry the same force, so their travels add up. The nominal law assumes friction midway between

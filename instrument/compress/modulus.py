@@ -6,7 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, geometry_data, hertz_law, solved_law
+from instrument.compress.force_law import (
+    POISSON,
+    ForceLaw,
+    TestGeometry,
+    geometry_data,
+    hertz_force_law,
+    solve_force_law,
+)
 from instrument.compress.holds import HeldRelaxation, fit_relaxation
 from instrument.compress.law_fit import LawFit, fit_law
 from instrument.compress.phases import Loading, Phases, split_phases, subtract_frame
@@ -141,12 +148,12 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
     0.7
     """
     return [
-        measured_modulus(specimen, geometry, count=progress or ignore_progress)
+        measure_modulus(specimen, geometry, count=progress or ignore_progress)
         for specimen in read_specimens(Path(file))
     ]
 
 
-def measured_modulus(
+def measure_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False, count: Count = ignore_progress
 ) -> CompressionResult:
     """Determine the moduli of one specimen: by fitting a solved force law, and as plate stress divided by strain.
@@ -161,14 +168,14 @@ def measured_modulus(
     measured = test.specimen  # without the rows after the first return of the plate or probe
     curve = subtract_frame(measured, test.loading, geometry.compliance_um_per_N)
     _check_travel(measured, curve, geometry)
-    law = solved_law(geometry, count)
+    law = solve_force_law(geometry, count)
     range_fit = _fit_longest_range(measured, curve, law)
     E = range_fit.modulus.value
     random_errors, bounds = _estimate_errors(test, curve, law, range_fit, geometry)
     shares = random_errors | bounds
     u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
     _check_error_bar(measured, u_percent, largest_share=max(shares, key=lambda cause: shares[cause]))
-    apparent_law = hertz_law(geometry)  # None if no tool touches the body at a point
+    apparent_law = hertz_force_law(geometry)  # None if no tool touches the body at a point
     hertz_fit = None if apparent_law is None else choose_range(curve, apparent_law)
     strains = _secant_strains(curve, range_fit, geometry)
     secants = [_fit_plate_modulus(curve, range_fit, geometry, strain) for strain in strains]

@@ -80,7 +80,7 @@ def _summarise(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> 
     )
 
 
-def design_range(results: Sequence[CompressionResult]) -> DesignRange:
+def find_design_range(results: Sequence[CompressionResult]) -> DesignRange:
     """Return the range of moduli for a design file, which covers the error bars of all results.
 
     The ends are rounded outwards to two significant digits. For a single specimen, the list contains only its modulus,
@@ -101,7 +101,7 @@ def result_parts(
 ) -> list[RenderableType]:
     """Return the answer for the terminal: tables of specimens and fruit, notes, and the modulus range for a design.
 
-    `fruit` are the summaries of the fruit, and `design` is the range of moduli from `design_range`.
+    `fruit` are the summaries of the fruit, and `design` is the range of moduli from `find_design_range`.
     """
     largest_shares: dict[str, float] = {}  # of each cause in the error of any result [%]
     for result in results:

@@ -62,7 +62,7 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
     >>> "twintip_end" in header
     True
     """
-    return header_text(MeasuringUnit.from_report(report, unit))
+    return render_header(MeasuringUnit.from_report(report, unit))
 
 
 @in_turn()
@@ -93,10 +93,10 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
     >>> "class" in module
     True
     """
-    return module_text(MeasuringUnit.from_report(report, unit))
+    return render_module(MeasuringUnit.from_report(report, unit))
 
 
-def header_text(sensor: MeasuringUnit) -> str:
+def render_header(sensor: MeasuringUnit) -> str:
     """Return a C99 header that reads presses of a unit, in single precision and without heap memory.
 
     The header contains the constants of the unit. Raises InputError for a design with fruit.relaxation.
@@ -111,7 +111,7 @@ def header_text(sensor: MeasuringUnit) -> str:
     )
 
 
-def module_text(sensor: MeasuringUnit) -> str:
+def render_module(sensor: MeasuringUnit) -> str:
     """Return a MicroPython module that reads presses of a unit.
 
     It consists of the source of press_core.py and the constants of the unit, and imports only math. Raises InputError
@@ -125,7 +125,7 @@ def module_text(sensor: MeasuringUnit) -> str:
     return _board_program(sensor, core=core.strip(), constants=constants)
 
 
-def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
+def render_board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     """Return the files for a design's board: a MicroPython program and an Arduino sketch, as texts keyed by their path.
 
     The programs print the counts of all channels or, if `calibrated`, the modulus of each press. Raises InputError for
@@ -136,7 +136,7 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     if not calibrated:
         files = {"main.py": _board_program(sensor, core="", constants={})}
     elif sensor.unit.newtons_per_count:
-        files = {"main.py": module_text(sensor), f"{_SKETCH}/unit.h": header_text(sensor)}
+        files = {"main.py": render_module(sensor), f"{_SKETCH}/unit.h": render_header(sensor)}
     else:
         hint = "calibrate with counts, or omit --unit to print counts"
         raise validation_error("--unit", sensor.unit.method, "", "a unit whose counts are calibrated", hint)

@@ -21,7 +21,7 @@ from instrument.press.pair_press import ratio_modulus_and_noise
 from instrument.press.seating import Seated, seated_reading
 from instrument.press.touches import PressSamples
 from sensor.quantity import COVERAGE
-from sensor.theory.contrast_law import ReadingError, plane_through, tip_travels
+from sensor.theory.contrast_law import ReadingError, fit_plane, tip_travels
 from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseLaw, RiseReading, RiseSlopes, moduli_without
 
 SIMULTANEOUS = Timing()
@@ -260,7 +260,7 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
     channel_depths = tip_travels(law_at_offset, seated.deepest_channels.tolist(), uncorrected.E)
     # The law of flesh that relaxes has two channels per tip, and its second half holds the depths of the tips.
     depths = channel_depths[-len(tips.places_mm) :]
-    _, slope_x, slope_y = plane_through(tips.places_mm, depths)
+    _, slope_x, slope_y = fit_plane(tips.places_mm, depths)
     # A dome of radius r rolls on a fruit of radius R. A tilt that lowers a fixed point of the sensor by 1 mm therefore
     # lowers the contact of the dome by only R / (r + R) mm.
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor

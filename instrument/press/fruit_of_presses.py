@@ -29,7 +29,7 @@ from instrument.press.fruit_reading import (
 from instrument.press.half_width import HalfWidth
 from instrument.press.measuring import MeasuringUnit
 from sensor.quantity import COVERAGE, Estimate, report_field
-from sensor.theory.student import student
+from sensor.theory.student import student_quantile
 from sensor.words import value_with_bar
 
 FALSE_ALARMS = 0.01
@@ -304,7 +304,7 @@ def _half_width_by_scatter(scatter: float, prior: float, presses: int, *, disagr
     freedom = presses - 1  # degrees of freedom of the scatter
     pooled_freedom = freedom + PRIOR_FREEDOM
     deviation = math.sqrt((PRIOR_FREEDOM * prior**2 + freedom * scatter**2) / pooled_freedom)
-    half_width = student(pooled_freedom) * deviation
+    half_width = student_quantile(pooled_freedom) * deviation
     if disagree:
-        half_width = max(half_width, student(freedom) * scatter)
+        half_width = max(half_width, student_quantile(freedom) * scatter)
     return half_width / math.sqrt(presses)

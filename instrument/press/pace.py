@@ -12,7 +12,7 @@ import numpy as np
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.touches import PressSamples
 from sensor.arrays import Floats
-from sensor.theory.contrast_rise import RiseError, RiseLaw, read_rise, rise_of
+from sensor.theory.contrast_rise import RiseError, RiseLaw, read_rise, select_rise
 from sensor.theory.flesh_memory import Memory
 from sensor.theory.relaxation import ASSUMED_RELAXATION, STATED_SPREAD, Relaxation
 from solve.contact.relaxing import forces_over_time
@@ -75,11 +75,11 @@ def _largest_shift(
     times = np.insert(durations[:, None] * progress, 0, -touch_interval, axis=1)
     paths = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
     constant_speed_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, paths)
-    measured_modulus = _modulus(sensor, law, forces)
+    measure_modulus = _modulus(sensor, law, forces)
     shifts = []
     for forces_at_speed in constant_speed_forces:
         modulus = _modulus(sensor, law, forces_at_speed[1:])  # without the touch, which is not a sample
-        shifts.append(abs(modulus / measured_modulus - 1.0))
+        shifts.append(abs(modulus / measure_modulus - 1.0))
     return max(shifts)
 
 
@@ -103,7 +103,7 @@ def _modulus(sensor: MeasuringUnit, law: RiseLaw, channels: Floats) -> float:
     tips = len(sensor.least_forces)
     # The channels after the tip forces are forces of elastic flesh, which only have to be positive.
     least_forces = np.concatenate([sensor.least_forces, np.zeros(channels.shape[1] - tips)])
-    return read_rise(law, rise_of(channels, tips, least_forces), sensor.noises).E
+    return read_rise(law, select_rise(channels, tips, least_forces), sensor.noises).E
 
 
 def _displacements(law: RiseLaw, E: float, forces: Floats, elastic_forces: Floats) -> Floats:

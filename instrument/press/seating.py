@@ -16,7 +16,7 @@ import numpy as np
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.touches import PressSamples
 from sensor.arrays import Floats
-from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, read_rise, rise_of
+from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, read_rise, select_rise
 
 LOAD_RATIO = 1.25  # ratio of successive loads
 MAX_LOADS = 16  # maximum number of loads
@@ -122,5 +122,5 @@ def _reading_from(
     # The channels after the tip forces are forces of elastic flesh, which only have to be positive.
     flesh_limits = np.zeros(press.channels.shape[1] - press.tips)
     channel_limits = np.concatenate([least_forces, flesh_limits])
-    rise = rise_of(press.channels, press.tips, channel_limits, t=press.t, lag=lag)
+    rise = select_rise(press.channels, press.tips, channel_limits, t=press.t, lag=lag)
     return rise, read_rise(law, rise, sensor.noises, whole=whole)

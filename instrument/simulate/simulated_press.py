@@ -10,7 +10,7 @@ from instrument.simulate.drawn_fruit import PressedFruit
 from instrument.simulate.unit import SimulatedUnit
 from sensor.arrays import Floats
 from sensor.quantity import InputError
-from solve.presses.press_over_time import PressMotionOverTime, creep_of, press_with_creep
+from solve.presses.press_over_time import PressMotionOverTime, fit_kelvin_elements, press_with_creep
 from solve.presses.pressing import Pressing
 
 CELLS_PER_SIDE = 20  # grid cells per side of a contact; with 32 cells, the forces change by less than 0.1 %
@@ -112,7 +112,7 @@ def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand_press: HandPress)
         with np.errstate(invalid="raise", divide="raise"):  # otherwise a failed solution would contain NaN
             pressing = Pressing(unit.domes, fruit.in_sensor_frame(unit.heights), CELLS_PER_SIDE)
             motion = PressMotionOverTime(travels=travels, times=times, drift=fruit.drift)
-            creep = creep_of(unit.creep, unit.weighed_s)
+            creep = fit_kelvin_elements(unit.creep, unit.weighed_s)
             _, deflections = press_with_creep(pressing, motion, hand_press.relaxation, creep)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         msg = "The simulation of this press has no solution. Choose a smaller tilt, larger radii or a smoother skin."

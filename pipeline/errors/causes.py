@@ -27,13 +27,13 @@ from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import roll
 from sensor.theory.leaf_spring import Flexure
 from sensor.theory.rounded_edge import edge_loss
-from sensor.theory.sloped_skin import frictionless_press
+from sensor.theory.sloped_skin import frictionless_stiffness_change
 from sensor.theory.soft_tissue import (
     LARGEST_CHANGE,
     constitutive_spread,
     large_strain_factor,
     largest_solved_depth,
-    no_slip,
+    no_slip_stiffness_change,
 )
 from sensor.theory.two_spring_law import series_stiffness
 
@@ -227,14 +227,14 @@ def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
     `depths` (2, ...) [mm] are the indentations of the fruit under the tips.
     """
     poisson = design.fruit.poisson
-    grip_change = no_slip(poisson)  # relative change of the fruit stiffness if the tip does not slide
+    grip_change = no_slip_stiffness_change(poisson)  # relative change of the fruit stiffness if the tip does not slide
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
     yield Cause(name="no slip", reason=reason, fruit=np.array([grip_change, grip_change]))
 
     yield from _large_strain_effects(design, depths)
 
     slopes = scene_of(design).slopes_deg  # slope of the skin under each tip
-    sliding = np.array([frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes])
+    sliding = np.array([frictionless_stiffness_change(poisson, math.tan(math.radians(angle))) for angle in slopes])
     reason = f"a tip that slides on a skin falling by {max(map(abs, slopes)):.2g} deg presses along its normal"
     yield Cause(name="slope", reason=reason, fruit=sliding)
 

@@ -51,10 +51,10 @@ _UNCERTAINTY_FACTOR = 1.12  # factor on the stiffness of the high spring, which 
 
 def most_similar_preset(fruit: FruitRange) -> str:
     """Return the name of the preset whose fruit is most similar to a given fruit."""
-    return min(PRESETS, key=lambda name: _dissimilarity(fruit, fruit_of(load_design(name))))
+    return min(PRESETS, key=lambda name: _dissimilarity(fruit, fruit_range_of_design(load_design(name))))
 
 
-def fruit_of(design: Design) -> FruitRange:
+def fruit_range_of_design(design: Design) -> FruitRange:
     """Return the range of fruits that a design reads.
 
     If the design gives no range of a dimension, both ends are the dimension of its single fruit.
@@ -102,7 +102,7 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     """
     tips = preset.tips
     preset_fruit = preset.fruit
-    preset_range = fruit_of(preset)
+    preset_range = fruit_range_of_design(preset)
     moduli = fruit.moduli_MPa
     # The sensor is scaled with the fruit, but not to less than the minimum spacing of the tips. A curvature is the
     # reciprocal of a radius, so the ratio of the radii is the reciprocal of the ratio of the curvatures.
@@ -143,7 +143,7 @@ def _assumed_fruit(fruit: FruitRange, preset: Design, length_ratio: float) -> tu
     unknown, the thickness of the preset is multiplied by `length_ratio` [1].
     """
     preset_fruit = preset.fruit
-    preset_range = fruit_of(preset)
+    preset_range = fruit_range_of_design(preset)
     along, across = fruit.radii_mm  # ranges of the two principal radii
     preset_along, preset_across = preset_range.radii_mm
     radius = _same_position_in_range(along, preset_fruit.radii_mm[0], preset_along)
@@ -329,8 +329,8 @@ def _has_failed(candidate: Candidate) -> bool:
 def _failed_verdicts(result: Sensor | SensorResult | None) -> set[str]:
     """Return the names of verdicts that did not pass or, if all passed, of verdicts that lack the required margin."""
     candidate = _make_candidate({}, result)
-    not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
-    return not_passed or {verdict.name for verdict in candidate.failed}
+    failed_or_undecided = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
+    return failed_or_undecided or {verdict.name for verdict in candidate.failed}
 
 
 def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> float:

@@ -25,9 +25,9 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
     from cad.fabrication.file_shapes import HOUSING_FILES, files_as_designed
     from cad.files.sensor_files import write_sensor
     from cad.files.slicer_settings import slicer_settings
-    from cad.parts.assembly import sensor_of
+    from cad.parts.assembly import draw_sensor
 
-    sensor = sensor_of(design, housing)
+    sensor = draw_sensor(design, housing)
     files = write_sensor(sensor, folder, slicer_settings(design.process, housing))
     verdicts = sensor_verdicts(sensor, deflections, files.forms)
     return files.paths, (*verdicts, files_as_designed(sensor, folder, HOUSING_FILES))
@@ -44,10 +44,10 @@ def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringR
     from cad.drawing.sheet import Title
     from cad.fabrication.fabrication_files import write_fabrication
     from cad.fabrication.mount_checks import mount_verdicts
-    from cad.parts.assembly import sensor_of
+    from cad.parts.assembly import draw_sensor
 
     process = design.process
-    sensor = sensor_of(design, housing)
+    sensor = draw_sensor(design, housing)
     title = Title(name=design.name, process=process)
     files = write_fabrication(sensor, title, read_out, folder)
     verdicts_on_cover = cover_verdicts(sensor, files.cover, process)

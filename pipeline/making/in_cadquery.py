@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cad.fabrication.mount import bracket_part
-from cad.parts.assembly import assembly_of, sensor_of, tagged_workplane
+from cad.parts.assembly import assemble_sensor, draw_sensor, tagged_workplane
 from cad.parts.cover_solid import cover_part
 from pipeline.result import SensorResult
 from sensor.quantity import validation_error
@@ -139,7 +139,7 @@ def assembly(result: SensorResult) -> cq.Assembly:
     >>> [part.name for part in assembly.children][:3]
     ['housing', 'front_cover', 'back_cover']
     """
-    return assembly_of(_solids_of(result))
+    return assemble_sensor(_solids_of(result))
 
 
 def _solids_of(result: SensorResult) -> SensorSolids:
@@ -148,4 +148,4 @@ def _solids_of(result: SensorResult) -> SensorSolids:
     if housing_of_result is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
         raise validation_error("housing", result.design.name, "", "of a design whose springs can be made", hint)
-    return sensor_of(result.design, housing_of_result)
+    return draw_sensor(result.design, housing_of_result)

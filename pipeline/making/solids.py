@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import Executor, Future
 from functools import partial
 
-from cad.kernel import solid_size
+from cad.kernel import draw_part_size
 from cad.parts.hall_seats import required_seats
 from cad.parts.housing import Housing, PartSize
 from pipeline.making.cad_tasks import write_solids
@@ -36,7 +36,7 @@ class SolidMaker:
         `deflections` [mm] are the deflections of its springs at full travel, low then high. If there is a worker
         process, it also starts making the files of this housing, which may not be the final one.
         """
-        size = submit(self._executor, solid_size, housing)
+        size = submit(self._executor, draw_part_size, housing)
         if self._executor is not None:
             self.begin_files(housing, deflections)
         return size

@@ -24,7 +24,7 @@ from sensor.theory.contrast_rise import (
     form_slopes,
     read_rise,
     rise_modulus,
-    rise_of,
+    select_rise,
     unevenness_sensitivity,
 )
 from solve.contact.linear_response import linear_response, travels
@@ -50,7 +50,7 @@ class RiseModel:
         """Return the reading of a press with forces (samples, tips) [N], corrected by the level readings.
 
         The samples are at equal steps of the travel. They are timed as in a press by hand that lasts `PRESS_S`.
-        `noises` (tips,) [N] and `least_forces` [N] are passed to `read_rise` and `rise_of`. Raises RiseError if no
+        `noises` (tips,) [N] and `least_forces` [N] are passed to `read_rise` and `select_rise`. Raises RiseError if no
         modulus can be determined from the press.
         """
         uncorrected = read_rise(self.law, self._rise(press, least_forces), noises)
@@ -80,7 +80,7 @@ class RiseModel:
 
     def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
         """Return the samples of a press from which its modulus is read, timed as in a press by hand."""
-        return rise_of(press, press.shape[1], least_forces, t=times_by_hand(len(press)))
+        return select_rise(press, press.shape[1], least_forces, t=times_by_hand(len(press)))
 
 
 @functools.lru_cache(maxsize=16)

@@ -18,7 +18,7 @@ from sensor.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
 from sensor.design.signal_path import SignalPath, signal_path
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, pair_law
-from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RiseLaw, read_rise, rise_of
+from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RiseLaw, read_rise, select_rise
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
 from solve.contact.pose_forces import Pose, PoseForces, pose_forces
@@ -160,7 +160,7 @@ class PressedSensor(Record):
         press = self._press_by_hand(times)
         least_forces = LEAST_OVER_NOISE * np.array(signal.errors_N)  # a smaller force may be only noise [N]
         try:
-            rise = rise_of(press, len(least_forces), least_forces, t=times)
+            rise = select_rise(press, len(least_forces), least_forces, t=times)
             reading = read_rise(self.law, rise, np.zeros(len(least_forces)))  # simulated forces have no noise
         except ReadingError:
             return None

@@ -16,7 +16,7 @@ from sensor.design.parameters import Design
 from sensor.quantity import Estimate, validation_error
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
-from sensor.theory.contrast_rise import RiseLaw, read_rise, rise_of
+from sensor.theory.contrast_rise import RiseLaw, read_rise, select_rise
 from sensor.theory.relaxation import ASSUMED_RELAXATION, STATED_SPREAD, Relaxation
 from solve.contact.linear_response import high_over_low
 from solve.contact.pose_forces import Pose
@@ -162,7 +162,7 @@ def _first_touch_depth(sensor: PressedSensor, law: ContrastLaw) -> float:
 def _read_by_rise(law: RiseLaw, F: Floats) -> float:
     """Return the modulus [MPa] read from a whole press without noise, given F (samples, tips) [N]; raises RiseError."""
     no_noise = np.zeros(F.shape[1])
-    return read_rise(law, rise_of(F, F.shape[1], no_noise), no_noise).E
+    return read_rise(law, select_rise(F, F.shape[1], no_noise), no_noise).E
 
 
 def _contrast_law(sensor: PressedSensor) -> ContrastLaw:

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from pipeline.report.verdict_table import OUTCOME, reason_lines, verdict_table
 from pipeline.storage.digests import Json
-from pipeline.verdicts.in_words import is_on_the_part, not_passed
+from pipeline.verdicts.in_words import failed_or_undecided, is_on_the_part
 from sensor.verdict import Verdict, all_passed
 from sensor.words import OUTCOMES, value_text, value_with_bar
 
@@ -34,7 +34,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     reasons and notes, and the files in `folder`. `every_section` yields the whole answer.
     """
     verdicts = _verdicts(report)
-    problems = not_passed(verdicts)
+    problems = failed_or_undecided(verdicts)
     notes = report["notes"]
     yield _headline(report, verdicts)
     yield _target_table(verdicts)

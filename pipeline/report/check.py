@@ -74,12 +74,12 @@ def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing]
     """
     from cad.checks.part_checks import check_file
     from cad.fabrication.file_shapes import part_as_designed
-    from cad.parts.assembly import sensor_of
+    from cad.parts.assembly import draw_sensor
 
     verdicts = check_file(path, process)
     if designed is None or any(verdict.name == READABLE for verdict in verdicts):
         return verdicts
-    return (part_as_designed(sensor_of(*designed), path), *verdicts)
+    return (part_as_designed(draw_sensor(*designed), path), *verdicts)
 
 
 def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
@@ -120,10 +120,10 @@ def _measured_verdicts(folder: Path, report: Report, housing: Housing) -> tuple[
     from cad.fabrication.file_shapes import file_shapes, files_as_designed
     from cad.fabrication.mount_checks import mount_verdicts
     from cad.files.step import read_step
-    from cad.parts.assembly import sensor_of
+    from cad.parts.assembly import draw_sensor
 
     process = report.design.process
-    sensor = sensor_of(report.design, housing)
+    sensor = draw_sensor(report.design, housing)
     names = [name for name in file_shapes(sensor) if is_regular(folder / name)]
     verdicts = check_sensor(sensor, report.deflections_mm, folder)
     verdicts += _verdicts_or_unreadable(lambda: (files_as_designed(sensor, folder, names),))

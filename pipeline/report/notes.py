@@ -17,7 +17,7 @@ from sensor.design.fruit import USUAL_MODULI
 from sensor.design.fruits import FRUITS
 from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
-from sensor.theory.free_fruit import table_share
+from sensor.theory.free_fruit import table_indentation_fraction
 from sensor.theory.hertz import equivalent_radius
 from sensor.theory.relaxation import ASSUMED_RELAXATION
 from sensor.words import rounded
@@ -293,7 +293,7 @@ def _support_note(result: SensorResult) -> Iterator[Note]:
         force = float(at_largest_E.F[-1, -1].sum())
         travel = result.design.press.travel_mm
         radius = equivalent_radius(*fruit.radii_mm)
-        percent = 100.0 * table_share(force, travel, float(at_largest_E.E[-1]), fruit.poisson, radius)
+        percent = 100.0 * table_indentation_fraction(force, travel, float(at_largest_E.E[-1]), fruit.poisson, radius)
         yield Note(
             percent,
             f"Support the fruit at its base: a flat table gives {percent:.2g} % of the travel.",

@@ -11,8 +11,8 @@ from rich.table import Column, Table
 from pipeline.verdicts.in_words import (
     ERRORS_IN_WORDS,
     UNREAD,
-    as_read,
-    fails_unread,
+    fails_only_by_unread_poses,
+    in_display_units,
     limit_text,
     measured,
     tolerance_text,
@@ -74,9 +74,11 @@ def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]
-        if fails_unread(verdict):  # its value is within the limit, so the value does not explain the failure
+        if fails_only_by_unread_poses(
+            verdict
+        ):  # its value is within the limit, so the value does not explain the failure
             outcome = f"{outcome}: {UNREAD}"
-        displayed = as_read(verdict)  # in display units
+        displayed = in_display_units(verdict)
         table.add_row(
             displayed.name,
             measured(displayed),

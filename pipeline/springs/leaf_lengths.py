@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.kernel import solid_size
+from cad.kernel import draw_part_size
 from cad.parts.housing import Housing, PartSize
 from cad.parts.pin import pin_compliance
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretch_leaves
@@ -158,7 +158,7 @@ class HousingSolver:
     def check(self, scale: float) -> None:
         """Raise MeshError if the last mesh of the given scale differs from the solid of its housing."""
         housing, mesh = self._last[scale]
-        size = solid_size(housing) if self._begin_solid is None else self._begin_solid(housing).result()
+        size = draw_part_size(housing) if self._begin_solid is None else self._begin_solid(housing).result()
         check_flexure_mesh(mesh, size)
 
 

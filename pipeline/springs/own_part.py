@@ -367,10 +367,10 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
     memory, the result on the swept mesh is returned despite its large error bar. Raises InputError if neither method
     can solve the part, and MeshError if tetrahedra cannot be meshed.
     """
-    from cad.checks.own_part import extrusion_of
+    from cad.checks.own_part import find_extrusion
 
     start = time.perf_counter()
-    extrusion = extrusion_of(part)
+    extrusion = find_extrusion(part)
     swept_solution = None
     reason = "most of the part is not an extrusion of one section"
     if extrusion is not None:

@@ -15,7 +15,7 @@ UNREAD = "some poses have no reading"
 """Why a verdict on readings may fail although its value is within the limit: the value leaves out these poses."""
 
 
-def headline(name: str, verdicts: Sequence[Verdict]) -> str:
+def overall_sentence(name: str, verdicts: Sequence[Verdict]) -> str:
     """Return the overall result of a design as a sentence that begins with Yes, No or Not decided."""
     counts = Counter(verdict.passed for verdict in verdicts)
     if counts[False]:
@@ -30,13 +30,13 @@ def is_on_the_part(verdict: Verdict) -> bool:
     return verdict.row.group != "target"
 
 
-def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
+def failed_or_undecided(verdicts: Iterable[Verdict]) -> list[Verdict]:
     """Return the verdicts that did not pass, with failed verdicts before undecided ones."""
     problems = [verdict for verdict in verdicts if not verdict.passed]
     return sorted(problems, key=lambda verdict: verdict.passed is None)  # False sorts before True
 
 
-def as_read(verdict: Verdict) -> Verdict:
+def in_display_units(verdict: Verdict) -> Verdict:
     """Convert a verdict to display units: fractions to per cent, and standard uncertainties to 95 % coverage.
 
     The value, its error, the limit and an absolute tolerance are multiplied by the same factor. A verdict that is not a
@@ -82,7 +82,7 @@ def value_and_limit(verdict: Verdict) -> str:
     """
     if verdict.value is None or isinstance(verdict.limit, str):
         return ""
-    in_units = as_read(verdict)
+    in_units = in_display_units(verdict)
     return f"{measured(in_units)}, must be {limit_text(in_units, in_units.unit)}; "
 
 
@@ -93,7 +93,7 @@ def tolerance_text(verdict: Verdict) -> str:
     return "" if verdict.tolerance == 0.0 else value_text(verdict.tolerance, verdict.unit)
 
 
-def fails_unread(verdict: Verdict) -> bool:
+def fails_only_by_unread_poses(verdict: Verdict) -> bool:
     """Return whether a verdict on readings fails only because some poses have no reading.
 
     Its value is then within the limit, even at the upper end of the error bar.

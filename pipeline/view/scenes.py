@@ -11,7 +11,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
-from cad.parts.assembly import assembly_of, colour_of, exploded_shift, placed_shape, sensor_of
+from cad.parts.assembly import assemble_sensor, draw_sensor, exploded_shift, part_colour, placed_shape
 from pipeline.making.field_files import FLEXURE, FRUIT
 from pipeline.report.report import Report
 from pipeline.view.field_picture import DISPLACEMENT, EDGE, Field, FieldPicture, Vector, frame_picture, sharp_edges
@@ -175,7 +175,7 @@ def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
 
 def assembly_parts(report: Report) -> list[cq.Assembly]:
     """Return the parts of the assembly of a sensor above its fruit [mm], or an empty list if there is no housing."""
-    return [] if report.housing is None else assembly_of(sensor_of(report.design, report.housing)).children
+    return [] if report.housing is None else assemble_sensor(draw_sensor(report.design, report.housing)).children
 
 
 def draw_assembly(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
@@ -282,6 +282,6 @@ def _draw_part(plotter: Plotter, part: cq.Assembly, shift_mm: tuple[float, float
     points = np.array([vertex.toTuple() for vertex in vertices])
     surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
     surface = surface.translate(shift_mm)
-    plotter.add_mesh(surface, color=colour_of(part), smooth_shading=True, split_sharp_edges=True, ambient=0.2)
+    plotter.add_mesh(surface, color=part_colour(part), smooth_shading=True, split_sharp_edges=True, ambient=0.2)
     plotter.add_mesh(sharp_edges(surface), color=EDGE, line_width=1)
     return surface

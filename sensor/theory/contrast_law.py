@@ -228,7 +228,7 @@ def tip_travels(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[fl
     return tuple(travels.tolist())
 
 
-def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
+def fit_plane(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
     """Fit a plane to the `heights` [mm] of points by least squares.
 
     Return the mean height [mm], the slope along x [1] and the slope along y [1]. The slope along y is None if all

@@ -312,7 +312,7 @@ class _Moments(NamedTuple):
     F_two_thirds: Floats
 
 
-def rise_of(
+def select_rise(
     forces: Floats, tips: int, least_forces: Floats | float = 0.0, *, t: Floats | None = None, lag: int = 1
 ) -> Rise:
     """Return the samples of a press from which its modulus is read: the samples of the rise to the deepest one.

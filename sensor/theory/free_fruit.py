@@ -13,7 +13,7 @@ from sensor.theory.hertz import approach
 _STEADY_DEG = 5.0  # largest angle of the linear model; beyond it, the tips touch other parts of the fruit
 
 
-def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
+def table_indentation_fraction(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
     """Return the fraction [1] of the `travel` [mm] that is taken up by the indentation of the fruit at the table.
 
     `force` [N] is the total force of the tips at this travel on a clamped fruit. `E` [MPa] and `poisson` [1] are the

@@ -52,7 +52,7 @@ def log_coefficient(poisson: float, slope: float) -> float:
 
 
 @functools.lru_cache(maxsize=32)
-def frictionless_press(poisson: float, slope: float) -> float:
+def frictionless_stiffness_change(poisson: float, slope: float) -> float:
     """Return the relative change of the fruit stiffness [1] if a guided tip slides on a slope instead of gripping it.
 
     A frictionless tip presses along the normal. When it moves down by d, it indents the fruit by d cos(slope) along the

@@ -23,7 +23,7 @@ LARGEST_CHANGE = 0.9  # largest relative change of a stiffness; the formulas do 
 _DATA = Path(__file__).parent / "large_strain.toml"
 
 
-def no_slip(poisson: float) -> float:
+def no_slip_stiffness_change(poisson: float) -> float:
     """Return the relative increase [1] in the stiffness of a circular tip on a half-space if it does not slip.
 
     It is (1 - nu) ln(3 - 4 nu) / (1 - 2 nu) - 1: D. A. Spence, Proc. R. Soc. A 305, 1968, doi 10.1098/rspa.1968.0105.

@@ -21,7 +21,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate
-from sensor.theory.student import student
+from sensor.theory.student import student_quantile
 
 FEWEST = 3
 """Minimum number of points of a line; with fewer, their scatter cannot be estimated."""
@@ -134,7 +134,7 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
     bend = points.bend(level_count=len(distinct_x))
     degrees_of_freedom = len(x) - 2
     # With few points, Student's t replaces the coverage factor of the normal distribution.
-    coverage_ratio = student(degrees_of_freedom) / COVERAGE
+    coverage_ratio = student_quantile(degrees_of_freedom) / COVERAGE
     scatter_about_line = coverage_ratio * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
     scatter = bend.scatter if bend.unexplained_change else scatter_about_line
     rounding = ROUNDED * float(resolutions.min())
@@ -214,7 +214,7 @@ class _PointsOfLine(NamedTuple):
         rounding = ROUNDED * self.resolution
         # standard deviation of the coefficient of p^2
         deviation = float(np.sqrt(variance + rounding**2) / abs(self.R[2, 2]))
-        coverage_ratio = student(degrees_of_freedom) / COVERAGE
+        coverage_ratio = student_quantile(degrees_of_freedom) / COVERAGE
         return Bend(
             # Over the span, p grows by 1, so the slope 2 c p changes by 2 c, with c the coefficient of p^2.
             change=2.0 * float(self.components[2] / self.R[2, 2]) / rise,
@@ -246,7 +246,7 @@ class _PointsOfLine(NamedTuple):
         index = int(np.argmax(np.where(is_removable, decreases, -1.0)))
         variance = max(0.0, float(self.residuals @ self.residuals - decreases[index])) / degrees_of_freedom
         # Any row may be the suspect, so the probability is divided by their number (Bonferroni).
-        quantile = student(degrees_of_freedom, 1.0 - 0.5 * _FALSE_ALARM / len(self.x))
+        quantile = student_quantile(degrees_of_freedom, 1.0 - 0.5 * _FALSE_ALARM / len(self.x))
         multiple = quantile / float(one_less_leverage[index]) ** 0.5
         return Outlier(
             index=index,

@@ -4,7 +4,7 @@ UPPER_END = 0.975
 """Cumulative probability at the upper end of the central 95 % interval."""
 
 
-def student(freedom: int, probability: float = UPPER_END) -> float:
+def student_quantile(freedom: int, probability: float = UPPER_END) -> float:
     """Return the quantile of Student's t distribution with `freedom` degrees of freedom at a cumulative probability.
 
     By default, it is the upper end of the central 95 % interval.

@@ -59,7 +59,7 @@ class _Memory:
         self.last_forces = forces
 
 
-def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
+def fit_kelvin_elements(exponent: float, at_s: float) -> tuple[float, Arms]:
     """Return the Kelvin elements, a_0 and arms (a_i, tau_i), of the creep compliance (t / at_s) ** exponent [1].
 
     They are fitted to this power law for times t from a millisecond to a week. `at_s` [s] is the time at which the

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from squares import square_sensor
 
-from cad.parts.assembly import sensor_of
+from cad.parts.assembly import draw_sensor
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
@@ -42,4 +42,4 @@ def square():
 def pinned():
     """Return a sensor of PETG with pins of 1 mm: pocket 1 + 2 x 0.05, foot 2 (1.1 + 0.8) for walls and gable."""
     design = Design(tips=Tips(socket="pin"))
-    return sensor_of(design, housing_for(design, PROCESSES["fdm-petg"], (20.0, 12.0), (0.5, 0.11)))
+    return draw_sensor(design, housing_for(design, PROCESSES["fdm-petg"], (20.0, 12.0), (0.5, 0.11)))

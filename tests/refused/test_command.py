@@ -14,7 +14,7 @@ from stand_ins import write_paper
 from virtual_compression import VirtualTest
 
 import pipeline
-from instrument.compress.force_law import POISSON, hertz_law
+from instrument.compress.force_law import POISSON, hertz_force_law
 from twintip.cli import main
 
 GROUPS = tomllib.loads(Path(__file__).with_name("command.toml").read_text(encoding="utf-8"))["group"]
@@ -60,13 +60,13 @@ def nothing_solves(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sensor = importlib.import_module("pipeline.sensor")
     monkeypatch.setattr(sensor, "fruit_compliance", lambda *_: pytest.fail("solved"))
-    monkeypatch.setattr("instrument.compress.modulus.solved_law", law_of_hertz)
+    monkeypatch.setattr("instrument.compress.modulus.solve_force_law", law_of_hertz)
     monkeypatch.setattr("pipeline.study.tasks.solve_points", lambda *_: pytest.fail("solved"))
 
 
 def law_of_hertz(test, *_):
     """Return Hertz's law in the place of a solved one, which needs a minute."""
-    law = hertz_law(test)
+    law = hertz_force_law(test)
     return replace(law, variants={POISSON: [law]})
 
 

@@ -147,7 +147,7 @@ FULL, SHORT, LOST = OSError("disk full"), MemoryError(), BrokenExecutor()
 STAGES, TETRAHEDRA, LAW = (
     "pipeline.main_job.evaluate_sensor",
     "pipeline.springs.own_part.tetrahedral_mesh",
-    "instrument.compress.modulus.solved_law",
+    "instrument.compress.modulus.solve_force_law",
 )
 REFUSED = [
     ("load_design", lambda: twintip.load_design("papre")),

@@ -14,4 +14,4 @@ def run(arguments: Namespace) -> Answer | Iterator[Answer]:
         return whole_run.run(arguments)
     from twintip.commands.processes import process_list  # imports rich, which is not needed to reject wrong input
 
-    return process_list(load_design(whole_run.named_design(arguments), whole_run.settings_of(arguments)).printer)
+    return process_list(load_design(whole_run.named_design(arguments), whole_run.collect_settings(arguments)).printer)

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from instrument.compress.force_law import TestGeometry
-from instrument.compress.modulus import CompressionResult, measured_modulus
+from instrument.compress.modulus import CompressionResult, measure_modulus
 from instrument.compress.modulus_page import modulus_page
 from instrument.compress.pressed_shapes import KINDS, CompressedBody, Plunger
 from instrument.compress.sizes import SIZES, read_sizes_table
 from instrument.compress.specimens import QUANTITIES, Specimen, read_specimens
-from instrument.compress.summary import design_range, fruit_summaries, result_parts
+from instrument.compress.summary import find_design_range, fruit_summaries, result_parts
 from pipeline.storage.files import write_files
 from pipeline.storage.record_data import as_data
 from pipeline.storage.stopwatch import Count
@@ -53,7 +53,7 @@ def run(arguments: Namespace) -> Answer:
         page = modulus_page(results)
         write_files({arguments.plot: page.encode()}, "--plot", force=arguments.force)
     fruit = fruit_summaries(results, by_folder=arguments.per == "folder")
-    parts = result_parts(results, fruit, design_range(results))
+    parts = result_parts(results, fruit, find_design_range(results))
     return Answer(code=PASSED, data=as_data(results), parts=parts)
 
 
@@ -99,7 +99,7 @@ def _solve_moduli(tests: Sequence[_CompressionTest], *, compression_negative: bo
             for test in tests:
                 # The progress is the index of the geometry, because later tests with the same geometry take no time.
                 count = _body_counter(work, geometries.index(test.geometry), len(geometries))
-                result = measured_modulus(
+                result = measure_modulus(
                     test.specimen, test.geometry, compression_negative=compression_negative, count=count
                 )
                 results.append(replace(result, notes=(*test.assumptions, *result.notes)))

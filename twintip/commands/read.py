@@ -172,18 +172,18 @@ def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, di
     if all(value is None for value in (arguments.c_header, arguments.micropython, arguments.logger)):
         return {}
     # This import loads jinja, which is not needed for readings.
-    from instrument.firmware.firmware import board_files, header_text, module_text
+    from instrument.firmware.firmware import render_board_files, render_header, render_module
 
     texts: dict[str, dict[Path, str]] = {}
     if arguments.c_header is not None:
-        texts["--c-header"] = {arguments.c_header: header_text(sensor)}
+        texts["--c-header"] = {arguments.c_header: render_header(sensor)}
     if arguments.micropython is not None:
-        texts["--micropython"] = {arguments.micropython: module_text(sensor)}
+        texts["--micropython"] = {arguments.micropython: render_module(sensor)}
     if arguments.logger is not None:
         out = arguments.folder.absolute()
         # If the flag names no folder, its value is True, and the folder lies beside the output folder of the design.
         folder = out.with_name(f"{out.name}-board") if arguments.logger is True else arguments.logger
-        programs = board_files(sensor, calibrated=arguments.unit is not None)
+        programs = render_board_files(sensor, calibrated=arguments.unit is not None)
         texts["--logger"] = {folder / name: text for name, text in programs.items()}
     _check_paths({flag: [*files] for flag, files in texts.items()}, force=arguments.force)
     return {flag: {path: text.encode() for path, text in files.items()} for flag, files in texts.items()}

@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     if arguments.watch is not None:
         yield from watch(arguments, arguments.watch)
         return
-    design = load_design(named_design(arguments), settings_of(arguments))
+    design = load_design(named_design(arguments), collect_settings(arguments))
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
     check_can_be_made(design, options)
@@ -144,7 +144,7 @@ def named_design(arguments: Namespace) -> str:
     return str(arguments.named)
 
 
-def settings_of(arguments: Namespace) -> dict[str, str]:
+def collect_settings(arguments: Namespace) -> dict[str, str]:
     """Return the values of design keys that `--set` and the flags for single keys give, by TABLE.KEY.
 
     Raises InputError if `--set` has no equals sign, or if a key is set twice.

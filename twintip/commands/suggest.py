@@ -21,7 +21,7 @@ from twintip.commands.console import (
     solver_errors_as_input_errors,
 )
 from twintip.commands.progress import showing_progress
-from twintip.commands.run import named_design, settings_of
+from twintip.commands.run import collect_settings, named_design
 
 if TYPE_CHECKING:
     from pipeline.find.fruit_range import FruitRange
@@ -35,7 +35,7 @@ def run(arguments: Namespace) -> Answer:
     the answer names the most similar fruit for which one passes.
     """
     fruit, preset_or_file = _starting_point(arguments)
-    settings = settings_of(arguments)
+    settings = collect_settings(arguments)
     design = load_design(preset_or_file, settings)
     _check_flags(arguments)
     suggestion, nearest_fruit = _search(arguments, design, fruit, preset_or_file, frozenset(settings))
@@ -99,14 +99,14 @@ def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     preset_or_file = named_design(arguments)
     if arguments.fruit is None:
         return None, preset_or_file
-    from pipeline.find.fruit_design import PRESETS, fruit_of, most_similar_preset
+    from pipeline.find.fruit_design import PRESETS, fruit_range_of_design, most_similar_preset
     from pipeline.find.fruit_range import fruit_range
 
     if preset_or_file != DEFAULT_DESIGN:
         hint = "give only one of them, because --fruit starts from the most similar preset"
         raise validation_error("DESIGN", preset_or_file, "", "left out if --fruit is given", hint)
     is_preset = arguments.fruit in PRESETS
-    fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
+    fruit = fruit_range_of_design(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
     return fruit, most_similar_preset(fruit)
 
 
@@ -165,8 +165,8 @@ def _search(
         found = fruit_suggestion(fruit, preset, keep | given, progress)
         if found.changes is not None:
             return found, None
-        not_passed = [verdict for verdict in found.verdicts if verdict.passed is not True]
-        return found, nearest_demand(fruit, not_passed, preset, keep | given, progress)
+        failed_or_undecided = [verdict for verdict in found.verdicts if verdict.passed is not True]
+        return found, nearest_demand(fruit, failed_or_undecided, preset, keep | given, progress)
 
 
 def _nearest_fruit_line(

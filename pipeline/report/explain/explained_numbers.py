@@ -5,7 +5,7 @@ from pathlib import Path
 from pipeline.report.explain.entries import Entry
 from pipeline.report.keys import value_at
 from pipeline.report.report import read_report
-from pipeline.verdicts.in_words import as_read, measured
+from pipeline.verdicts.in_words import in_display_units, measured
 from sensor.verdict import Verdict
 from sensor.words import OUTCOMES, value_text, value_with_bar
 
@@ -27,7 +27,7 @@ def explained_value(folder: Path, entry: Entry, name: str) -> str:
 
 def _verdict_text(verdict: Verdict) -> str:
     """Return the value, the limit, the outcome and the hint of a verdict as text."""
-    displayed = as_read(verdict)  # in display units
+    displayed = in_display_units(verdict)  # in display units
     limit = "" if displayed.limit is None else f", limit {value_text(displayed.limit, displayed.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
     return f"{verdict.name} {measured(displayed) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"

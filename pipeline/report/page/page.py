@@ -14,7 +14,7 @@ from pipeline.report.report import Report, report_data
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 from pipeline.storage.record_data import as_data
-from pipeline.verdicts.in_words import as_read, headline, is_on_the_part, not_passed
+from pipeline.verdicts.in_words import failed_or_undecided, in_display_units, is_on_the_part, overall_sentence
 from sensor.quantity import COVERAGE
 from sensor.verdict import Verdict, all_passed
 from solve.linear import SolveError
@@ -50,7 +50,7 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     names_by_stem = sorted(file_names, key=lambda name: Path(name).stem)
     drawings = [folder / name for name in names_by_stem if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in file_names else []
-    verdicts = [as_read(verdict) for verdict in report.verdicts]
+    verdicts = [in_display_units(verdict) for verdict in report.verdicts]
     return render_page(
         TEMPLATE,
         (*FIGURES, *BODIES, "tables.js", "page.js"),
@@ -76,7 +76,7 @@ def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object
 
     `verdicts` are the verdicts of the report in display units.
     """
-    problems = not_passed(verdicts)  # failed verdicts first, then undecided ones
+    problems = failed_or_undecided(verdicts)  # failed verdicts first, then undecided ones
     # The script of the page finds a verdict by its index in the report, so each verdict is paired with its index.
     on_the_part = [(i, verdict) for i, verdict in enumerate(verdicts) if is_on_the_part(verdict)]
     targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
@@ -86,7 +86,7 @@ def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object
     limiting_notes = [] if problems else report.notes[:_LIMITING_NOTES]
     return {
         "passed": all_passed(verdicts),
-        "headline": headline(report.design.name, verdicts),
+        "headline": overall_sentence(report.design.name, verdicts),
         "not_passed": problems,
         "numbers": [*problems, *passed_targets][:_FIRST_NUMBERS],
         "limiting_notes": limiting_notes,
@@ -94,7 +94,7 @@ def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object
         "closest": answer.closest_to_limit(verdict for _, verdict in targets),
         "targets": targets,
         "part": on_the_part,
-        "paper": {verdict.name: as_read(verdict) for verdict in paper_verdicts},
+        "paper": {verdict.name: in_display_units(verdict) for verdict in paper_verdicts},
     }
 
 

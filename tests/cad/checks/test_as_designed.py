@@ -17,7 +17,7 @@ from cad.files.sensor_files import print_shape, write_sensor
 from cad.files.step import write_step
 from cad.files.stl import CHORD_MM, triangles, write_stl
 from cad.files.threemf import write_3mf
-from cad.parts.assembly import assembly_of, finished_part, sensor_of
+from cad.parts.assembly import assemble_sensor, draw_sensor, finished_part
 from cad.parts.cover_solid import cover_part
 from sensor.design.parameters import Design
 
@@ -190,7 +190,7 @@ def test_a_part_in_another_place_or_unit_fails_and_says_so(named, change, words,
 def test_file_of_another_design_fails(named, tmp_path):
     """Its leaf is 0.4 mm longer, and so is all beyond it."""
     longer = replace(named.housing, low=replace(named.housing.low, length=25.4))
-    other = sensor_of(replace(Design(), name="planted"), longer)
+    other = draw_sensor(replace(Design(), name="planted"), longer)
     verdict = judged(named, print_shape(other), ".stl", tmp_path)
     assert (verdict.passed, verdict.value) == (False, pytest.approx(0.4, abs=NEAR_MM))
 
@@ -198,7 +198,7 @@ def test_file_of_another_design_fails(named, tmp_path):
 @pytest.mark.slow
 def test_pin_beside_its_pocket_fails(pinned, tmp_path):
     """The pin of an assembly stands 0.3 mm beside its place: its end is as far from that of the design's."""
-    assembly = assembly_of(pinned)
+    assembly = assemble_sensor(pinned)
     assembly.objects["low_pin"].loc *= cq.Location(cq.Vector(0.0, 0.0, -0.3))
     write_step(assembly, tmp_path / "assembly.step")
     verdict = files_as_designed(pinned, tmp_path, ["assembly.step"])

@@ -4,7 +4,7 @@ import cadquery as cq
 import numpy as np
 import pytest
 
-from cad.checks.own_part import extrusion_of, faces_at, own_part, read_own_solid, require_one_solid
+from cad.checks.own_part import faces_at, find_extrusion, own_part, read_own_solid, require_one_solid
 from sensor.quantity import InputError
 
 PLATE = cq.Workplane("XZ").rect(40.0, 20.0).extrude(6.0)
@@ -69,7 +69,7 @@ def test_a_point_on_no_face_is_refused_with_its_distance():
 @pytest.mark.parametrize("axis", ["XY", "XZ", "YZ"])
 def test_a_plate_is_swept_along_its_depth(axis):
     solid = cq.Workplane(axis).rect(40.0, 20.0).circle(5.0).extrude(6.0).val()
-    swept = extrusion_of(own_part(solid, {}))
+    swept = find_extrusion(own_part(solid, {}))
     assert swept is not None
     assert swept.high - swept.low == pytest.approx(6.0)
     assert swept.section.Area() == pytest.approx(800.0 - np.pi * 25.0)
@@ -77,7 +77,7 @@ def test_a_plate_is_swept_along_its_depth(axis):
 
 def test_a_ball_on_a_stick_is_not_swept():
     solid = cq.Workplane().sphere(10.0).union(cq.Workplane().circle(2.0).extrude(30.0)).val()
-    assert extrusion_of(own_part(solid, {})) is None
+    assert find_extrusion(own_part(solid, {})) is None
 
 
 BRIDGES = {
@@ -90,13 +90,13 @@ BRIDGES = {
 def test_a_bridge_beside_the_section_is_not_swept(bridge):
     """It crosses the window of a frame, in which the section through the middle has nothing."""
     frame = PLATE.cut(cq.Workplane("XZ").rect(30.0, 10.0).extrude(6.0))
-    assert extrusion_of(own_part(frame.val(), {})) is not None
-    assert extrusion_of(own_part(frame.union(bridge).val(), {})) is None
+    assert find_extrusion(own_part(frame.val(), {})) is not None
+    assert find_extrusion(own_part(frame.union(bridge).val(), {})) is None
 
 
 def test_lines_along_the_sweep_know_pockets():
     solid = PLATE.faces("<Y").workplane().hole(4.0, 2.0).val()
-    swept = extrusion_of(own_part(solid, {}))
+    swept = find_extrusion(own_part(solid, {}))
     low, high, inside = swept.material_spans(np.array([0.0, 10.0, 90.0]), np.array([0.0, 5.0, 0.0]))
     assert inside == pytest.approx([4.0, 6.0, 0.0])
     assert (high - low)[1] == pytest.approx(6.0)

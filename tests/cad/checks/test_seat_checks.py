@@ -11,7 +11,7 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.checks.seat_checks import pocket_verdicts, window_verdicts
 from cad.files.stl import write_stl
-from cad.parts.assembly import cover_locations, plate_locations, sensor_of
+from cad.parts.assembly import cover_locations, draw_sensor, plate_locations
 from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
@@ -39,8 +39,8 @@ def pair(sensor):
 
 def test_only_a_read_out_has_seats():
     design, housing = Design(), square_housing()
-    assert sensor_of(design, housing).seats is None
-    assert sensor_of(replace(design, readout=Readout()), housing).seats is not None
+    assert draw_sensor(design, housing).seats is None
+    assert draw_sensor(replace(design, readout=Readout()), housing).seats is not None
     plain = square_sensor()
     assert pocket_verdicts(plain) == ()
     assert window_verdicts(plain) == ()

@@ -20,7 +20,7 @@ from cad.drawing.canvas import Canvas
 from cad.drawing.housing_drawing import draw_housing_sheet
 from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import SIZES, Title
-from cad.parts.assembly import finished_part, sensor_of
+from cad.parts.assembly import draw_sensor, finished_part
 from cad.parts.housing import fillet_corners
 from cad.parts.layout import housing_for
 from sensor.design.design_file import design_from_mapping
@@ -36,7 +36,7 @@ def mango():
     """Return the sensor of a preset with its leaves as fitted, and its title."""
     design = design_from_mapping(tomllib.loads((ROOT / "designs/mango.toml").read_text(encoding="utf-8")))
     housing = housing_for(design, design.process, LENGTHS, (0.5, 0.2))
-    return sensor_of(design, housing), Title(name="mango", process=design.process)
+    return draw_sensor(design, housing), Title(name="mango", process=design.process)
 
 
 class Sheets(dict):

@@ -12,7 +12,7 @@ from cad.drawing.sheet import Title
 from cad.fabrication import bill as bill_module
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.fabrication_sheet import coarsest_resolution, fabrication_sheet
-from cad.parts.assembly import assembly_of
+from cad.parts.assembly import assemble_sensor
 from sensor.design.processes import PROCESSES
 from sensor.design.signal_path import SpringReadOut, SpringToRead
 
@@ -21,7 +21,7 @@ PETG = PROCESSES["fdm-petg"]
 
 
 def bill(sensor, process):
-    return bill_of_materials(sensor, assembly_of(sensor), process, MASSES)
+    return bill_of_materials(sensor, assemble_sensor(sensor), process, MASSES)
 
 
 def counts(rows):

@@ -9,7 +9,7 @@ from squares import RESIN, square_sensor
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.exploded import explode, write_exploded
 from cad.fabrication.mount import bracket_solid
-from cad.parts.assembly import assembly_of, placed_shape
+from cad.parts.assembly import assemble_sensor, placed_shape
 from sensor.design.processes import PROCESSES
 
 MASSES = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
@@ -25,7 +25,7 @@ SHOWN = {
 def case(request):
     """Return a sensor, its bill, and the parts of which a picture shows groups."""
     shown = square_sensor() if request.param == "square" else request.getfixturevalue(request.param)
-    assembly = assembly_of(shown)
+    assembly = assemble_sensor(shown)
     bill = bill_of_materials(shown, assembly, PROCESS[request.param], MASSES)
     return assembly.add(bracket_solid(shown), name="mount"), bill, SHOWN[request.param]
 

@@ -17,7 +17,7 @@ from cad.files.sensor_files import write_sensor
 from cad.files.slicer_settings import slicer_settings
 from cad.files.stl import read_stl
 from cad.files.threemf import read_3mf
-from cad.parts.assembly import assembly_of
+from cad.parts.assembly import assemble_sensor
 from cad.parts.coupon import modulus_factor
 from cad.parts.hall_seats import hall_seats
 from sensor.design.bench import Bench
@@ -42,7 +42,7 @@ def springs_of(sensor):
 
 def sheet_of(sensor, title=TITLE, signal=None, folder="OUT", bench=None):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
-    bill = bill_of_materials(sensor, assembly_of(sensor), title.process, masses)
+    bill = bill_of_materials(sensor, assemble_sensor(sensor), title.process, masses)
     read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, bench=bench, folder=folder)
     return fabrication_sheet(sensor, title, bill, read_out)
 
@@ -129,7 +129,7 @@ def test_sheet_is_true_to_its_mount_and_read_out(is_square, mount, has_seats, to
 
 def test_sheet_tells_how_far_pins_stand_out_of_their_feet(pinned):
     """As far as the lower ends of the pins lie below the printed part in the assembly."""
-    assembly = assembly_of(pinned)
+    assembly = assemble_sensor(pinned)
     part, pin = (assembly.objects[name] for name in ("housing", "low_pin"))
     lowest = [each.toCompound().BoundingBox().zmin for each in (part, pin)]
     (shown,) = re.findall(r"and the feet\n([0-9.]+) mm above the plate", sheet_of(pinned))

@@ -7,7 +7,7 @@ import pytest
 from squares import RESIN
 
 from cad.checks.clearance import moving_part
-from cad.fabrication.mount import PLATE_MM, back_of, bracket_solid, mounted_grip
+from cad.fabrication.mount import PLATE_MM, bracket_seat_y, bracket_solid, mounted_grip
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.parts.assembly import grip, plate_locations, screw_length
 
@@ -34,17 +34,17 @@ def test_bracket_passes_behind_a_pair_and_behind_a_square(sensor, square, bracke
 def test_screws_reach_through_the_bracket_too(square):
     assert mounted_grip(square) == grip(square) + PLATE_MM
     assert screw_length(mounted_grip(square)) >= mounted_grip(square) + 2.4 + 2.0 * 0.5  # a nut and two washers
-    assert back_of(square) == 0.5 * grip(square)
+    assert bracket_seat_y(square) == 0.5 * grip(square)
 
 
 def test_rear_washer_between_frame_and_bracket_is_in_the_grip(sensor):
     """Head, washer, frame, washer, bracket, washer, nut: the nut's end is where the bracket's back, 0.5 and 2.4 end."""
     bare = replace(sensor, housing=replace(sensor.housing, mount="washers"))
     bracket = bracket_solid(bare).BoundingBox()
-    upright_back = back_of(bare) + PLATE_MM
-    assert bracket.ymin <= back_of(bare) <= bracket.ymax
+    upright_back = bracket_seat_y(bare) + PLATE_MM
+    assert bracket.ymin <= bracket_seat_y(bare) <= bracket.ymax
     assert mounted_grip(bare) == pytest.approx(upright_back + 0.5 * bare.housing.depth)
-    assert back_of(bare) - 0.5 * bare.housing.depth == 0.5
+    assert bracket_seat_y(bare) - 0.5 * bare.housing.depth == 0.5
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from cad.files.sensor_files import export_step, volume_of, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import assembly_of
+from cad.parts.assembly import assemble_sensor
 from cad.parts.fruit import whole_fruit
 from cad.parts.pose import print_pose, sensor_pose
 from sensor.design.fruit import Fruit
@@ -26,7 +26,7 @@ def test_files_hold_the_solids_and_the_pins_and_print_files_the_marks(pinned, tm
         "housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb", "pin.step",
     ]  # fmt: skip
     volume = pinned.part.shape.Volume()
-    parts = assembly_of(pinned).children
+    parts = assemble_sensor(pinned).children
     assert read_step(step).Volume() == pytest.approx(volume, rel=1e-9)
     assert read_step(assembly).Volume() == pytest.approx(sum(part.shapes[0].Volume() for part in parts), rel=1e-9)
     assert read_step(pin).Volume() == pytest.approx(4.0)

@@ -17,7 +17,7 @@ BOX = cq.Assembly(cq.Solid.makeBox(1, 2, 3), name="box", color=cq.Color(1, 0, 0)
 DOME = cq.Assembly(cq.Solid.makeSphere(1), name="dome", color=cq.Color(0, 1, 0.5))
 
 
-def assembly_of(name, *parts):
+def assemble_sensor(name, *parts):
     assembly = cq.Assembly(name=name)
     for part in parts:
         assembly.add(part)
@@ -25,7 +25,7 @@ def assembly_of(name, *parts):
 
 
 def test_names_colours_and_volume_come_back(tmp_path):
-    write_step(assembly_of("pair", BOX, DOME), tmp_path / "two.step")
+    write_step(assemble_sensor("pair", BOX, DOME), tmp_path / "two.step")
     assembly = cq.Assembly.importStep(str(tmp_path / "two.step"))
     assert assembly.name == "pair"
     colours = {child.name: child.color.toTuple()[:3] for child in assembly.children}
@@ -116,7 +116,7 @@ def test_equal_bodies_are_instances_of_one_product(tmp_path):
         cq.Assembly(BOX.obj, name=name, loc=cq.Location(cq.Vector(0, 5.0 * number, 0)), color=BOX.color)
         for number, name in enumerate(("front_washer_1", "back_washer_1", "back_washer_2"))
     ]
-    write_step(assembly_of("many", DOME, *washers), tmp_path / "many.step")
+    write_step(assemble_sensor("many", DOME, *washers), tmp_path / "many.step")
     text = re.sub(r"\s+", "", (tmp_path / "many.step").read_text())
     assert sorted(re.findall(r"=PRODUCT\('([^']*)'", text)) == ["dome", "many", "washer"]
     uses = re.findall(r"=NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','([^']*)'", text)
@@ -130,7 +130,7 @@ def test_instance_that_lies_as_it_was_drawn_has_its_name_too(tmp_path, drawn):
         cq.Assembly(BOX.obj, name=f"box_{number}", loc=cq.Location(cq.Vector(10.0 * (number - drawn), 0.0, 0.0)))
         for number in range(3)
     ]
-    write_step(assembly_of("many", DOME, *boxes), tmp_path / "many.step")
+    write_step(assemble_sensor("many", DOME, *boxes), tmp_path / "many.step")
     children = cq.Assembly.importStep(str(tmp_path / "many.step")).children
     places = {child.name: child.toCompound().Center().x for child in children}
     expected = {box.name: 0.5 + 10.0 * (number - drawn) for number, box in enumerate(boxes)}

@@ -9,7 +9,7 @@ import pytest
 from squares import GENTLE, RESIN, square_sensor
 
 from cad.parts.assembly import (
-    assembly_of,
+    assemble_sensor,
     dowel_length,
     grip,
     placed_shape,
@@ -23,7 +23,7 @@ KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
 
 @pytest.fixture(scope="module")
 def bodies(square):
-    return {part.name: placed_shape(part) for part in assembly_of(square).children}
+    return {part.name: placed_shape(part) for part in assemble_sensor(square).children}
 
 
 def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(square):
@@ -56,10 +56,10 @@ def test_no_two_bodies_share_a_place_but_a_dowel_that_is_pressed_in(bodies):
 
 def test_pair_is_put_together_with_covers_and_screws(housing, sensor):
     covered = replace(sensor, housing=replace(housing, mount="covers", cover_level=housing.protrusion))
-    found = assembly_of(covered).objects
+    found = assemble_sensor(covered).objects
     assert {"housing", "front_cover", "back_cover", "fruit"} <= set(found)
     assert sum(name.startswith("screw") for name in found) == len(housing.holes)
-    assert not any("cover" in name for name in assembly_of(sensor).objects)
+    assert not any("cover" in name for name in assemble_sensor(sensor).objects)
 
 
 def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_none_is_short_enough_for_a_thin_plate(square, bodies):
@@ -95,6 +95,6 @@ def test_screws_and_dowels_lie_in_their_holes_and_hold_what_lies_between_their_w
 def test_plates_between_washers_have_no_covers_and_pins_stand_in_both_plates():
     tips = replace(GENTLE.tips, side_mm=1.4, dome_radius_mm=2.0, spacing_mm=6.0, socket="pin")
     design = replace(GENTLE, tips=tips, print=Print(process="sla-resin", mount="washers"))
-    names = set(assembly_of(square_sensor(design=design)).objects)
+    names = set(assemble_sensor(square_sensor(design=design)).objects)
     assert {"plate_1", "plate_2", "low_pin_1", "low_pin_2", "high_pin_1", "high_pin_2"} <= names
     assert not {"front_cover", "back_cover"} & names

@@ -10,7 +10,7 @@ from instrument.press.signals import count_keys
 from pipeline.reading.bench_uncertainty import calibration_errors
 from sensor.design.bench import PRESSED, WEIGHED_AT, Bench
 from sensor.quantity import STANDARD_GRAVITY
-from sensor.theory.student import student
+from sensor.theory.student import student_quantile
 
 N_PER_G = 1e-3 * STANDARD_GRAVITY
 COUNTS_PER_N = 1e7
@@ -80,7 +80,7 @@ def test_stiffnesses_by_weights_scatter_as_the_bench_predicts(bench, by, mango, 
         predicted = left.stiffness_percent[kind[0]]
         within = statistical(DRAWS * len(kind))
         assert 100.0 * found[:, kind].std() == pytest.approx(predicted, rel=within)
-        widest = np.hypot(0.5 * student(len(WEIGHED_AT) - 2), 1.0)
+        widest = np.hypot(0.5 * student_quantile(len(WEIGHED_AT) - 2), 1.0)
         assert 1.0 - within < np.sqrt(np.mean(told[list(kind)] ** 2)) / predicted < widest * (1.0 + within)
         finer = half.left().stiffness_percent[kind[0]]
         assert 100.0 * found[:, kind].std() > finer * (1.0 + within), "a bench of half the digits is found out"

@@ -9,9 +9,9 @@ from scipy.stats import norm
 from stand_ins import specimen
 
 from instrument.compress import modulus
-from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
+from instrument.compress.force_law import POISSON, TestGeometry, hertz_force_law
 from instrument.compress.holds import _schwarz_criterion, fit_relaxation
-from instrument.compress.modulus import measured_modulus
+from instrument.compress.modulus import measure_modulus
 from instrument.compress.phases import split_phases
 from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.storage.record_data import as_data
@@ -104,10 +104,10 @@ def law_of_the_curve(monkeypatch):
     """Put Hertz's law, by which the curves are made, in the place of the solved one."""
 
     def law(geometry, _count):
-        apparent = hertz_law(geometry)
+        apparent = hertz_force_law(geometry)
         return replace(apparent, variants={POISSON: (apparent,)})
 
-    monkeypatch.setattr(modulus, "solved_law", law)
+    monkeypatch.setattr(modulus, "solve_force_law", law)
 
 
 @pytest.mark.usefixtures("law_of_the_curve")
@@ -118,10 +118,10 @@ def test_travel_of_the_frame_is_taken_off_before_the_hold():
     start = split_phases(test).hold.start
     gives = 0.01 * (test.force - ZERO_N)
     gives[start:] = gives[start]
-    soft = measured_modulus(
+    soft = measure_modulus(
         replace(test, travel=test.travel + gives), replace(geometry, compliance_um_per_N=10.0)
     ).relaxation
-    stiff = measured_modulus(test, geometry).relaxation
+    stiff = measure_modulus(test, geometry).relaxation
     assert soft.lost_in_loading == pytest.approx(stiff.lost_in_loading, rel=1e-3)
 
 
@@ -129,8 +129,8 @@ def test_travel_of_the_frame_is_taken_off_before_the_hold():
 def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone():
     geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
     test = held_curve(((0.4, 8.0),), noise=0.002)
-    result = measured_modulus(test, geometry)
-    alone = measured_modulus(test.up_to(split_phases(test).hold.start + 1), geometry)
+    result = measure_modulus(test, geometry)
+    alone = measure_modulus(test.up_to(split_phases(test).hold.start + 1), geometry)
     assert (alone.relaxation, alone.E_MPa) == (None, result.E_MPa)
     (arm,) = as_data(result)["relaxation"]["arms"]
     assert arm["share"] == pytest.approx(0.4, rel=0.03)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from stand_ins import specimen
 
-from instrument.compress.force_law import ForceLaw, TestGeometry, hertz_law
+from instrument.compress.force_law import ForceLaw, TestGeometry, hertz_force_law
 from instrument.compress.law_fit import fit_law, standard_errors
 from instrument.compress.phases import split_phases
 from instrument.compress.pressed_shapes import Ellipsoid
@@ -59,7 +59,7 @@ def test_force_that_does_not_rise_is_not_fitted():
 def test_law_is_hertz_s_up_to_a_tenth_of_the_radius(plates):
     """F = 4/3 sqrt(R) E* (D / 2)^1.5 between two plates, D^1.5 in a seat."""
     body = Ellipsoid(height_mm=70.0, radius_mm=30.0, radius_across_mm=30.0)
-    law = hertz_law(TestGeometry(body=body, plates=plates))
+    law = hertz_force_law(TestGeometry(body=body, plates=plates))
     assert (law.exponent, law.deepest) == (1.5, pytest.approx(3.0 * plates))
     forces = 4.0 / 3.0 / 0.91 * np.sqrt(30.0) * 2.0 * (np.array([1.0, 4.0, 9.0]) / plates) ** 1.5
     assert law.depth(forces, 2.0) == pytest.approx([1.0, 4.0, 9.0])

@@ -10,11 +10,11 @@ from refusal import refusal
 from stand_ins import specimen
 from virtual_compression import VirtualTest, over_hertz, true_force
 
-from instrument.compress.force_law import TestGeometry, solved_law
-from instrument.compress.modulus import measured_modulus
+from instrument.compress.force_law import TestGeometry, solve_force_law
+from instrument.compress.modulus import measure_modulus
 from instrument.compress.pressed_shapes import Ellipsoid
 from instrument.compress.range_choice import _weighted_mean
-from instrument.compress.summary import design_range, fruit_summaries, overall_modulus
+from instrument.compress.summary import find_design_range, fruit_summaries, overall_modulus
 from sensor.quantity import Estimate
 
 
@@ -29,7 +29,7 @@ X, F = QUIET.curve()
 
 @functools.cache
 def measure(test, geometry=BALL):
-    return measured_modulus(specimen(*test.curve()), geometry)
+    return measure_modulus(specimen(*test.curve()), geometry)
 
 
 def error_of(result, E):
@@ -106,7 +106,7 @@ def test_what_the_fit_does_not_know_is_inside_the_error_bar(settling):
     scale = force if settling == "noise of the force" else force.max()
     for seed in range(2):
         noise = 0.01 * scale * np.random.default_rng(seed).normal(size=len(force))
-        error, held = error_of(measured_modulus(specimen(depth + 0.8, force + noise), BALL), E)
+        error, held = error_of(measure_modulus(specimen(depth + 0.8, force + noise), BALL), E)
         assert abs(error) < 0.03
         inside += held
     assert inside >= least_inside(2)
@@ -126,7 +126,7 @@ def loses_rows(travel, force):
 @pytest.mark.parametrize("change", [yields_and_bears_more, loses_rows])
 def test_what_fruit_and_machine_do_besides_does_not_move_the_modulus(change):
     test = VirtualTest(E_MPa=2.0, offset_N=0.0, noise_percent=0.3)
-    result = measured_modulus(specimen(*change(*test.curve())), BALL)
+    result = measure_modulus(specimen(*change(*test.curve())), BALL)
     assert result.E_MPa == pytest.approx(2.0, rel=0.03)
     assert result.failure_mm == pytest.approx(test.first_touch_mm + 0.07 * 70.0, abs=0.15)
     assert result.range_end_mm <= result.failure_mm
@@ -136,7 +136,7 @@ def test_curve_of_a_block_is_said_not_to_follow_hertz():
     """A cut cylinder has F = E A D / h: no Hertz modulus."""
     depth = np.linspace(-1.0, 4.0, 600)
     noise = np.random.default_rng(1).normal(0.0, 0.05, 600)
-    result = measured_modulus(specimen(depth + 1.0, 2.0 * 300.0 * np.maximum(depth, 0.0) / 70.0 + noise), BALL)
+    result = measure_modulus(specimen(depth + 1.0, 2.0 * 300.0 * np.maximum(depth, 0.0) / 70.0 + noise), BALL)
     assert not result.follows_law
     assert measure(QUIET).follows_law
 
@@ -185,16 +185,16 @@ def test_strain_beyond_the_curve_is_taken_at_its_end():
     ids=["force in mN", "force in kN", "travel in um", "travel in m"],
 )
 def test_number_in_another_unit_is_refused(travel, force, place):
-    assert refusal(measured_modulus, specimen(travel, force), BALL).field == f"virtual.csv, specimen '1'{place}"
+    assert refusal(measure_modulus, specimen(travel, force), BALL).field == f"virtual.csv, specimen '1'{place}"
 
 
 def test_what_is_unusual_is_noted():
     """Newtons called kilogram-force are 9.8 times too many; no idle travel; a drift."""
     usual = measure(QUIET).notes
     travel, force = VirtualTest(E_MPa=2.0).curve()
-    unusual = measured_modulus(specimen(travel, 9.80665 * force), BALL).notes
+    unusual = measure_modulus(specimen(travel, 9.80665 * force), BALL).notes
     drifting = measure(VirtualTest(E_MPa=1.0, drift_N_per_mm=0.5, noise_percent=0.2)).notes
-    touching = measured_modulus(specimen(X[60:], F[60:]), BALL).notes
+    touching = measure_modulus(specimen(X[60:], F[60:]), BALL).notes
     assert [len(notes) - len(usual) for notes in (unusual, drifting, touching)] == [1, 1, 1]
 
 
@@ -211,12 +211,12 @@ def test_batch_has_mean_deviation_and_the_range_for_the_design():
     assert first.E_deviation_MPa == pytest.approx(0.2 / np.sqrt(2.0))
     assert overall_modulus([first, second]).E_MPa == pytest.approx(2.0)
     # 0.8 less 2 % is 0.784, 3.2 and 2 % is 3.264; equal steps between, in three digits
-    span = design_range(results)
+    span = find_design_range(results)
     assert span.E_max_MPa == 3.3
     assert span.E_MPa == (0.78, 1.2, 1.62, 2.04, 2.46, 2.88, 3.3)
-    single = design_range(results[:1])
+    single = find_design_range(results[:1])
     assert (single.E_max_MPa, single.E_MPa) == (0.82, (0.8,))
-    wide = design_range([replace(results[0], u_percent=99.0), results[1]])
+    wide = find_design_range([replace(results[0], u_percent=99.0), results[1]])
     assert (wide.E_max_MPa, wide.E_MPa[0]) == (1.6, 0.008)
 
 
@@ -226,7 +226,7 @@ def test_bar_that_reaches_to_zero_is_refused_and_the_odd_row_is_named(row):
     force = F[::5].copy()
     force[row] *= 2.0
     spoilt = specimen(X[::5], force)
-    told = refusal(measured_modulus, spoilt, BALL)
+    told = refusal(measure_modulus, spoilt, BALL)
     assert told.field == f"{spoilt}: error of the modulus"
     assert told.value > 100.0
     assert spoilt.cell(row, "force") in str(told)
@@ -257,14 +257,14 @@ def test_error_is_made_of_its_shares():
 def test_law_and_friction_that_are_not_known_are_in_the_error_bar():
     """The curve that a press by another law, or with a grip, would give: read with the law of the product."""
     counts = []
-    law = solved_law(BALL, lambda *count: counts.append(count))
+    law = solve_force_law(BALL, lambda *count: counts.append(count))
     assert counts == sorted(counts)
     assert counts[0] == (0, counts[-1][0] + 1)  # each part but the last, while it is solved, is told
     for variants in law.variants.values():
         for variant in variants[-1:]:
             travel = np.concatenate([np.linspace(0.0, 0.9, 60), 1.0 + variant.travels])
             force = np.concatenate([np.zeros(60), 2.0 * variant.forces])
-            result = measured_modulus(specimen(travel, force), BALL)
+            result = measure_modulus(specimen(travel, force), BALL)
             assert abs(result.E_MPa - 2.0) < 0.01 * result.u_percent * result.E_MPa
             assert abs(result.E_MPa - 2.0) > 0.005
 

@@ -11,8 +11,8 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 from stand_ins import specimen
 
-from instrument.compress.force_law import TestGeometry, hertz_law, solved_law
-from instrument.compress.modulus import measured_modulus
+from instrument.compress.force_law import TestGeometry, hertz_force_law, solve_force_law
+from instrument.compress.modulus import measure_modulus
 from instrument.compress.pressed_shapes import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
 from reference.stored import stored
 from solve.compression.flesh_law import FleshLaw
@@ -73,7 +73,7 @@ def virtual_error(row, told, rng):
     exact = np.interp(travel, gap + depth + settled, load)
     noise = 0.01 * rng.uniform(0.05, 1.0) * load[-1] * rng.standard_normal(len(travel))
     told_test = replace(test, poisson=told, strains_percent=(2.0,))
-    result = measured_modulus(specimen(travel, exact + noise + rng.uniform(-0.1, 0.1) * load[-1]), told_test)
+    result = measure_modulus(specimen(travel, exact + noise + rng.uniform(-0.1, 0.1) * load[-1]), told_test)
     return result.E_MPa / E - 1.0, 0.01 * result.u_percent
 
 
@@ -126,7 +126,7 @@ def test_force_between_slippery_plates_is_that_of_other_elements(name):
 def test_force_under_a_plunger_that_grips_is_that_of_other_elements(name):
     """Travels of two unlike tools add up at equal force: the other elements solve the whole body at once."""
     row = next(row for row in PRESSED if row["body"] == name and row["law"] == "neo-hooke" and row["friction"] is None)
-    gripped = solved_law(replace(FORMS[name][0], poisson=row["poisson"])).variants["friction"][1]
+    gripped = solve_force_law(replace(FORMS[name][0], poisson=row["poisson"])).variants["friction"][1]
     force, reach = true_force(row)
     travels = np.linspace(0.2, 0.95, 6) * min(reach, gripped.deepest)
     assert np.interp(travels, gripped.travels, gripped.forces) == pytest.approx(force(travels), rel=0.01)
@@ -135,12 +135,12 @@ def test_force_under_a_plunger_that_grips_is_that_of_other_elements(name):
 def test_tools_of_another_kind_have_hertz_s_law_in_series():
     """D = (F / (4/3 E*))^(2/3) (R*^(-1/3) + R^(-1/3)), K. L. Johnson, Contact Mechanics (1985), (4.23)."""
     body = Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
-    law = hertz_law(TestGeometry(body=body, plunger=Plunger(radius_mm=7.0, ball=True)))
+    law = hertz_force_law(TestGeometry(body=body, plunger=Plunger(radius_mm=7.0, ball=True)))
     relative = 1.0 / (1.0 / 7.0 + 1.0 / 35.0)
     travel = (3.0 * 0.91 / 4.0) ** (2.0 / 3.0) * (relative ** (-1.0 / 3.0) + 35.0 ** (-1.0 / 3.0))
     assert law.depth(np.array([1.0]), 1.0)[0] == pytest.approx(travel, rel=1e-12)
-    assert hertz_law(TestGeometry(body=body, plunger=Plunger(radius_mm=7.0))) is None
-    assert hertz_law(FORMS["end"][0]) is None
+    assert hertz_force_law(TestGeometry(body=body, plunger=Plunger(radius_mm=7.0))) is None
+    assert hertz_force_law(FORMS["end"][0]) is None
 
 
 def test_block_between_slippery_plates_is_a_bar():

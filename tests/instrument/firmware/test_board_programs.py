@@ -15,7 +15,7 @@ from emulated_board import GREATEST, STUBS, Board, Chip, board_pins, run_on_ardu
 from refusal import refusal
 
 from cad.fabrication.wiring import write_wiring
-from instrument.firmware.firmware import board_files
+from instrument.firmware.firmware import render_board_files
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
@@ -76,7 +76,7 @@ def printed(tmp_path, wiring):
 
 def files_of(measured, unit=None):
     sensor = measured.measuring() if unit is None else MeasuringUnit(report=measured.report, unit=unit)
-    return board_files(sensor, calibrated=unit is not None)
+    return render_board_files(sensor, calibrated=unit is not None)
 
 
 def rows_of_text(text):
@@ -222,11 +222,11 @@ def test_board_that_is_not_known_is_refused(readout, field, mango):
         report = replace(report, read_out=replace(report.read_out, signal=None))
     else:
         report = replace(report, design=replace(report.design, readout=replace(report.design.readout, **readout)))
-    assert refusal(board_files, replace(mango.measuring(), report=report), calibrated=False).field == field
+    assert refusal(render_board_files, replace(mango.measuring(), report=report), calibrated=False).field == field
 
 
 def test_unit_without_counts_is_refused(mango):
-    assert refusal(board_files, mango.measuring(), calibrated=True).field == "--unit"
+    assert refusal(render_board_files, mango.measuring(), calibrated=True).field == "--unit"
 
 
 def test_logger_needs_no_reading(mango):
@@ -234,4 +234,4 @@ def test_logger_needs_no_reading(mango):
     design = mango.report.design
     fruit = SimpleNamespace(**{**vars(design.fruit), "relaxation": "any"})
     report = replace(mango.report, design=SimpleNamespace(**{**vars(design), "fruit": fruit}))
-    assert board_files(replace(mango.measuring(), report=report), calibrated=False) == files_of(mango)
+    assert render_board_files(replace(mango.measuring(), report=report), calibrated=False) == files_of(mango)

@@ -14,7 +14,7 @@ from deadline import DEADLINE_S
 from firmware_presses import PRESSES, forces_of
 from measured_units import read_log
 
-from instrument.firmware.firmware import board_files, header_text, module_text
+from instrument.firmware.firmware import render_board_files, render_header, render_module
 from instrument.press.presses import TARE_SAMPLES
 
 pytestmark = pytest.mark.slow
@@ -141,7 +141,7 @@ def test_header_compiles_without_a_warning(compiler, file, standard, press, tmp_
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
     sensor, forces = press
-    (tmp_path / "unit.h").write_text(header_text(sensor), encoding="utf-8")
+    (tmp_path / "unit.h").write_text(render_header(sensor), encoding="utf-8")
     (tmp_path / file).write_text(program_of(forces), encoding="utf-8")
     words = [f"-std={standard}", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic", "-O2", "-c", file]
     subprocess.run([compiler, *words], check=True, cwd=tmp_path, timeout=DEADLINE_S)
@@ -151,7 +151,7 @@ def test_header_compiles_without_a_warning(compiler, file, standard, press, tmp_
 def test_microcontroller_reads_what_the_command_reads(board, press, tmp_path):
     board.skip_without_programs()
     sensor, forces = press
-    (tmp_path / "unit.h").write_text(header_text(sensor), encoding="utf-8")
+    (tmp_path / "unit.h").write_text(render_header(sensor), encoding="utf-8")
     said = board.said(tmp_path, program_of(forces))
     words = [int(word, 16) for word in re.findall(r"reads ([0-9a-f]{8})", said)]
     assert len(words) == 2
@@ -202,7 +202,7 @@ def test_programs_of_the_board_run_in_the_interpreter(calibrated, mango, tmp_pat
         matrix = tuple(map(tuple, (NEWTONS_PER_COUNT * np.eye(4)).tolist()))
         unit = replace(sensor.unit, newtons_per_count=matrix, zero_counts=(0.0,) * 4, saturation_counts=2**23 - 1)
         sensor = replace(sensor, unit=unit)
-    program = board_files(sensor, calibrated=calibrated)["main.py"]
+    program = render_board_files(sensor, calibrated=calibrated)["main.py"]
     first, *lines = said_by_micropython(tmp_path, sensor, ON_BOARD, text=program).splitlines()
     if calibrated:
         assert (first.partition(":")[0], lines) == ("taring", ["end"])
@@ -222,7 +222,7 @@ def said_by_micropython(folder, sensor, program, counts="", text=None):
     interpreter = INTERPRETER / "node_modules/@micropython/micropython-webassembly-pyscript/micropython.mjs"
     if shutil.which("node") is None or not interpreter.exists():
         pytest.skip("no MicroPython interpreter: npm ci --prefix .ci/micropython")
-    (folder / "unit.py").write_text(text or module_text(sensor), encoding="utf-8")
+    (folder / "unit.py").write_text(text or render_module(sensor), encoding="utf-8")
     (folder / "counts.csv").write_text(counts, encoding="utf-8")
     (folder / "program.py").write_text(program, encoding="utf-8")
     (folder / "run.mjs").write_text(IN_NODE.format(interpreter=interpreter.as_uri()), encoding="utf-8")

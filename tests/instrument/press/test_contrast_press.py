@@ -13,8 +13,8 @@ from measured_units import read_press, readings_at, stated_and_moved, with_heigh
 from refusal import refusal
 from stored_presses import STORED, random_fruits, square
 
-from instrument.firmware.firmware import header_text, module_text
-from sensor.theory.contrast_rise import read_rise, rise_of
+from instrument.firmware.firmware import render_header, render_module
+from sensor.theory.contrast_rise import read_rise, select_rise
 from solve.presses.pressing import press
 from twintip.cli import main
 
@@ -151,7 +151,7 @@ def test_a_report_without_readings_of_presses_is_refused(mango):
     sensor = mango.measuring()
     sensor = with_read_out(sensor, rise_level=())
     at_rest = lambda: readings_at(sensor, [0.0], np.zeros((1, 4)))  # noqa: E731
-    for work in (at_rest, lambda: header_text(sensor), lambda: module_text(sensor)):
+    for work in (at_rest, lambda: render_header(sensor), lambda: render_module(sensor)):
         assert refusal(work).field == "read_out.rise_level"
 
 
@@ -184,7 +184,7 @@ def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modu
     forces = mango.press(modulus, np.linspace(0.0, 1.0, 25)[1:], **saddle)
     sensor = mango.measuring()
     zero = 0.008 * np.array(sensor.report.read_out.full_scale_N)[tip]
-    found = read_rise(sensor.rise_law, rise_of(forces, 4, sensor.least_forces), np.zeros(4))
+    found = read_rise(sensor.rise_law, select_rise(forces, 4, sensor.least_forces), np.zeros(4))
     expected = found.slopes.zeros[tip] * zero
     moved = read_press(sensor, forces + zero * np.eye(4)[tip]).E / read_press(sensor, forces).E - 1.0
     assert abs(expected) < 0.03

@@ -18,7 +18,7 @@ from measured_units import GRAM, SHARES, elastic, module_of, printed_by_header, 
 from refusal import refusal
 
 from instrument.calibrate.calibration import WITHOUT_BALL, WITHOUT_PLATE
-from instrument.firmware.firmware import module_text
+from instrument.firmware.firmware import render_module
 from instrument.press.count_codes import signed_counts
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import TARE_SAMPLES, readings_of
@@ -366,12 +366,12 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     assert reduced == pytest.approx(sensor.reduced(found), rel=1e-12)
 
     script, recorded = tmp_path / "unit.py", tmp_path / "counts.csv"
-    script.write_text(module_text(sensor), encoding="utf-8")
+    script.write_text(render_module(sensor), encoding="utf-8")
     odd = ["", ",", "x,y,x,y", "7", "--5,--5,--5,--5", "\xb2,\xb2,\xb2,\xb2", "1,2,4,a,5", ",".join(4 * [5000 * "9"])]
     recorded.write_text("\n".join([*odd, log_of(rows), *odd]), encoding="latin-1")
     ended = subprocess.run([sys.executable, script, recorded], capture_output=True, check=True, timeout=DEADLINE_S)
     assert float(ended.stdout.split()[1]) == pytest.approx(expected.E, rel=AGREES)
-    assert ("machine" in module_text(sensor)) is (name == "mango")  # whose design has a read-out
+    assert ("machine" in render_module(sensor)) is (name == "mango")  # whose design has a read-out
     if name == "paper":
         ended = subprocess.run([sys.executable, script], capture_output=True, check=True, timeout=DEADLINE_S)
         assert b"no read-out" in ended.stdout

@@ -13,7 +13,7 @@ from instrument.press.pair_press import single_reading
 from instrument.press.ripeness import ripeness_classes
 from pipeline.reading.reading_records import UnevenFruit
 from pipeline.response.scene_press import scene_of
-from sensor.theory.contrast_rise import read_rise, rise_of
+from sensor.theory.contrast_rise import read_rise, select_rise
 from solve.contact.domes.fruit_under_domes import fruit_under_domes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
@@ -103,7 +103,7 @@ def test_heights_of_tips_widen_the_uncertainty_as_a_saddle_does(ball):
     plain, without = read_press(sensor, forces), read_press(with_exact_tips(sensor), forces)
     law, found = sensor.rise_law, plain.E
     step = 1e-3
-    rise = rise_of(forces, 4)
+    rise = select_rise(forces, 4)
     moved, still = (
         read_rise(replace(law, contrast=contrast, rolling=None), rise, sensor.noises).E
         for contrast in (law.with_offset(step), law.contrast)

@@ -9,7 +9,7 @@ from instrument.press.pair_press import single_reading
 from instrument.press.presses import refuse_out_of_scale
 from instrument.press.seating import seating_of
 from sensor.design.reading import ReadingRequirements
-from sensor.theory.contrast_rise import read_rise, rise_of
+from sensor.theory.contrast_rise import read_rise, select_rise
 
 
 def press(paper, E, tilt=0.0):
@@ -93,7 +93,7 @@ def test_samples_before_flat_tips_are_seated_do_not_count(curved):
     forces = curved.press(0.5, np.linspace(0.02, 1.0, 40), tilt_deg=(1.0, 0.0))
     seated = read(sensor, forces)
     assert pytest.approx(0.5, rel=1e-3) == seated.E
-    found = read_rise(sensor.rise_law, rise_of(forces, 2, sensor.least_forces), sensor.noises)
+    found = read_rise(sensor.rise_law, select_rise(forces, 2, sensor.least_forces), sensor.noises)
     assert found.E > 1.05 * 0.5
     assert found.samples > seated.samples >= 10
 

@@ -11,7 +11,7 @@ from measured_units import random_pose, read_press, readings_at
 
 from sensor.design.reading import ReadingRequirements
 from sensor.quantity import InputError
-from sensor.theory.contrast_rise import moduli_without, rise_of
+from sensor.theory.contrast_rise import moduli_without, select_rise
 
 STEPS = np.linspace(0.0, 1.0, 41)
 AIR = 4  # samples before and after a press
@@ -153,7 +153,7 @@ def test_the_bar_of_a_press_that_hangs_on_one_sample_holds_the_reading_without_i
         if "one_sample" not in reading.flags:
             continue
         hanging += 1
-        rise = rise_of(rows, 4, sensor.least_forces)
+        rise = select_rise(rows, 4, sensor.least_forces)
         moduli = [sensor.correct_modulus(E) for E in moduli_without(sensor.rise_law, rise)]
         shift = np.abs(np.array(moduli) / reading.E - 1.0).max()
         assert shift < reading.u - reading.noise < 2.0 * shift

@@ -30,8 +30,8 @@ from sensor.design.reading import ReadingRequirements
 from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import Estimate
 from sensor.theory.rounded_edge import edge_loss
-from sensor.theory.sloped_skin import frictionless_press
-from sensor.theory.soft_tissue import constitutive_spread, large_strain_factor, no_slip
+from sensor.theory.sloped_skin import frictionless_stiffness_change
+from sensor.theory.soft_tissue import constitutive_spread, large_strain_factor, no_slip_stiffness_change
 from sensor.theory.two_spring_law import force_ratio, nonlinearity, series_ratio
 from solve.contact.linear_response import travels
 from solve.contact.scene import LateralCompliance
@@ -53,7 +53,7 @@ STEP = 4.0 * math.tan(math.radians(1.0))  # [mm] that one degree of tilt lifts o
 
 
 def pair_of(design, springs=None):
-    return stand_ins.sensor_of(design, springs).pair
+    return stand_ins.draw_sensor(design, springs).pair
 
 
 def budgets_of(design, springs=None):
@@ -163,7 +163,7 @@ def largest_NL(springs, K_m):
     return nonlinearity(springs, K_m, "largest")
 
 
-GRIPPED = (1.0 + no_slip(0.3)) * K_M  # grip makes the fruit stiffer everywhere by the same share
+GRIPPED = (1.0 + no_slip_stiffness_change(0.3)) * K_M  # grip makes the fruit stiffer everywhere by the same share
 
 
 def posed(travel):
@@ -215,7 +215,7 @@ def creeping(press_s, per_decade):
         (Design(press=PressMotion(travel_mm=0.05)), "P_max", "pose", 1.0, 0.0),
         (
             Design(fruit=SPHERE), "contact", "slope",
-            1.0 / (1.0 + frictionless_press(0.3, math.tan(math.asin(4.0 / 35.0)))) - 1.0, 1e-9,
+            1.0 / (1.0 + frictionless_stiffness_change(0.3, math.tan(math.asin(4.0 / 35.0)))) - 1.0, 1e-9,
         ),
         (PLAIN, "K_l", "creep", creeping(3.0, 0.025), 0.02),  # by hand
         (

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stand_ins import K_M_OVER_E, PETG, sensor_of, springs_of
+from stand_ins import K_M_OVER_E, PETG, draw_sensor, springs_of
 
 from pipeline.errors.budget import level_press
 from pipeline.errors.causes import CALIBRATED
@@ -24,7 +24,7 @@ EXACT = 1e-6  # the least scatter that a process may have, [mm] and [1]
 def bands_of(design=DESIGN, *, made=True, **process):
     """Return the bands of a design as a changed process prints it."""
     springs = replace(springs_of(design, made=made), process=replace(PETG, **process))
-    pair = sensor_of(design, springs).pair
+    pair = draw_sensor(design, springs).pair
     travel = np.array([0.3, design.press.travel_mm])
     return scatter_bands(pair, level_press(pair, curve_moduli(scene_of(design)), travel))
 

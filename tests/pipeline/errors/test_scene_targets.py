@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, sensor_of, sizing_of, springs_of
+from stand_ins import CONTACT, draw_sensor, sizing_of, springs_of
 
 from pipeline.errors.targets import evaluate_targets
 from pipeline.response.scene_press import press_scene, scene_of
@@ -23,7 +23,7 @@ def checked(design, height_offsets=()):
     """Return what a scene of springs of the design's targets reaches, and the verdicts on P_max and NL."""
     springs = springs_of(design)
     press = press_scene(scene_of(design, height_offsets), CONTACT, springs.C)
-    reached = evaluate_targets(sensor_of(design, springs), design.targets, press)
+    reached = evaluate_targets(draw_sensor(design, springs), design.targets, press)
     return reached, P_max_verdict(reached.P_max, design.targets, ""), NL_verdict(reached.NL, design.targets, "")
 
 

@@ -12,7 +12,13 @@ from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.find import fruit_design as room
 from pipeline.find import proved_candidate as proof
 from pipeline.find.changes import change_design
-from pipeline.find.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_similar_preset, scaled_changes
+from pipeline.find.fruit_design import (
+    PRESETS,
+    fruit_range_of_design,
+    fruit_suggestion,
+    most_similar_preset,
+    scaled_changes,
+)
 from pipeline.find.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.options import load_design
 from pipeline.reading.poses import refuse_unsolvable_poses
@@ -129,7 +135,7 @@ def test_bruise_limits_are_the_stated_law_never_wider():
 @pytest.mark.parametrize("name", PRESETS)
 def test_preset_in_the_size_of_its_own_fruit_is_the_preset(name):
     preset = load_design(name)
-    fruit = fruit_of(preset)
+    fruit = fruit_range_of_design(preset)
     assert most_similar_preset(fruit) == name
     same = change_design(preset, scaled_changes(fruit, preset))
     shown = ("E_MPa", "bruise_limit_MPa")
@@ -216,7 +222,7 @@ def test_what_the_bench_shows_too_little_of_grows(trials, tip, by, key, over):
 def test_springs_are_found_that_a_coarser_balance_calibrates():
     """On a balance of 0.35 g the low springs of the apple preset are too soft; a run proves stiffer ones."""
     preset = load_design("apple", {"bench.balance_g": 0.35})
-    found = fruit_suggestion(fruit_of(preset), preset)
+    found = fruit_suggestion(fruit_range_of_design(preset), preset)
     assert found.changes["springs.K_l_N_per_m"] > 1.2 * preset.springs.K_l_N_per_m
     (calibration,) = [verdict for verdict in found.verdicts if verdict.name == "reading.calibration"]
     assert calibration.passed
@@ -281,6 +287,6 @@ def test_fruit_of_the_design_is_centred_and_the_nearest_design_told_where_none_p
 def test_a_preset_is_suggested_for_its_own_fruit(name):
     """Bars of sized springs leave verdicts undecided that a whole run decides."""
     preset = load_design(name)
-    found = fruit_suggestion(fruit_of(preset), preset)
+    found = fruit_suggestion(fruit_range_of_design(preset), preset)
     assert found.runs == 1
     assert set(found.changes) <= {"press.travel_mm"}

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from stand_ins import sensor_of, springs_of
+from stand_ins import draw_sensor, springs_of
 
 from pipeline.making import fabrication
 from pipeline.making.fabrication import begin_fabrication, sideways_verdict, sideways_verdicts
@@ -35,7 +35,7 @@ def test_sideways_stiffness_against_its_least_share(name, ratio, step, passed):
 @pytest.mark.parametrize(("made", "fabrication"), [(True, False), (False, True)])
 def test_nothing_is_made_unasked_or_where_no_housing_is(made, fabrication):
     options, springs = RunOptions(fabrication=fabrication), springs_of(Design(), made=made)
-    assert begin_fabrication(sensor_of(Design(), springs), options, None).result() == KeptFiles()
+    assert begin_fabrication(draw_sensor(Design(), springs), options, None).result() == KeptFiles()
     assert sideways_verdicts(springs, options) == ()
 
 
@@ -43,7 +43,7 @@ def test_files_for_fabrication_are_those_of_their_folder(monkeypatch):
     """The sheet names the folder in its commands, so files that were made for another one are not taken again."""
     asked = []
     monkeypatch.setattr(fabrication, "begin_files", lambda *arguments: asked.append(arguments))
-    sensor = sensor_of(Design(), springs_of(Design()))
+    sensor = draw_sensor(Design(), springs_of(Design()))
     folders = ("outputs/hx", "elsewhere")
     for folder in folders:
         begin_fabrication(sensor, RunOptions(fabrication=True, out=Path(folder)), None)

@@ -49,10 +49,10 @@ pytestmark = pytest.mark.usefixtures("linear_world")
 
 def assessed(design=None):
     design = design or square_design()
-    return analyse_readings(sensor_of(design))
+    return analyse_readings(draw_sensor(design))
 
 
-def sensor_of(design):
+def draw_sensor(design):
     return with_compliance(design, square_contact(), square_springs())
 
 
@@ -152,7 +152,7 @@ def judged_with_round_off(design, plant, seed):
         return {"F": made.F * factors, "mean_pressure": made.mean_pressure * factors}
 
     plant(leaning)
-    sensor = sensor_of(design)
+    sensor = draw_sensor(design)
     found = analyse_readings(sensor)
     worst = [str(row.worst) for row in found.moduli] + [row.worst for row in found.pressures]
     return worst, [rule(found, design.reading).reference for rule in (bias_verdict, uncertainty_verdict, skin_verdict)]
@@ -207,7 +207,7 @@ def test_forces_that_tell_no_modulus_or_hardly_one_fail_bias_and_uncertainty(des
 
 def test_level_press_without_a_reading_is_left_out_of_the_level_readings(plant):
     plant(lambda of: {"F": of.made.F * (1.0 + 1e-3 * np.array([-1.0, 1.0, -1.0, 1.0]))})
-    rows = rise_model(sensor_of(hard(1e6))).level
+    rows = rise_model(draw_sensor(hard(1e6))).level
     moduli = np.geomspace(0.5, 1e6, LEVEL_MODULI).tolist()
     assert [row.E_MPa for row in rows] == pytest.approx(moduli[: len(rows)])
     assert 1 <= len(rows) < len(moduli)
@@ -219,7 +219,7 @@ def test_flesh_of_another_law(of_high, plant):
     more = np.array([1.0, of_high, 1.0, of_high])
     design = square_design(tilt_deg=1.0)
     assert assessed(design).flesh == 0.0
-    sensor = sensor_of(design)
+    sensor = draw_sensor(design)
     model = rise_model(sensor)
     level = sensor.presses(read_moduli(design.fruit), [Placement(from_touch=True)]).F[:, 0]
     moved = [model.read_modulus(more * F) / model.read_modulus(F) - 1.0 for F in level]
@@ -235,7 +235,7 @@ def test_pressure_on_the_skin(shown, plant):
     moduli, limits = (0.5, 1.0, 2.0, 3.5)[:shown], (0.5, 1.0, 2.0, 3.0)[:shown]
     design = square_design(tilt_deg=2.0)
     fruit = dataclasses.replace(design.fruit, E_MPa=moduli, bruise_limit_MPa=limits)
-    sensor = sensor_of(dataclasses.replace(design, fruit=fruit))
+    sensor = draw_sensor(dataclasses.replace(design, fruit=fruit))
     placements = list(occurring_placements(design, design.reading))
     for row, E, limit in zip(analyse_readings(sensor).pressures, moduli, limits, strict=True):
         forces = sensor.forces_in_poses([Pose(E=E, travel=0.6, stand=each) for each in placements]).F.max(axis=1)
@@ -247,14 +247,14 @@ def test_pressure_on_the_skin(shown, plant):
 
 def test_tilted_presses():
     """From one end of the tilt to the other, to full travel of the middle, whatever touches first."""
-    presses = tilted_presses(sensor_of(square_design(tilt_deg=1.0)))
+    presses = tilted_presses(draw_sensor(square_design(tilt_deg=1.0)))
     tilts = (-1.0, -0.5, 0.0, 0.5, 1.0)
     assert [place.tilt_deg for place in presses.placements] == [(tilt, 0.0) for tilt in tilts]
     lowered = 0.6 + np.outer(np.tan(np.radians(tilts)), np.array(square_design().tips.places_mm)[:, 0])
     for E, F in zip(presses.moduli, presses.F, strict=True):
         expected = np.linalg.solve(square_springs() + square_contact().S / E, lowered.T).T
         np.testing.assert_allclose(F[:, -1], expected, rtol=1e-9)
-    assert tilted_presses(sensor_of(square_design(tilt_deg=0.0))) is None
+    assert tilted_presses(draw_sensor(square_design(tilt_deg=0.0))) is None
 
 
 def test_uncertainty_by_pose_and_thickness():

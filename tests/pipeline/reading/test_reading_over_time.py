@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flat_square import square_contact, square_design, square_springs
 from refusal import refusal
-from stand_ins import CONTACT, sensor_of, springs_of, with_compliance
+from stand_ins import CONTACT, draw_sensor, springs_of, with_compliance
 
 from pipeline.options import RunOptions
 from pipeline.reading.reading_over_time import reading_over_time, refuse_unsolvable_time
@@ -27,7 +27,7 @@ def relaxing(arms=ORANGE, speed=0.6, hold=900.0, **tables):
 
 
 def over_time(design):
-    return reading_over_time(sensor_of(design))
+    return reading_over_time(draw_sensor(design))
 
 
 def test_flesh_that_is_not_said_to_relax_costs_nothing():

@@ -6,7 +6,7 @@ from measured_units import MeasuredDesign
 from squares import BALL
 
 from pipeline.reading.rise import design_curvatures, rise_law
-from sensor.theory.contrast_rise import read_rise, rise_of
+from sensor.theory.contrast_rise import read_rise, select_rise
 from solve.contact.pose_forces import Pose
 
 
@@ -59,7 +59,7 @@ def test_level_presses_are_corrected_to_what_they_were_pressed_by(designs):
         assert [row.E_MPa for row in read_out.rise_level] == pytest.approx(np.geomspace(0.5, 3.5, 9).tolist())
         travels = np.linspace(0.0, measured.design.press.travel_mm, 25)[1:].tolist()
         for E in (0.6, 2.4):
-            press = rise_of(measured.forces([Pose(E=E, travel=x) for x in travels]), 4)
+            press = select_rise(measured.forces([Pose(E=E, travel=x) for x in travels]), 4)
             found = read_rise(rise_law(measured.design, read_out.contrast), press, np.zeros(4))
             logs = np.log([(row.read_MPa, row.E_MPa) for row in read_out.rise_level]).T
             assert np.exp(np.interp(np.log(found.E), *logs)) == pytest.approx(E, rel=4e-4)

@@ -15,7 +15,7 @@ from pipeline.options import RunOptions
 from pipeline.report.outputs import write_outputs
 from pipeline.report.verdict_table import WIDTH, print_parts, verdict_parts
 from pipeline.storage.folder import output_folder
-from pipeline.verdicts.in_words import as_read, fails_unread, measured
+from pipeline.verdicts.in_words import fails_only_by_unread_poses, in_display_units, measured
 from sensor.quantity import Estimate
 from sensor.verdict import Verdict, judge
 from twintip.cli import main
@@ -166,7 +166,7 @@ def test_verdict_is_read_at_95_per_cent_with_its_limit_in_the_same_measure(name,
     verdict = Verdict(
         name=name, value=0.12, error=0.001, limit=0.15, unit="1", tolerance=0.0, passed=True, reference=""
     )
-    shown = as_read(verdict)
+    shown = in_display_units(verdict)
     assert (shown.value, shown.error, shown.limit) == pytest.approx((0.12 * factor, 0.001 * factor, 0.15 * factor))
     assert shown.unit == ("1" if factor == 1.0 else "%")
 
@@ -176,7 +176,7 @@ def test_everything_has_every_verdict(capsys):
     text = " ".join(capsys.readouterr().out.split())
     for verdict in (*RESULT.verdicts, *RESULT.paper):
         assert f" {verdict.name} " in text
-        assert measured(as_read(verdict)) in text
+        assert measured(in_display_units(verdict)) in text
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,7 @@ def test_everything_has_every_verdict(capsys):
 def test_reading_that_fails_within_its_limit_has_a_reason(name, passed, value, unread, capsys):
     given = {"unit": "1", "limit": 0.05, "tolerance": 0.0, "reference": "3 of 68 poses have no reading"}
     verdict = Verdict(name=name, value=value, passed=passed, **given)
-    assert fails_unread(verdict) is unread
+    assert fails_only_by_unread_poses(verdict) is unread
     print_parts(verdict_parts("", [verdict]))
     row = next(line for line in capsys.readouterr().out.splitlines() if f" {name} " in line)
     assert ("failed: " in row) is unread

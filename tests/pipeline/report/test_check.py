@@ -14,7 +14,7 @@ from stand_ins import GOOD, result_of
 
 from cad.fabrication.file_shapes import files_as_designed
 from cad.files.sensor_files import write_sensor
-from cad.parts.assembly import sensor_of
+from cad.parts.assembly import draw_sensor
 from cad.parts.layout import housing_for
 from mesh.housing.sweep import flexure_mesh
 from pipeline.report import check
@@ -40,7 +40,7 @@ def folder(default_run, tmp_path):
 
 @pytest.fixture
 def sensor(default_run):
-    return sensor_of(default_run.result.design, default_run.result.springs.housing)
+    return draw_sensor(default_run.result.design, default_run.result.springs.housing)
 
 
 @pytest.mark.slow
@@ -98,7 +98,7 @@ def of_another_run(tmp_path_factory, default_run):
     housing = default_run.result.springs.housing
     longer = [1.05 * arm.flexure.length for arm in housing.arms]
     another = housing_for(Design(), PROCESSES["fdm-petg"], longer, default_run.result.springs.deflections)
-    write_sensor(sensor_of(Design(), another), folder)
+    write_sensor(draw_sensor(Design(), another), folder)
     write_vtu(folder / "flexure.vtu", flexure_mesh(another, 4.0), {})
     write_outputs(result_of(Design(targets=Targets(NL=0.06))), folder)
     return folder

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, relaxing_result, result_of, sensor_of, solved, springs_of
+from stand_ins import CONTACT, draw_sensor, relaxing_result, result_of, solved, springs_of
 
 from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
 from pipeline.reading.poses import Placement
@@ -18,14 +18,14 @@ from sensor.design.parameters import Design
 from sensor.design.reading import ReadingRequirements
 from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import Estimate
-from sensor.theory.free_fruit import table_share
+from sensor.theory.free_fruit import table_indentation_fraction
 from sensor.theory.two_spring_law import force_ratio
 
 
 def on_the_press_of_the_block(design, springs=None):
     """Return the result of a design whose press is that of the default one, which is linear."""
     result = result_of()
-    pressed = sensor_of(design, springs)
+    pressed = draw_sensor(design, springs)
     errors = solved(pressed, readings=None, press=result.press, reached=result.reached).errors
     return dataclasses.replace(result, pressed=pressed, errors=errors)
 
@@ -134,7 +134,7 @@ def rounded(*values, digits=2):
 def read_result(**changes):
     """Return a result whose readings have the changed numbers, and whose P has no errors."""
     result = result_of()
-    pressed = sensor_of(Design(reading=ReadingRequirements()))
+    pressed = draw_sensor(Design(reading=ReadingRequirements()))
     readings = ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01), **changes)
     budgets = dataclasses.replace(result.errors.budgets, P_max=None, NL=None)
     errors = dataclasses.replace(result.errors, budgets=budgets)
@@ -189,5 +189,5 @@ def test_relaxation_that_is_known():
 def test_table_under_a_whole_fruit():
     result = on_the_press_of_the_block(Design(fruit=BALL))
     force = float(result.press.at_largest_E.F[-1, -1].sum())
-    share = table_share(force, 0.6, 3.5, BALL.poisson, 200.0)
+    share = table_indentation_fraction(force, 0.6, 3.5, BALL.poisson, 200.0)
     assert numbers_of(note(result, "Support the fruit")) == rounded(100.0 * share)

@@ -10,7 +10,7 @@ from squares import GENTLE, gentle
 from stand_ins import ERRORS, PETG, housing_stiffness, sizing_of
 
 import pipeline.springs.fitted_springs
-from cad.kernel import solid_size
+from cad.kernel import draw_part_size
 from cad.parts.layout import housing_for
 from mesh.session import MeshError
 from pipeline.options import RunOptions, load_design
@@ -214,7 +214,7 @@ def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monke
         begun.append(deflections)
         thicker = {arm.name: replace(arm.flexure, thickness=1.01 * arm.flexure.thickness) for arm in housing.arms}
         size = Future()
-        size.set_result(solid_size(housing.with_flexures(thicker)))
+        size.set_result(draw_part_size(housing.with_flexures(thicker)))
         return size
 
     springs = springs_for(Design(), sizing_of(Design()), "fitted", 0.01, begin_solid)

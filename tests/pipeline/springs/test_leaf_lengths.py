@@ -130,7 +130,7 @@ def fit(monkeypatch):
             "flexure_mesh": lambda *mesh: mesh,
             "stretch_leaves": meshes.stretched,
             "check_flexure_mesh": lambda *both: meshes.compared.append(both),
-            "solid_size": lambda _: None,
+            "draw_part_size": lambda _: None,
             "tip_compliance": meshes,
         }
         for name, stand_in in stand_ins.items():

@@ -9,7 +9,7 @@ import pytest
 from refusal import refusal
 
 import twintip
-from cad.checks.own_part import extrusion_of, faces_at
+from cad.checks.own_part import faces_at, find_extrusion
 from cad.checks.own_part import own_part as own_part_of
 from mesh.own_part import swept_part
 from mesh.session import MeshError
@@ -108,7 +108,7 @@ def test_a_wall_whose_edge_lies_between_two_layers_is_not_swept(level):
     solid = leaf_with_split_wall(level)
     faces = {"held": faces_at(solid, "held", [(0.0, -0.9 * DEEP, 0.5 * THICK)])}
     with pytest.raises(MeshError, match="face 'held'"):
-        swept_part(extrusion_of(own_part_of(solid, faces)), 1.0, 2)
+        swept_part(find_extrusion(own_part_of(solid, faces)), 1.0, 2)
 
 
 def leaf_with_split_wall(level):

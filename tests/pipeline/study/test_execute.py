@@ -256,7 +256,7 @@ def test_key_has_one_meaning_whatever_was_solved():
     design = Design()
     sizing = stand_ins.sizing_of(design)
     as_made, as_sized = (
-        numbers_of(stand_ins.solved(stand_ins.sensor_of(design, springs)))
+        numbers_of(stand_ins.solved(stand_ins.draw_sensor(design, springs)))
         for springs in (stand_ins.springs_of(design), springs_for(design, sizing, "sized"))
     )
     told = {}

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from stand_ins import CONTACT, K_M_OVER_E, LENGTHS, sensor_of, solved, springs_of
+from stand_ins import CONTACT, K_M_OVER_E, LENGTHS, draw_sensor, solved, springs_of
 
 from pipeline.errors.targets import ForceRatioCurve, SceneTargets
 from pipeline.springs.spring import MadeSpring
@@ -34,7 +34,7 @@ def judged(own, targets, *, made=True):
     design = Design(targets=targets)
     springs = springs_of(design, made=made)
     reached = SceneTargets(P_max=own.P_max(), NL=own.NL(targets), level=None)
-    sensor = solved(sensor_of(design, springs), reached=reached)
+    sensor = solved(draw_sensor(design, springs), reached=reached)
     return sensor.verdict("P_max"), sensor.verdict("NL")
 
 

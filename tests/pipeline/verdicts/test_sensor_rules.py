@@ -3,7 +3,7 @@
 import dataclasses
 
 import pytest
-from stand_ins import CONTACT, LENGTHS, result_of, sensor_of, springs_of
+from stand_ins import CONTACT, LENGTHS, draw_sensor, result_of, springs_of
 
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.sensor_rules import RULES, paper_verdicts, tip_pressure
@@ -41,7 +41,7 @@ def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(so
     known = dataclasses.replace(
         press, at_largest_E=dataclasses.replace(hardest, F_error=hardest.F_error * 0.0 + solved)
     )
-    pressure = tip_pressure(sensor_of(design, springs), known)
+    pressure = tip_pressure(draw_sensor(design, springs), known)
     K_m = 3.5 * CONTACT.K_m_over_E()
     shares = [K_m / (K_m + spring.stiffness) * spring.K_error for spring in springs.springs.values()]
     assert pressure.relative == pytest.approx(max(shares) + added, rel=1e-9)
@@ -50,7 +50,7 @@ def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(so
 
 def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_asks():
     design = Design(targets=Targets(P_max=7.0, NL=0.03))
-    paper = paper_verdicts(sensor_of(design))
+    paper = paper_verdicts(draw_sensor(design))
     assert paper == result_of().paper
     assert {verdict.name: verdict.limit for verdict in paper[:2]} == {"P_max": 5.0, "NL": 0.05}
     low, high = PAPER_SPRINGS.stiffnesses  # exactly as published: the error of P is that of the contact

@@ -7,7 +7,7 @@ import pytest
 from mango_square import SQUARE, TRAVELS, on_cheek
 
 from cad.parts.dome_form import CAPS
-from sensor.theory.contrast_rise import form_slopes, rise_modulus, rise_of
+from sensor.theory.contrast_rise import form_slopes, rise_modulus, select_rise
 from solve.presses.pressing import press
 
 MODULI = [1.4, *(pytest.param(E, marks=pytest.mark.study) for E in (0.5, 3.5))]
@@ -16,13 +16,13 @@ MODULI = [1.4, *(pytest.param(E, marks=pytest.mark.study) for E in (0.5, 3.5))]
 def slopes(E):
     """Return the slopes of the law over radius and caps."""
     fruit, domes, law = on_cheek(E)
-    return form_slopes(law, rise_of(press(SQUARE, fruit, TRAVELS), 4), domes, CAPS)
+    return form_slopes(law, select_rise(press(SQUARE, fruit, TRAVELS), 4), domes, CAPS)
 
 
 def log_E(E, **changes):
     """Return ln of the modulus that is read by domes of another form."""
     fruit, _, law = on_cheek(E)
-    return np.log(rise_modulus(law, rise_of(press(dataclasses.replace(SQUARE, **changes), fruit, TRAVELS), 4)))
+    return np.log(rise_modulus(law, select_rise(press(dataclasses.replace(SQUARE, **changes), fruit, TRAVELS), 4)))
 
 
 @pytest.mark.parametrize("E", MODULI)

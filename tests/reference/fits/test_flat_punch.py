@@ -13,7 +13,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from reference.stored import stored
-from sensor.theory.soft_tissue import FLESH_LAWS, no_slip
+from sensor.theory.soft_tissue import FLESH_LAWS, no_slip_stiffness_change
 
 TABLE = tomllib.loads(
     (Path(__file__).parents[3] / "sensor" / "theory" / "large_strain.toml").read_text(encoding="utf-8")
@@ -50,4 +50,4 @@ def test_small_strain_is_that_of_a_punch_on_a_bonded_layer(layer):
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
 def test_grip_at_small_strain_is_that_of_spence(poisson):
     """On a half-space, which the body is but for 4 % of its force: of the grip too."""
-    assert CURVES["neo-hooke", poisson, 0.0]["grip"] - 1.0 == pytest.approx(no_slip(poisson), rel=0.06)
+    assert CURVES["neo-hooke", poisson, 0.0]["grip"] - 1.0 == pytest.approx(no_slip_stiffness_change(poisson), rel=0.06)

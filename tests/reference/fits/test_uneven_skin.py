@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mango_square import SQUARE, TRAVELS, on_cheek
 
-from sensor.theory.contrast_rise import rise_modulus, rise_of, unevenness_sensitivity
+from sensor.theory.contrast_rise import rise_modulus, select_rise, unevenness_sensitivity
 from solve.presses.pressing import Pressing, press
 
 SMALL = 0.002  # [mm] of a wave: half as much changes a slope by some per cent
@@ -24,14 +24,14 @@ def even(E):
 def log_E(E, **changes):
     """Return ln of the modulus that is read of a press on a changed fruit."""
     fruit, _, law, _ = even(E)
-    return np.log(rise_modulus(law, rise_of(press(SQUARE, dataclasses.replace(fruit, **changes), TRAVELS), 4)))
+    return np.log(rise_modulus(law, select_rise(press(SQUARE, dataclasses.replace(fruit, **changes), TRAVELS), 4)))
 
 
 def slopes(E, wave_mm=4.0):
     """Return the slopes of the law for one wave."""
     _, forces, law, _ = even(E)
     k = np.array([2.0 * np.pi / wave_mm])
-    return unevenness_sensitivity(law, rise_of(forces, 4), k, law.rolling.relative_radius)
+    return unevenness_sensitivity(law, select_rise(forces, 4), k, law.rolling.relative_radius)
 
 
 def wave(rng, wave_mm, amplitude):

@@ -13,7 +13,7 @@ from sensor.theory.contrast_law import (
     ReadingError,
     contrast_slopes,
     contrast_weights,
-    plane_through,
+    fit_plane,
     read_modulus,
     smallest_root,
     stiffened_compliance,
@@ -114,10 +114,8 @@ def test_slopes_are_those_of_small_changes(rng):
 
 def test_plane_through_tips_is_that_of_their_pose():
     """A line tells the slope along it only."""
-    assert plane_through(SQUARE, 0.6 + np.array(SQUARE) @ (0.02, -0.03)) == pytest.approx(
-        (0.6, 0.02, -0.03), rel=ROUND_OFF
-    )
-    assert plane_through(LINE, (0.5, 0.6, 0.7)) == (pytest.approx(0.6), pytest.approx(0.04), None)
+    assert fit_plane(SQUARE, 0.6 + np.array(SQUARE) @ (0.02, -0.03)) == pytest.approx((0.6, 0.02, -0.03), rel=ROUND_OFF)
+    assert fit_plane(LINE, (0.5, 0.6, 0.7)) == (pytest.approx(0.6), pytest.approx(0.04), None)
 
 
 @pytest.mark.parametrize("terms", [(0.0, 1.0, 1.0), (0.0, 0.0, 1.0), (1.0, 1.0, 1.0), (1.0, 0.0, 0.0)])

@@ -15,7 +15,7 @@ from sensor.theory.contrast_rise import (
     RollingDomes,
     moduli_without,
     read_rise,
-    rise_of,
+    select_rise,
 )
 from solve.presses.pressing import press
 
@@ -66,7 +66,7 @@ def law_press(law, E, gaps, tilt=(0.0, 0.0), drift=(0.0, 0.0), travels=None):
 
 
 def reading(law, forces, noises=QUIET):
-    return read_rise(law, rise_of(np.asarray(forces), len(noises)), noises)
+    return read_rise(law, select_rise(np.asarray(forces), len(noises)), noises)
 
 
 def level_press(E, samples=60, tilt=0.0):
@@ -226,7 +226,7 @@ def test_moduli_without_a_bad_sample_are_right(several):
     bad[9 : 9 + several, 3] *= 1.05
     moduli = []
     for rows in (forces, bad):
-        moduli.append(np.array([*moduli_without(law, rise_of(rows, 4, lag=several), several)]))
+        moduli.append(np.array([*moduli_without(law, select_rise(rows, 4, lag=several), several)]))
     exact, off = moduli
     assert len(exact) == len(off) == 12 - several - several + 1
     assert exact == pytest.approx(1.5, rel=1e-6)
@@ -237,7 +237,7 @@ def test_moduli_without_a_bad_sample_are_right(several):
 @pytest.mark.parametrize(("more", "told"), [(1, MOST_LEFT_OUT_EACH), (2, 0)])
 def test_moduli_without_a_sample_are_told_of_few_samples(more, told):
     law, forces = level_press(1.5, samples=MOST_LEFT_OUT_EACH + more)
-    assert len([*moduli_without(law, rise_of(forces, 4))]) == told
+    assert len([*moduli_without(law, select_rise(forces, 4))]) == told
 
 
 @pytest.mark.parametrize("case", STORED["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from sensor.theory.free_fruit import roll, table_share
+from sensor.theory.free_fruit import roll, table_indentation_fraction
 from sensor.theory.hertz import approach
 
 E, POISSON, RADIUS = 3.5, 0.3, 35.0
@@ -15,7 +15,7 @@ FORCES = (0.44843, 2.2418)  # [N] of the paper's scene at full travel, low and h
 
 def test_share_settles_where_fruit_and_table_bear_the_same_force():
     force, travel = sum(FORCES), 0.6
-    share = table_share(force, travel, E, POISSON, RADIUS)
+    share = table_indentation_fraction(force, travel, E, POISSON, RADIUS)
     assert share == pytest.approx(approach(force * (1.0 - share), E, POISSON, RADIUS) / travel, abs=1e-9)
     assert 0.2 < share < 0.2 / 0.6
 

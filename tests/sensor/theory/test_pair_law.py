@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sensor.theory.contrast_law import ReadingError, pair_law, ratio_modulus, read_modulus
-from sensor.theory.contrast_rise import RiseLaw, read_rise, rise_of
+from sensor.theory.contrast_rise import RiseLaw, read_rise, select_rise
 from sensor.theory.two_spring_law import PAPER_SPRINGS, fruit_stiffness
 
 ROUND_OFF = 1e-9
@@ -19,7 +19,7 @@ def test_rise_is_the_modulus_and_the_offset_the_misalignment(rng):
         E, lead = 10.0 ** rng.uniform(-0.5, 0.7), rng.uniform(-0.05, 0.05)  # the low tip travels farther by the lead
         forces = [np.linalg.solve(coupled + S / E, [travel + lead, travel]) for travel in np.linspace(0.2, 0.6, 9)]
         law = RiseLaw(contrast=pair_law(coupled.tolist(), S_DIFFERENCE))
-        found = read_rise(law, rise_of(np.array(forces), 2), np.zeros(2))
+        found = read_rise(law, select_rise(np.array(forces), 2), np.zeros(2))
         assert pytest.approx(E, rel=ROUND_OFF) == found.E
         assert found.offset == pytest.approx(lead, rel=ROUND_OFF, abs=1e-12)
 

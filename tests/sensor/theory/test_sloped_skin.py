@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from sensor.theory.sloped_skin import frictionless_press, log_coefficient, slope_factor, stretch_factor
+from sensor.theory.sloped_skin import frictionless_stiffness_change, log_coefficient, slope_factor, stretch_factor
 
 ROUND_OFF = 1e-12  # relative: sums of 64 positive terms
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
@@ -31,9 +31,11 @@ def test_a_sliding_tip_loses_the_square_of_the_sine_less_what_the_flesh_beside_g
     """cos^2 of the press; and the part of the vertical load down the slope, whose answer is stiffer, is missing."""
     slope = math.tan(math.radians(6.6))
     expected = -(math.sin(math.radians(6.6)) ** 2) * (1.0 - 0.5 * 0.3 / 0.7)
-    assert frictionless_press(0.3, slope) == pytest.approx(expected, rel=0.02)
-    assert frictionless_press(0.0, slope) == pytest.approx(-(math.sin(math.radians(6.6)) ** 2), rel=ROUND_OFF * 1e3)
-    assert frictionless_press(0.3, 0.0) == pytest.approx(0.0, abs=ROUND_OFF)
+    assert frictionless_stiffness_change(0.3, slope) == pytest.approx(expected, rel=0.02)
+    assert frictionless_stiffness_change(0.0, slope) == pytest.approx(
+        -(math.sin(math.radians(6.6)) ** 2), rel=ROUND_OFF * 1e3
+    )
+    assert frictionless_stiffness_change(0.3, 0.0) == pytest.approx(0.0, abs=ROUND_OFF)
 
 
 def energy(poisson, *, tangential):

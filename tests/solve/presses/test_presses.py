@@ -11,7 +11,7 @@ from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, LinearForm, 
 from skfem.helpers import ddot, grad, sym_grad, trace
 from stored_presses import STORED, square
 
-from solve.presses.press_over_time import PressMotionOverTime, creep_of, press_over_time, press_with_creep
+from solve.presses.press_over_time import PressMotionOverTime, fit_kelvin_elements, press_over_time, press_with_creep
 from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone, OuterLayer, SprungDomes
 from solve.presses.pressing import Pressing, press
 
@@ -220,7 +220,7 @@ def test_springs_that_creep_follow_boltzmann(exponent):
     """The deflection is the integral of J(t - s) dF(s) of forces that run straight, J a power that is 1 at 30 s."""
     times = np.array([0.0, 0.3, 0.8, 1.4, 2.0, 3.0, 5.0])
     way = PressMotionOverTime(travels=[0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.9], times=times)
-    forces, deflections = press_with_creep(Pressing(square(), LEVEL), way, creep=creep_of(exponent, 30.0))
+    forces, deflections = press_with_creep(Pressing(square(), LEVEL), way, creep=fit_kelvin_elements(exponent, 30.0))
     slopes = np.diff(forces, axis=0) / np.diff(times)[:, None]
     elastic = press(square(), LEVEL, way.travels)
     assert (np.abs(forces[-1] / elastic[-1] - 1.0) > 0.005).any()

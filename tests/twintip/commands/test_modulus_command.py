@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from virtual_compression import VirtualTest
 
-from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
+from instrument.compress.force_law import POISSON, TestGeometry, hertz_force_law
 from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.options import load_design
 from twintip.cli import main
@@ -32,10 +32,10 @@ def law_of_hertz(monkeypatch):
     """Put Hertz's law of a body, or of a ball where it has none, in the place of the solved one."""
 
     def law(test, _count):
-        apparent = hertz_law(test) or hertz_law(BALL)
+        apparent = hertz_force_law(test) or hertz_force_law(BALL)
         return replace(apparent, variants={POISSON: [apparent]})
 
-    monkeypatch.setattr("instrument.compress.modulus.solved_law", law)
+    monkeypatch.setattr("instrument.compress.modulus.solve_force_law", law)
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from pipeline.report.page.page_answer import closest_to_limit, short_value
 from pipeline.report.page.page_template import finite
 from pipeline.report.report import read_data
 from pipeline.storage.digests import file_digest
-from pipeline.verdicts.in_words import headline, limit_text, not_passed
+from pipeline.verdicts.in_words import failed_or_undecided, limit_text, overall_sentence
 from sensor.verdict import Verdict
 from sensor.words import value_with_bar
 
@@ -97,8 +97,8 @@ def planted(name, **changes):
 )
 def test_answer_names_what_failed_first(outcomes, names, answer, counts):
     verdicts = tuple(planted(str(index), passed=passed) for index, passed in enumerate(outcomes))
-    assert [verdict.name for verdict in not_passed(verdicts)] == names
-    sentence = headline("mine", verdicts)
+    assert [verdict.name for verdict in failed_or_undecided(verdicts)] == names
+    sentence = overall_sentence("mine", verdicts)
     assert sentence.startswith(f"{answer}: ")
     assert [int(number) for number in re.findall(r"\d+", sentence)] == counts
 
