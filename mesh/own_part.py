@@ -49,7 +49,9 @@ _MAX_LINES_PER_SIDE = 10  # maximum number of these lines along a side of a quad
 _REDUNDANCY_RATIO = 1.05
 _BIN_FRACTION = 0.02  # width of a bin as a fraction of the longest side of the part
 _GROWTH = 0.45  # growth of the element size with distance [mm per mm]
-_NEAR = 1e-6  # distance below which two points are considered equal [mm]; in some tests, a fraction of the span
+_NEAR = 1e-6  # distance below which two points are considered equal [mm]
+_NEAR_FRACTION = 1e-6  # the same distance as a fraction of the span of the section
+_SIDE_TOLERANCE = 1e-6  # cross product [mm^2] down to which a point is considered to be on a side of a quadrilateral
 _ON_FACE = 10.0 * _NEAR  # largest distance of the middle of a facet from the face on which it lies [mm]
 _PARALLEL = 1e-12  # a ray and a segment are parallel if their cross product [mm] is smaller than this
 # The depth at a node is measured at this fraction of the way from the node to the centre of a quadrilateral.
@@ -245,11 +247,7 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
     # All quadrilaterals with the same number of lines are evaluated together.
     for count in np.unique(lines_per_side):
         quads = np.flatnonzero(lines_per_side == count)
-        # The lines pass through the middles (r, s) of a grid of equal squares in the unit square. Bilinear shape
-        # functions map them to the positions (x, z) in each quadrilateral.
-        coordinates = (np.arange(count) + 0.5) / count
-        r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
-        shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
+        shapes = _grid_shapes(count)
         corners = profile.quads[:, quads]
         # The indices are i for x and z, j for the corner, k for the quadrilateral and q for the line.
         x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
@@ -261,6 +259,17 @@ def _sampled_length_errors(extrusion: "Extrusion", profile: Profile, depth: Floa
         significant_errors = np.where(errors > _NEAR, errors, 0.0)  # smaller errors are round-off
         mean_errors[quads] = significant_errors.reshape(len(quads), -1).mean(axis=1)
     return mean_errors
+
+
+def _grid_shapes(count: int) -> Floats:
+    """Return the bilinear shape functions [1] of a quadrilateral at a grid of points, shape (4, count^2).
+
+    The points are the middles (r, s) of `count` by `count` equal squares in the unit square. The shape functions
+    interpolate values at the four corners, such as positions, to these points.
+    """
+    coordinates = (np.arange(count) + 0.5) / count
+    r, s = np.repeat(coordinates, count), np.tile(coordinates, count)
+    return np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
 
 
 def _feature_length_errors(
@@ -283,26 +292,25 @@ def _feature_length_errors(
         return length_errors, equivalent_errors
     # Each piece has a position (x, z) [mm], an area seen along y [mm^2], and the mean width of its face [mm].
     positions = np.array([position for position, _, _ in pieces]).T
-    piece_areas = np.array([piece_area for _, piece_area, _ in pieces])
-    widths = np.array([width for _, _, width in pieces])
     corners = profile.points[:, profile.quads]
     _, _, part_lengths = extrusion.material_spans(*positions)
     # A piece is left out if the line along y through its position misses the part.
     for i in np.flatnonzero(part_lengths > 0.0):
+        _, piece_area, width = pieces[i]
         quad = _quadrilateral_at(positions[:, i], corners)
         if quad is None:
             continue
         corner_depths = depth[profile.quads[:, quad]]
+        # Where the depth of the mesh varies, it follows a slanted face. `_sampled_length_errors` covers its error.
+        follows_slanted_face = np.ptp(corner_depths) > _NEAR
         mesh_length = float(corner_depths.mean())
         part_length = float(part_lengths[i])
         difference = abs(mesh_length - part_length)
-        # Where the depth of the mesh varies, it follows a slanted face. `_sampled_length_errors` covers its error.
-        follows_slanted_face = np.ptp(corner_depths) > _NEAR
         if follows_slanted_face or difference <= _NEAR:
             continue
-        length_errors[quad] += difference * piece_areas[i] / area[quad]
-        weakening = _weakening(mesh_length, part_length, float(widths[i]))
-        equivalent_errors[quad] += weakening * difference * piece_areas[i] / area[quad]
+        length_errors[quad] += difference * piece_area / area[quad]
+        weakening = _weakening(mesh_length, part_length, width)
+        equivalent_errors[quad] += weakening * difference * piece_area / area[quad]
     return length_errors, equivalent_errors
 
 
@@ -324,12 +332,12 @@ def _quadrilateral_at(position: Floats, corners: Floats) -> int | None:
     """Return the index of the quadrilateral that contains a position (2,) [mm], or None if none of them does.
 
     `corners` (2, 4, quadrilaterals) [mm] are in counterclockwise order. A position inside a quadrilateral is therefore
-    on the left of all its sides. The tolerance [mm^2] includes positions on a side.
+    on the left of all its sides. A position on a side is considered to be inside.
     """
     sides = np.roll(corners, -1, axis=1) - corners
     cross_products = _cross_product(sides, position[:, None, None] - corners)  # positive on the left of a side
     quad = int(np.argmax(cross_products.min(axis=0)))
-    return quad if cross_products[:, quad].min() >= -_NEAR else None
+    return quad if cross_products[:, quad].min() >= -_SIDE_TOLERANCE else None
 
 
 def _cross_product(a: Floats, b: Floats) -> Floats:
@@ -385,7 +393,7 @@ def _import_section(extrusion: "Extrusion") -> list[int]:
         section = [(dimension, tag) for dimension, tag in imported if dimension == SURFACE]
         dividing_lines = []
         for ends in extrusion.lines:
-            start, end = (occ.addPoint(x, extrusion.plane, z) for x, z in ends)
+            start, end = (occ.addPoint(x, extrusion.plane, z) for x, z in ends)  # the section lies in y = plane
             dividing_lines.append((CURVE, occ.addLine(start, end)))
         if dividing_lines:
             occ.fragment(section, dividing_lines)  # cuts the section along the lines into several surfaces
@@ -434,10 +442,10 @@ class GradedSizes:
 
     def at(self, x: float, y: float, z: float = 0.0) -> float:
         """Return the element size at a position [mm]. In a plane, only two coordinates are given."""
-        key = (int(x // self._bin_size), int(y // self._bin_size), int(z // self._bin_size))
-        points = self._bins.get(key)
+        bin_indices = (int(x // self._bin_size), int(y // self._bin_size), int(z // self._bin_size))
+        points = self._bins.get(bin_indices)
         if points is None:
-            points = self._bins[key] = self._points_of_bin(key)
+            points = self._bins[bin_indices] = self._points_of_bin(bin_indices)
         growth, sqrt = self._growth, math.sqrt
         # A bin has only about ten points (a, b, c), for which NumPy would take five times as long as this loop.
         return min(
@@ -447,14 +455,14 @@ class GradedSizes:
             ]
         )
 
-    def _points_of_bin(self, key: tuple[int, int, int]) -> list[tuple[float, float, float, float]]:
-        """Return the points (x, y, z, size) that can determine the size somewhere in the bin with indices `key`."""
-        middle = (np.array(key) + 0.5)[:, None] * self._bin_size
+    def _points_of_bin(self, bin_indices: tuple[int, int, int]) -> list[tuple[float, float, float, float]]:
+        """Return the points (x, y, z, size) that can determine the size somewhere in the bin with these indices."""
+        middle = (np.array(bin_indices) + 0.5)[:, None] * self._bin_size
         size_at_middle = self._sizes + self._growth * np.linalg.norm(self._points - middle, axis=0)
         # From the middle of the bin to a corner, the size implied by one point may grow, and the size implied by
         # another point may shrink. Each changes by at most the growth over half a diagonal of the bin, so their
         # difference changes by at most the growth over a diagonal.
-        margin = self._growth * self._bin_size * np.sqrt(len(key))
+        margin = self._growth * self._bin_size * np.sqrt(len(bin_indices))
         relevant = size_at_middle <= size_at_middle.min() + margin
         points, sizes = self._points.T[relevant].tolist(), self._sizes[relevant].tolist()
         return [(x, y, z, size) for (x, y, z), size in zip(points, sizes, strict=True)]
@@ -515,23 +523,32 @@ class _Outline:
     def _find_sharp_corners(self, ends: list[_CurveEnd]) -> tuple[Floats, Ints]:
         """Return the sharp inner corners (2, n) [mm], and the indices (2, n) of the samples on both sides of each.
 
-        `ends` are the ends of all curves of the outline. Two curves that meet at an inner corner enclose a region
-        outside the section. A point on their bisector, just beside the corner, therefore lies outside the section.
+        `ends` are the ends of all curves of the outline.
         """
         corners, samples = [], []
         for i, curve_end in enumerate(ends):
             for other_end in ends[:i]:  # every pair of ends once
-                if np.linalg.norm(other_end.position - curve_end.position) > _NEAR * self.span:
-                    continue
-                # Both directions lead away from the corner, so they are opposite if the outline does not turn there.
-                turn = np.pi - np.arccos(np.clip(curve_end.direction @ other_end.direction, -1.0, 1.0))
-                bisector = curve_end.direction + other_end.direction
-                bisector_length = max(float(np.linalg.norm(bisector)), _NEAR)  # 0 if the outline does not turn
-                test_point = curve_end.position + _TEST_DISTANCE * self.span * bisector / bisector_length
-                if turn > _SHARP_TURN_RAD and not self._is_inside(test_point):
+                if self._form_sharp_inner_corner(curve_end, other_end):
                     corners.append(curve_end.position)
                     samples.append((curve_end.sample, other_end.sample))
+        # The reshaping gives the right shape even if there is no corner.
         return np.array(corners).reshape(-1, 2).T, np.array(samples, dtype=np.int64).reshape(-1, 2).T
+
+    def _form_sharp_inner_corner(self, curve_end: _CurveEnd, other_end: _CurveEnd) -> bool:
+        """Return whether two ends of curves meet at a sharp inner corner of the outline.
+
+        Two curves that meet at an inner corner enclose a region outside the section. A point on their bisector, just
+        beside the corner, therefore lies outside the section.
+        """
+        if np.linalg.norm(other_end.position - curve_end.position) > _NEAR_FRACTION * self.span:
+            return False
+        # Both directions lead away from the corner, so they are opposite if the outline does not turn there.
+        turn = np.pi - np.arccos(np.clip(curve_end.direction @ other_end.direction, -1.0, 1.0))
+        if not turn > _SHARP_TURN_RAD:
+            return False
+        bisector = curve_end.direction + other_end.direction
+        bisector_length = float(np.linalg.norm(bisector))
+        return not self._is_inside(curve_end.position + _TEST_DISTANCE * self.span * bisector / bisector_length)
 
     def _is_inside(self, point: Floats) -> bool:
         """Return whether a point (x, z) [mm] is in the section.
@@ -555,15 +572,21 @@ class _Outline:
         quarter_arc = 0.5 * np.pi * np.abs(self._radii)
         sizes = np.minimum(sizes, np.where(self._is_concave, quarter_arc / _QUADS_PER_QUARTER_ARC, quarter_arc))
         sizes *= scale
-        # At a refined corner, `fine.size` multiplies the size without refinement or the wall thickness, whichever is
-        # smaller.
+        corners = self.corners[:, list(fine.numbers)]
+        return np.hstack([self.points, corners]), np.concatenate([sizes, self._refined_sizes(sizes, fine)])
+
+    def _refined_sizes(self, sizes: Floats, fine: FineCorners) -> Floats:
+        """Return the element size at each refined corner [mm], shape (refined corners,).
+
+        `sizes` (n,) [mm] are the sizes at the samples. `fine.size` multiplies the size without refinement or the wall
+        thickness, whichever is smaller.
+        """
         refined = list(fine.numbers)
-        corners = self.corners[:, refined]
-        distance = np.linalg.norm(corners[:, :, None] - self.points[:, None], axis=0)  # (refined corners, samples)
+        distance = np.linalg.norm(self.corners[:, refined][:, :, None] - self.points[:, None], axis=0)
+        # The minimum is over the samples, along the second axis of (refined corners, samples).
         unrefined_sizes = (sizes + _GROWTH * distance).min(axis=1, initial=np.inf)
         wall_thickness = self._thickness[self._samples_at_corners[:, refined]].min(axis=0)
-        refined_sizes = fine.size * np.minimum(unrefined_sizes, wall_thickness)
-        return np.hstack([self.points, corners]), np.concatenate([sizes, refined_sizes])
+        return np.asarray(fine.size * np.minimum(unrefined_sizes, wall_thickness))
 
     def _wall_thickness(self) -> tuple[Floats, Flags]:
         """Return the thickness of the part at each sample [mm], and whether the part lies to the left there, (n,) each.
@@ -616,7 +639,7 @@ class _Outline:
             t = _cross_product(to_start, chord_vectors) / divisor
             s = _cross_product(to_start, np.broadcast_to(ray, chord_vectors.shape)) / divisor
             # The lower bound of t excludes the chord on which the ray begins.
-            is_hit = (t > _NEAR * self.span) & (s >= 0.0) & (s < 1.0)
+            is_hit = (t > _NEAR_FRACTION * self.span) & (s >= 0.0) & (s < 1.0)
             crossings[i] = is_hit.sum()
             distance[i] = t[is_hit].min(initial=np.inf)
         return distance, crossings % 2 == 1
@@ -704,12 +727,21 @@ def _read_section(surfaces: list[int], concave: set[int], sharp_corners: Floats)
         midpoints=edges.midpoints,
         surfaces={FILLETS: edges.fillets},
     )
-    # The node at a sharp corner is the one nearest to it.
+    corner_of_quad = _corner_of_each_quadrilateral(points, quads, sharp_corners)
+    return _Section(profile=profile, region=regions, corner=corner_of_quad, corner_count=sharp_corners.shape[1])
+
+
+def _corner_of_each_quadrilateral(points: Floats, quads: Ints, sharp_corners: Floats) -> Ints:
+    """Return the index of the sharp inner corner that each quadrilateral touches, or -1, shape (m,).
+
+    `quads` (4, m) are indices into `points` (2, k) [mm]. `sharp_corners` (2, n) [mm] are the positions of the corners.
+    The node at a corner is the one nearest to it.
+    """
     corner_of_quad = np.full(quads.shape[1], -1)
     for corner, position in enumerate(sharp_corners.T):
         node = int(np.argmin(np.linalg.norm(points - position[:, None], axis=0)))
         corner_of_quad[(quads == node).any(axis=0)] = corner
-    return _Section(profile=profile, region=regions, corner=corner_of_quad, corner_count=sharp_corners.shape[1])
+    return corner_of_quad
 
 
 def _read_quadrilaterals(surfaces: list[int]) -> tuple[Ints, Ints]:
@@ -814,16 +846,14 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     corners = straight.facets[:, boundary_facets]
     # A node number is the level times n, plus the number of the profile point.
     profile_points = corners % n
-    lowest_level, highest_level = corners.min(axis=0) // n, corners.max(axis=0) // n
-    top_level = straight.p.shape[1] // n - 1
-    # The level at which all corners of a facet lie, or -1 for a facet that is swept from an edge of the profile.
-    level = np.where(lowest_level == highest_level, lowest_level, -1)
+    level = _facet_levels(corners, n)
     is_swept = level < 0
     boundaries: dict[str, Ints] = {}
     if is_half:
         boundaries[SYMMETRY] = boundary_facets[level == 0]
     # Side faces are the ends of the sweep at the full depth. The surfaces of shallower regions do not belong to them.
     y = straight.p[1, corners]
+    top_level = straight.p.shape[1] // n - 1
     on_end = (level == top_level) & (np.abs(y - extrusion.high).max(axis=0) < _NEAR)
     if not is_half:
         on_end |= (level == 0) & (np.abs(y - extrusion.low).max(axis=0) < _NEAR)
@@ -833,15 +863,38 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
         edge_ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
         boundaries[FILLETS] = boundary_facets[is_swept & (index_by_nodes(fillets, edge_ends) >= 0)]
     middles = _facet_middles(profile, straight, boundary_facets, profile_points)
+    boundaries |= _named_faces(extrusion, straight, boundary_facets, middles, is_half=is_half)
+    facets_with_name = np.concatenate(list(boundaries.values()))
+    boundaries[WALLS] = np.setdiff1d(boundary_facets[is_swept], facets_with_name)
+    return boundaries
+
+
+def _facet_levels(corners: Ints, n: int) -> Ints:
+    """Return the level of each facet that lies at one level of the sweep, and -1 for any other facet.
+
+    The other facets are swept from the edges of the profile. `corners` (4, facets) holds the node numbers at the
+    corners. Node k n + i lies at level k, where `n` is the number of points of the profile.
+    """
+    lowest_level, highest_level = corners.min(axis=0) // n, corners.max(axis=0) // n
+    return np.where(lowest_level == highest_level, lowest_level, -1)
+
+
+def _named_faces(
+    extrusion: "Extrusion", straight: MeshHex1, boundary_facets: Ints, middles: Floats, *, is_half: bool
+) -> dict[str, Ints]:
+    """Return the indices of the facets on each named face of the part.
+
+    A facet lies on a face if its middle does. `middles` (3, n) [mm] are the middles of the `boundary_facets` (n,).
+    Raises MeshError if a named face has no facets, or if its area differs from the area of its facets.
+    """
+    faces = {}
     copies = 2.0 if is_half else 1.0  # the whole part consists of two copies of the meshed half
     for name in extrusion.part.faces:
-        boundaries[name] = boundary_facets[extrusion.are_on_face(name, middles, _ON_FACE)]
-        if not len(boundaries[name]):
+        faces[name] = boundary_facets[extrusion.are_on_face(name, middles, _ON_FACE)]
+        if not len(faces[name]):
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "choose another face")
-        _check_face_area(extrusion, name, copies * facets_area(straight, boundaries[name]))
-    named_facets = np.concatenate(list(boundaries.values()))
-    boundaries[WALLS] = np.setdiff1d(boundary_facets[is_swept], named_facets)
-    return boundaries
+        _check_face_area(extrusion, name, copies * facets_area(straight, faces[name]))
+    return faces
 
 
 def _check_face_area(extrusion: "Extrusion", name: str, meshed_area: float) -> None:

@@ -34,7 +34,9 @@ if TYPE_CHECKING:
 _HINT = "check the solid at its smallest faces"
 _GROWTH = 0.5  # growth of the element size with distance from a thin wall [mm per mm]
 _LARGEST_SIZE_FRACTION = 0.15  # largest element size as a fraction of the longest side of the part
-_MAX_PASSES = 3  # maximum number of searches for folded cells; straightening an edge may fold another cell
+# Maximum number of searches for folded cells. One search may not be enough, because straightening an edge of a folded
+# cell may fold another cell.
+_MAX_PASSES = 3
 
 
 def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
@@ -59,7 +61,7 @@ def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
             gmsh.model.occ.synchronize()
             tags = [tag for _, tag in gmsh.model.getEntities(SURFACE)]  # in the order of the part's faces
         with stage("generate", _HINT):
-            gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1.0)
+            gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1.0)  # sizes in the volume follow the surface
             gmsh.model.mesh.setSizeCallback(size_at)
             gmsh.model.mesh.generate(3)
             gmsh.model.mesh.setOrder(2)

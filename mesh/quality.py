@@ -10,10 +10,10 @@ from sensor.arrays import Floats
 def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     """Return the scaled Jacobian [1] of each tetrahedron, shape (m,): 1 if regular, 0 if flat, negative if inverted.
 
-    It is sqrt(2) det J / lambda. Here lambda is the largest product of the three edge lengths at a corner, or |det J|
-    if that is larger. The factor sqrt(2) makes it 1 for a regular tetrahedron. `points` (3, n) [mm] are the nodes, and
-    `tets` (4, m) the indices of the corners. See P. Stimpson et al., The Verdict Library Reference Manual, 2007,
-    section 6.14.
+    The scaled Jacobian is sqrt(2) det J / lambda. Here lambda is the largest product of the three edge lengths at a
+    corner, or |det J| if that is larger. The factor sqrt(2) makes it 1 for a regular tetrahedron. `points` (3, n) [mm]
+    are the nodes, and `tets` (4, m) the indices of the corners. See P. Stimpson et al., The Verdict Library Reference
+    Manual, 2007, section 6.14.
     """
     corners = points[:, tets]  # (3, 4, m)
     edges = corners[:, 1:] - corners[:, :1]  # the three edges at the first corner
@@ -23,7 +23,7 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
         other_corners = np.delete(corners, corner, axis=1)
         edge_lengths = np.linalg.norm(other_corners - corners[:, corner, None], axis=0)
         largest_product = np.maximum(largest_product, edge_lengths.prod(axis=0))
-    # A cell that has shrunk to a point gets quality 0, without a division by zero.
+    # A tetrahedron that has shrunk to a point gets the scaled Jacobian 0, without a division by zero.
     return np.asarray(np.sqrt(2.0) * determinants / np.where(largest_product > 0.0, largest_product, 1.0))
 
 

@@ -120,7 +120,7 @@ def _preserved_signal_handlers() -> Iterator[None]:
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
     previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, ())  # blocks no signal; it only returns the current mask
     try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, handlers)  # from here on, signals wait
+        signal.pthread_sigmask(signal.SIG_BLOCK, handlers)  # from here on, these signals wait
         yield
     finally:
         if threading.current_thread() is threading.main_thread():  # Python can set handlers only in the main thread
@@ -152,8 +152,8 @@ def import_brep(write: Callable[[Path], object], hint: str) -> list[tuple[int, i
     """Load a shape into gmsh as a BREP file, and return gmsh's (dimension, tag) of each imported entity.
 
     `write` writes the shape to a path. The file is kept in memory, because a file on disk would remain if the process
-    were killed. `hint` says what to do if gmsh fails, which raises MachineError. The caller must synchronise gmsh's
-    model.
+    were killed. `hint` says what to do if gmsh fails. The caller must then synchronise gmsh's model. Raises
+    MachineError if gmsh fails.
     """
     with os.fdopen(os.memfd_create("shape.brep")) as in_memory, stage("import", hint):
         path = Path(f"/proc/self/fd/{in_memory.fileno()}")

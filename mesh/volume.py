@@ -57,22 +57,22 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
     `size` is the element size as a function of position. `tolerance` [1] is the largest allowed relative difference
     between mesh and solid, in volume and in the area of each named face. A part with curved faces needs a larger
     tolerance than the default. `least_quality` [1] is the smallest allowed scaled Jacobian. Raises MeshError if `size`
-    names an unknown face, or if the mesh does not meet these limits, and MachineError if gmsh fails.
+    names an unknown face, or if the mesh does not meet these limits. Raises MachineError if gmsh fails.
     """
     for name in (*size.faces, *size.cuts):
         if name not in part.faces:
             names = ", ".join(part.faces) or "none"
             raise MeshError("names", f"part {part.name!r} has no face {name!r}", f"its faces: {names}")
     with gmsh_session():
-        tags = _import_part(part)
-        tags_of_names = {name: [tags[i] for i in indices] for name, indices in part.faces.items()}
-        _set_size(size, tags_of_names)
+        surfaces = _import_part(part)
+        surfaces_of_names = {name: [surfaces[i] for i in indices] for name, indices in part.faces.items()}
+        _set_size(size, surfaces_of_names)
         with stage("generate", "use smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
             node_tags = element_nodes("Tetrahedron")
             nodes = used_nodes(node_tags)
-            triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
+            triangles = [nodes.index[element_nodes("Triangle", entity=surface)] for surface in surfaces]
     points = nodes.points
     tets = np.ascontiguousarray(nodes.index[node_tags])
     check_quality(points, tets, least_quality)
@@ -134,24 +134,24 @@ def _check_faces(part: Part, tags: Sequence[int]) -> None:
         raise MeshError("import", reason, _CHECK_SOLID)
     for index, (face, tag) in enumerate(zip(faces, tags, strict=True)):
         area = gmsh.model.occ.getMass(SURFACE, tag)  # the mass of a surface is its area
-        expected = face.Area()
+        expected_area = face.Area()
         shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(SURFACE, tag))
-        # The square root of the area is a typical length of the face.
-        if abs(area - expected) > _FACE_TOLERANCE * expected or shift > _FACE_TOLERANCE * math.sqrt(expected):
-            difference = f"area {area:.6g} mm^2 instead of {expected:.6g} mm^2, centroid {shift:.3g} mm away"
+        typical_length = math.sqrt(expected_area)
+        if abs(area - expected_area) > _FACE_TOLERANCE * expected_area or shift > _FACE_TOLERANCE * typical_length:
+            difference = f"area {area:.6g} mm^2 instead of {expected_area:.6g} mm^2, centroid {shift:.3g} mm away"
             raise MeshError("import", f"gmsh's face {index} is not the solid's face {index}: {difference}", _LOST_ORDER)
 
 
-def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
+def _set_size(size: SizeField, surfaces_of_names: dict[str, list[int]]) -> None:
     """Set gmsh's background field, which determines the element size at each position, to `size`.
 
-    `tags` maps the name of each face to gmsh's surface tags.
+    `surfaces_of_names` maps the name of each face to gmsh's surface tags.
     """
     field = gmsh.model.mesh.field
 
     def bounding_curves(names: Sequence[str]) -> set[int]:
         """Return gmsh's tags of the curves around the faces with these names."""
-        surfaces = [(SURFACE, tag) for name in names for tag in tags[name]]
+        surfaces = [(SURFACE, tag) for name in names for tag in surfaces_of_names[name]]
         return {curve for _, curve in gmsh.model.getBoundary(surfaces, combined=False, oriented=False)}
 
     with stage("size", "check the sizes"):

@@ -19,6 +19,8 @@ Interval = tuple[float, float]  # start and end [mm]
 _FAN_HEIGHT_RATIO = 1.8
 _MAX_FAN_FRACTION = 0.7  # largest fraction of the solid beside a fillet that a fan may occupy
 _NECK_GROWTH = 1.5  # size ratio of successive elements, from the tip upwards
+# An excess of up to this fraction of an element, for example from rounding, does not add an element.
+_IGNORED_EXCESS = 0.01
 _FRAME_SIZE_RATIO = 0.4  # element size in the frame at scale 1, divided by the width of a wall
 
 
@@ -99,10 +101,9 @@ def element_counts(housing: Housing, scale: float) -> ElementCounts:
     the square root of `scale`.
     """
 
-    def scaled(number: int) -> int:
-        return max(1, round(number / scale))
+    def scaled(number_at_scale_1: int) -> int:
+        return max(1, round(number_at_scale_1 / scale))
 
-    # The arguments of `scaled` are the numbers of elements at scale 1.
     sector = scaled(1)
     return ElementCounts(
         sector=sector,
@@ -118,8 +119,7 @@ def element_counts(housing: Housing, scale: float) -> ElementCounts:
 
 def frame_elements(length: float, counts: ElementCounts) -> int:
     """Return the number of elements along a length [mm] in the frame."""
-    # An excess of up to a hundredth of an element, for example from rounding, does not add an element.
-    return max(1, math.ceil(length / counts.frame_size - 0.01))
+    return max(1, math.ceil(length / counts.frame_size - _IGNORED_EXCESS))
 
 
 def elements_between(lower: float, upper: float, fans: Sequence[Fan], counts: ElementCounts) -> int:
@@ -142,8 +142,8 @@ def is_in_fan(lower: float, upper: float, fans: Sequence[Fan]) -> bool:
 def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     """Return the fans of both leaves of an arm, in a wall or shuttle that extends from `bottom` to `top` [mm] in z.
 
-    A fan is smaller if there is little solid beside its fillet. The solid ends at the end of the wall or shuttle, or
-    halfway to the other leaf.
+    A fan is smaller if there is little solid beside its fillet. This solid extends to the end of the wall or shuttle,
+    or halfway to the other leaf, whichever is nearer.
     """
     lower_leaf, upper_leaf = arm.levels
     half_separation = 0.5 * arm.flexure.separation
@@ -157,17 +157,18 @@ def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     return tuple(fans)
 
 
-def fan_block(arm: Arm, face_x: float, fan: Fan, depth: float, counts: ElementCounts) -> Block:
+def fan_block(arm: Arm, face_x: float, fan: Fan, width: float, counts: ElementCounts) -> Block:
     """Return the block of the fan at the root of a leaf.
 
-    The face of the solid is at x = `face_x` [mm]. The fan's box extends from there into the solid by `depth` [mm]. It
-    is negative if the solid lies in the direction of -x. `fan` is the extent of the box in z. The block has four sides:
-    the end of the straight leaf, a fillet and face above it, the edges of the box, and a fillet and face below it.
+    The leaf is attached to the face of the solid at x = `face_x` [mm]. The fan's box extends from this face into the
+    solid by `width` [mm], which is negative if the solid lies in the direction of -x. `fan` is the extent of the box in
+    z. The block has four sides: the end of the straight leaf, a fillet and face above it, the edges of the box, and a
+    fillet and face below it.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness
-    box_x = face_x + depth  # the far edge of the box
-    leaf_end = face_x - math.copysign(arm.flexure.fillet, depth)  # x where the straight leaf ends and the fillets begin
+    box_x = face_x + width  # the far edge of the box
+    leaf_end = face_x - math.copysign(arm.flexure.fillet, width)  # x where the straight leaf ends and the fillets begin
     # The edges of the box are the outer ends of the four sectors.
     corners = [(face_x, lower), (box_x, lower), (box_x, level), (box_x, upper), (face_x, upper)]
     box_side = tuple(Segment(start=a, end=b, count=counts.sector) for a, b in pairwise(corners))
@@ -187,7 +188,7 @@ def _fan_side(arm: Arm, edge: Point, leaf_end: float, level: float, counts: Elem
     """
     face_x, edge_z = edge
     direction = math.copysign(1.0, edge_z - level)  # 1 above the leaf, -1 below it
-    leaf_z = level + direction * 0.5 * arm.flexure.thickness
+    leaf_z = level + direction * 0.5 * arm.flexure.thickness  # the surface of the leaf
     root_z = level + direction * (0.5 * arm.flexure.thickness + arm.flexure.fillet)
     tangent_point = (face_x, root_z)  # where the fillet meets the face
     fillet = Segment(
@@ -263,7 +264,7 @@ def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
 def shuttle_blocks(housing: Housing, arm: Arm, counts: ElementCounts) -> Iterator[Block]:
     """Yield the blocks of one shuttle with its neck and tip, in two columns side by side in x.
 
-    The column on the side of the leaves is replaced by fans at the levels of the leaf roots.
+    Between the levels of a fan, the fan replaces the column on the side of the leaves.
     """
     fans = leaf_fans(arm, housing.neck_level, arm.top_level)
     # Both widths have the sign of the direction away from the leaves.

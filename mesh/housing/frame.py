@@ -116,7 +116,7 @@ class _Wall:
         yield from self._ring(upper_hole, self.upper_ring_bottom, self.levels[-1])
 
     def _pairs_of_levels(self, start: float, end: float) -> Iterator[tuple[float, float]]:
-        """Return the pairs of adjacent levels between z = `start` and z = `end` [mm]."""
+        """Return the pairs of adjacent levels from z = `start` up to z = `end` [mm], which are levels themselves."""
         return pairwise(level for level in self.levels if start <= level <= end)
 
     def _elements(self, lower: float, upper: float) -> int:
@@ -172,8 +172,8 @@ class _Wall:
         inner_x = self.ring_start_x
         hole_x, hole_z = hole
         outer_x = self.arm.outer
-        # These are the pieces of the rectangle's edge in order, each with its number of elements. They run up the side
-        # that faces the fans, along the top, down the outer face, and back along the bottom.
+        # The pieces of the rectangle's edge run up the side that faces the fans, along the top, down the outer face,
+        # and back along the bottom. Each has a start, an end and a number of elements.
         edges = []
         for lower, upper in self._pairs_of_levels(start, end):
             edges.append(((inner_x, lower), (inner_x, upper), self._elements(lower, upper)))

@@ -74,9 +74,9 @@ def mesh_of_counts(housing: Housing, counts: ElementCounts, layers: int) -> Mesh
 def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
     """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`, without remeshing.
 
-    The mesh is stretched in x along the straight leaves and in the plain cells of the walls. These are the cells
-    between the leaf roots and the screw holes, which only a wall that is wider than its post has. All other elements
-    are only shifted. The result is None if the mesh would be stretched or compressed by more than `MAX_STRETCH`, or if
+    The mesh is stretched in x along the straight leaves and in the plain cells of the walls. All other elements are
+    only shifted. Plain cells lie between the leaf roots and the screw holes of a wall that is wider than its post. The
+    result is None if the mesh would be stretched or compressed by more than `MAX_STRETCH`, or if
     only one of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf lengths,
     or if the stretched mesh has a folded element.
     """
@@ -102,7 +102,7 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
 def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
     """Raise MeshError unless the mesh agrees with the solid in volume, surface area and the areas of named faces.
 
-    The values of the mesh are doubled, because it is half the housing. Relative differences of 1e-4 in volume and 2e-3
+    The mesh is half the housing, so its volume and areas are doubled. Relative differences of 1e-4 in volume and 2e-3
     in area are allowed. The check of the surface area also detects adjacent elements that do not share a facet, because
     their facets are counted as surface.
     """
