@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
@@ -138,14 +138,22 @@ class Verdict:
 
         It is 0 if the limit or the tolerance is not a number.
         """
-        if not isinstance(self.limit, int | float) or not isinstance(self.tolerance, int | float):
-            return 0.0
-        return self.tolerance * self.limit if self.relative else self.tolerance
+        return _allowed_miss(self.limit, self.tolerance, is_relative=self.relative)
 
     @property
     def limit_sense(self) -> Sense | None:
         """Return `sense`, or None if the limit is a string."""
         return self.sense if isinstance(self.limit, int | float) else None
+
+
+def _allowed_miss(limit: float | str | None, tolerance: float | str | None, *, is_relative: bool) -> float:
+    """Return the largest distance beyond the limit at which a value still passes, or 0 if there is no such distance.
+
+    A relative tolerance is a fraction of the limit. There is no distance if the limit or the tolerance is no number.
+    """
+    if not isinstance(limit, int | float) or not isinstance(tolerance, int | float):
+        return 0.0
+    return tolerance * limit if is_relative else tolerance
 
 
 def judge(
@@ -175,21 +183,22 @@ def judge(
     if limit is None:
         msg = f"verdict {name} must have a limit. Pass one to `judge`, or add it to sensor/verdicts.toml."
         raise ValueError(msg)
+    tolerance = row.tolerance if tolerance is None else tolerance
     number, error = _number_and_error(value, row.unit, name)
-    verdict = Verdict(
+    if number is not None and not isinstance(limit, str):
+        allowed_miss = _allowed_miss(limit, tolerance, is_relative=row.relative)
+        passed = _decide(number, error, row.sense, limit, allowed_miss)
+    return Verdict(
         name=name,
         value=number,
         unit=row.unit,
         limit=limit,
-        tolerance=row.tolerance if tolerance is None else tolerance,
+        tolerance=tolerance,
         passed=passed,
         reference=reference,
         error=error,
         relative=row.relative,
     )
-    if verdict.value is None or isinstance(limit, str):
-        return verdict  # with the outcome `passed`
-    return replace(verdict, passed=_decide(verdict, verdict.value, limit))
 
 
 def _number_and_error(value: Estimate | float | None, unit: str, name: str) -> tuple[float | None, float | None]:
@@ -205,22 +214,22 @@ def _number_and_error(value: Estimate | float | None, unit: str, name: str) -> t
     return float(value.value), value.error
 
 
-def _decide(verdict: Verdict, value: float, limit: float) -> bool | None:
-    """Return whether a value satisfies the limit of its verdict, or None if the error bar prevents a decision.
+def _decide(value: float, error: float | None, sense: Sense | None, limit: float, allowed_miss: float) -> bool | None:
+    """Return whether a value satisfies its limit, or None if the error bar prevents a decision.
 
-    For a target, an error bar that is at most as wide as the tolerance is ignored.
+    `error` is the half width of the error bar, or None. `sense` is None if the limit is a target, which the value must
+    match. `allowed_miss` is the distance beyond the limit, or from the target, at which the value still passes. For a
+    target, an error bar whose half width is at most this distance is ignored.
     """
-    allowed = verdict.allowed_miss
-    error = verdict.error
-    if verdict.sense is None:  # the limit is a target
+    if sense is None:
         distance = abs(value - limit)
-        if error is not None and error > allowed:
+        if error is not None and error > allowed_miss:
             # Such an error bar always reaches beyond the tolerance, so the value cannot pass. It fails if the whole
             # error bar lies beyond the tolerance.
-            return False if distance > allowed + error else None
-        return distance <= allowed
+            return False if distance > allowed_miss + error else None
+        return distance <= allowed_miss
     # The margin is the distance of the value from the limit with its tolerance, positive on the allowed side.
-    margin = limit + allowed - value if verdict.sense == "at most" else value - (limit - allowed)
+    margin = limit + allowed_miss - value if sense == "at most" else value - (limit - allowed_miss)
     if error is not None and not abs(margin) >= error:  # also if the margin is nan
         return None
     return margin >= 0.0

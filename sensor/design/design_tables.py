@@ -4,7 +4,7 @@ The order matters for values that follow from other keys: the numbers of the pro
 default targets. They are derived after the last setting.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -92,23 +92,17 @@ class DesignTables:
             if name == "name":
                 tables[name] = value
             elif key:  # otherwise the setting removes a table, which is done above
-                old_table = tables.get(table, {})
-                if not isinstance(old_table, Mapping):
-                    raise not_a_table(table, old_table)
-                if value is not None:
-                    tables[table] = {**old_table, key: value}
-                elif key in old_table:
-                    tables[table] = {old_key: old for old_key, old in old_table.items() if old_key != key}
+                _change_key(tables, table, key, value)
         if settings.keys().isdisjoint(_PROCESS_SETTINGS):
             return DesignTables(tables=tables, custom_processes=self.custom_processes)
         return self._with_other_processes(tables, settings)
 
     def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
-        """Return `tables`, to which `settings` have been applied, with the custom processes that these define.
+        """Return `tables`, to which `settings` have been applied, with the custom processes that they define.
 
-        They are the processes of the process file, or none without a process file. The key `print.process` is dropped
-        if it selects a process of a process file that is no longer used. Raises InputError if the process file cannot
-        be used, or if the settings select a process that is not in it.
+        The custom processes are the processes of the process file; without a process file, there are none. The key
+        `print.process` is dropped if it selects a process of a process file that is no longer used. Raises InputError
+        if the process file cannot be used, or if the settings select a process that is not in it.
         """
         print_table = _print_table(tables)
         file_name = print_table.pop("process_file", None)
@@ -118,9 +112,10 @@ class DesignTables:
             processes = _read_processes(file_name, Path())
             if settings.get(_PROCESS) is not None:
                 _refuse_unlisted(process, processes, file_name)
-            elif process not in [*processes]:  # a list, because an invalid name may not be hashable
+            elif not _is_listed(process, processes):
                 print_table.pop("process", None)  # it belongs to the previous process file
-        elif process in [*self.custom_processes] and _PROCESS not in settings:  # the settings remove its process file
+        elif _is_listed(process, self.custom_processes) and _PROCESS not in settings:
+            # The settings have removed the process file that contains this process.
             del print_table["process"]
         return DesignTables(tables={**tables, "print": print_table}, custom_processes=processes)
 
@@ -166,10 +161,11 @@ class DesignTables:
         if isinstance(process, str) and process in self.custom_processes:
             printer = {**self.custom_processes[process], **settings}
             return {**data, "print": {**print_table, "process": process}, "printer": printer}
-        if self.custom_processes and process not in [*PROCESSES]:  # a list, because an invalid name may not be hashable
+        if self.custom_processes and not _is_listed(process, PROCESSES):
             bound = f"one of {', '.join([*self.custom_processes, *PROCESSES])}"
             raise validation_error(_PROCESS, process, "", bound, "choose one of these names")
-        for key, value in settings.items():  # only the first setting is reported
+        if settings:
+            key, value = next(iter(settings.items()))  # only the first setting is reported
             name = f"printer.{key}"
             bound = "left out for a built-in process"
             raise validation_error(name, value, "", bound, "set print.E_MPa, or define your own process")
@@ -185,6 +181,20 @@ def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
         else:
             settings[name] = parse_setting(text) if text else None
     return settings
+
+
+def _change_key(tables: dict[str, Any], table: str, key: str, value: object) -> None:
+    """Set a key of a table in `tables`, or remove the key if the value is None.
+
+    The table is replaced by a changed copy, because other designs may share it. Raises InputError if it is not a table.
+    """
+    old_table = tables.get(table, {})
+    if not isinstance(old_table, Mapping):
+        raise not_a_table(table, old_table)
+    if value is not None:
+        tables[table] = {**old_table, key: value}
+    elif key in old_table:
+        tables[table] = {old_key: old_value for old_key, old_value in old_table.items() if old_key != key}
 
 
 def _print_table(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -222,8 +232,13 @@ def _read_processes(file_name: object, folder: Path) -> Mapping[str, Mapping[str
     return processes
 
 
+def _is_listed(process: object, processes: Iterable[str]) -> bool:
+    """Return whether the value of `print.process` is one of the names in `processes`."""
+    return process in [*processes]  # a list is searched, because an invalid value may not be hashable
+
+
 def _refuse_unlisted(process: object, processes: Mapping[str, Any], file_name: str) -> None:
     """Raise InputError unless the process is one of the `processes` in the process file."""
-    if process not in [*processes]:
+    if not _is_listed(process, processes):
         bound = f"one of the processes in {Path(file_name).name!r}: {', '.join(processes) or 'none'}"
         raise validation_error(_PROCESS, process, "", bound, "choose one with print.process")

@@ -317,14 +317,11 @@ class Fruit:
         """
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
-        # With R = radius_mm, the half axes of the ellipsoid are R along the tips and upwards, and sqrt(R R_across)
-        # across. Its centre is R below the apex. Its widest section is the base if the base is above the centre, and
-        # otherwise the equator. `base_height` is the height of the widest section above the centre, divided by R.
-        base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
-        # A size must not be 0. If base_height rounds to 1, because the depth is far below R, the equator is used.
-        width_over_R = 2.0 * math.sqrt(1.0 - base_height**2) if base_height < 1.0 else 2.0
-        axis_along = self.radius_mm * width_over_R
-        axis_across = math.sqrt(self.radius_mm * self._effective_radius_across_mm) * width_over_R
+        # The fruit is an ellipsoid. Its half axis along the tips is the radius along the tips. Its half axis across the
+        # tips is the geometric mean of both radii.
+        axis_ratio = self._widest_axis_ratio(self.radius_mm)
+        axis_along = self.radius_mm * axis_ratio
+        axis_across = math.sqrt(self.radius_mm * self._effective_radius_across_mm) * axis_ratio
         if not self.azimuth_deg:
             return axis_along, axis_across
         cosine, sine = self._azimuth_components
@@ -333,6 +330,17 @@ class Fruit:
             math.hypot(axis_along * cosine, axis_across * sine),
             math.hypot(axis_along * sine, axis_across * cosine),
         )
+
+    def _widest_axis_ratio(self, radius: float) -> float:
+        """Return the full axes of the widest section of a curved fruit, divided by the half axes of its ellipsoid [1].
+
+        The centre of the ellipsoid lies `radius` [mm] below the apex. If the base is above the centre, it is the widest
+        section. Otherwise, the equator is the widest section.
+        """
+        # The height of the widest section above the centre, divided by the radius.
+        height_ratio = max(0.0, 1.0 - self.depth_mm / radius)
+        # A size must not be 0. If the height ratio rounds to 1, because the flesh is very thin, the equator is used.
+        return 2.0 * math.sqrt(1.0 - height_ratio**2) if height_ratio < 1.0 else 2.0
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
@@ -382,7 +390,7 @@ class Fruit:
 
     @property
     def _effective_radius_across_mm(self) -> float:
-        """Return the radius of curvature across the tips [mm], which a sphere has too; infinite for a block."""
+        """Return the radius of curvature across the tips [mm]: for a sphere, its radius, and for a block, infinity."""
         return self.radius_across_mm or self.radius_mm or math.inf
 
     @property

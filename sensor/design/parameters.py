@@ -411,9 +411,14 @@ class Design:
             bound = "left out unless the tips are domes on a sphere or an ellipsoid"
             hint = "drop it, or choose these shapes"
             raise validation_error("reading.thickness_mm", list(reading.thickness_mm), "mm", bound, hint)
+        self._check_number_of_limits(reading)
+
+    def _check_number_of_limits(self, reading: ReadingRequirements) -> None:
+        """Raise InputError if [reading] has a list of uncertainty limits that is not as long as the list of moduli."""
         limits = reading.uncertainty_limit
-        if isinstance(limits, tuple) and len(limits) != len(fruit.E_MPa):
-            bound = f"one number, or a list of {len(fruit.E_MPa)}, one for each of fruit.E_MPa"
+        moduli = self.fruit.E_MPa
+        if isinstance(limits, tuple) and len(limits) != len(moduli):
+            bound = f"one number, or a list of {len(moduli)}, one for each of fruit.E_MPa"
             raise validation_error(
                 "reading.uncertainty_limit", list(limits), "1", bound, "give as many limits as moduli"
             )

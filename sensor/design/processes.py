@@ -120,7 +120,7 @@ class Process(Sourced):
 
     @property
     def creep(self) -> CreepLaw:
-        """Return the creep law of its prints. It has no creep if the process gives no numbers, as for metals."""
+        """Return the creep law of prints. If the process has no creep keys, as for metals, its prints do not creep."""
         return CreepLaw(self.creep_per_decade or 0.0, self.creep_scatter or 0.0)
 
     @property

@@ -210,7 +210,7 @@ class ReadingRequirements:
 
     @property
     def least_uncertainty_limit(self) -> float:
-        """Return the smallest limit for the standard uncertainty [1] at any modulus."""
+        """Return the smallest of the limits for the standard uncertainty [1]."""
         limits = self.uncertainty_limit
         return min(limits) if isinstance(limits, tuple) else limits
 

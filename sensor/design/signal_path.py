@@ -160,17 +160,30 @@ def _input_signal(readout: Readout) -> _InputSignal:
 
     The amplifier and the displacement sensor have independent errors, so their squares add.
     """
-    # Factors of 1e-3, 1e-4 and 1e-9 convert mV to V and um to mm, ppm to per cent, and nV to V.
+    # The factor 1e-3 converts mV to V and um to mm, 1e-4 converts ppm to per cent, and 1e-9 converts nV to V.
     amplifier = readout.circuit
     V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
     noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um
     noise_V = math.hypot(1e-9 * amplifier.noise_nV, 1e-3 * noise_um * V_per_mm)
     probe_zero_V = 1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm
     zero_V = math.hypot(1e-9 * amplifier.offset_nV_per_K * readout.tare_K, probe_zero_V)
-    # The zero drifts since the last taring, and the gain since the calibration.
+    # The zero drifts from the last taring on, and the gain from the calibration on.
     probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
     gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
     return _InputSignal(V_per_mm=V_per_mm, noise_V=noise_V, zero_drift_V=zero_V, gain_drift_percent=gain_percent)
+
+
+class _Channel(NamedTuple):
+    """The properties of a channel, which are the same for all tips on one kind of spring.
+
+    `full_counts` are the counts at the largest force. The noise is one standard deviation, and the zero drift is the
+    largest drift since the last taring.
+    """
+
+    full_counts: float
+    counts_per_N: float
+    noise_N: float
+    zero_drift_N: float
 
 
 def signal_path(
@@ -185,31 +198,27 @@ def signal_path(
     """
     amplifier = readout.circuit
     signal = _input_signal(readout)
-    channels = {}  # for each kind of spring, the numbers of a channel that reads it
+    channel_of_kind = {}
     for spring in springs:
         V_per_N = signal.V_per_mm / spring.K
         counts_per_N = V_per_N * amplifier.counts_per_V
-        channels[spring.name] = {
-            "full_counts": counts_per_N * spring.force,
-            "counts_per_N": counts_per_N,
-            "noise_N": signal.noise_V / V_per_N,
-            "zero_drift_N": signal.zero_drift_V / V_per_N,
-        }
-
-    def per_tip(key: str) -> tuple[float, ...]:
-        """Return the number `key` of each channel, in the order of the tips."""
-        return tuple(channels[kind][key] for kind in kinds)
-
+        channel_of_kind[spring.name] = _Channel(
+            full_counts=counts_per_N * spring.force,
+            counts_per_N=counts_per_N,
+            noise_N=signal.noise_V / V_per_N,
+            zero_drift_N=signal.zero_drift_V / V_per_N,
+        )
+    channels = [channel_of_kind[kind] for kind in kinds]  # in the order of the tips
     return SignalPath(
         amplifier=amplifier.name,
         board=readout.board,
         rate_Hz=amplifier.rate_Hz,
         excitation_V=amplifier.supply_V,
         saturation_counts=amplifier.saturation,
-        full_counts=per_tip("full_counts"),
-        counts_per_N=per_tip("counts_per_N"),
-        noise_N=per_tip("noise_N"),
-        zero_drift_N=per_tip("zero_drift_N"),
+        full_counts=tuple(channel.full_counts for channel in channels),
+        counts_per_N=tuple(channel.counts_per_N for channel in channels),
+        noise_N=tuple(channel.noise_N for channel in channels),
+        zero_drift_N=tuple(channel.zero_drift_N for channel in channels),
         gain_drift_percent=(signal.gain_drift_percent,) * len(kinds),
         modulus_drift_percent=100.0 * abs(process.E_per_K or 0.0) * readout.drift_K,
         delay_ms=channel_delays(readout, kinds),

@@ -105,9 +105,9 @@ def pair_law(C: Matrix, self_minus_cross: float) -> ContrastLaw:
 def ratio_modulus(C: Matrix, self_minus_cross: float, forces: Sequence[float]) -> float:
     """Return the modulus [MPa] of a fruit from the `forces` [N] on the low and the high tip of a level pair.
 
-    This is equation (4) of the paper, extended to springs that act on each other. C [mm/N] is the compliance of the
-    springs, the low tip first. `self_minus_cross` [1/mm] is s11 - s12 of the fruit, times E, as in `pair_law`. Raises
-    ReadingError if no positive modulus is consistent with these forces.
+    This is equation (4) of the paper that `two_spring_law.py` cites, extended to springs that act on each other. C
+    [mm/N] is the compliance of the springs, the low tip first. `self_minus_cross` [1/mm] is s11 - s12 of the fruit,
+    times E, as in `pair_law`. Raises ReadingError if no positive modulus is consistent with these forces.
     """
     low, high = forces
     # Both tips of a level pair travel equally. So the low spring bends farther than the high spring by the distance

@@ -335,10 +335,8 @@ def select_rise(
     if not is_usable.any():
         no_samples = forces[:0]
         return Rise(instrument=no_samples[:, 0], forces=no_samples, rates=no_samples, touch=0.0, largest=0.0)
-    usable_total = np.where(is_usable, total, 0.0)
-    # The deepest sample is the last of several equal maxima, because a hold repeats the largest force. `argmax` returns
-    # the first maximum, so it searches backwards.
-    deepest = len(usable_total) - 1 - int(usable_total[::-1].argmax())
+    # A hold repeats the largest force, so the last of several equal maxima is used.
+    deepest = _last_maximum(np.where(is_usable, total, 0.0))
     touch = int(touch_start[deepest])  # the sample in which the last tip touches
     rows = slice(touch + lag, deepest + 1)
     return Rise(
@@ -348,6 +346,11 @@ def select_rise(
         touch=float(total[touch]),
         largest=float(total[deepest]),
     )
+
+
+def _last_maximum(values: Floats) -> int:
+    """Return the index of the maximum of a vector, or of the last maximum if several are equal."""
+    return len(values) - 1 - int(values[::-1].argmax())  # backwards, because `argmax` returns the first maximum
 
 
 def _touch_starts(all_touch: Flags) -> Ints:
@@ -466,24 +469,20 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
     _refuse_few_samples(rise)
     if whole:
         _refuse_short_rise(rise, noises)
-    E, offset, S_offset = _solve_press(law, rise.moments)
-    tips = len(noises)
-    linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
+    solution, linearised = _solve_and_linearise(law, rise, tips=len(noises))
     comoment_per_log_E, mean_per_log_E = linearised.per_log_E
     # Let c be the derivative of the law with respect to a force, and u the instrument. If the force has noise with the
     # standard deviation sigma, the co-moment has the standard deviation |c| sigma sqrt(sum (u - mean u)^2).
     per_tip_force = linearised.sum_per_tip(linearised.per_force)
     noise_per_force = np.abs(per_tip_force) * math.sqrt(rise.spread) / abs(comoment_per_log_E)
     relative_noise = float(np.linalg.norm(noise_per_force * noises))
-    if relative_noise > LARGEST_NOISE:
-        message = f"The standard uncertainty of E due to noise, {relative_noise:.2g} E, is above a third of E."
-        raise RiseError("no_rise", f"{message} Press farther.")
+    _refuse_noisy_modulus(relative_noise)
     # The offset is uncertain for two reasons: the noise of the mean residual, and the change of the offset with E.
     residual_noise = float(np.linalg.norm(per_tip_force * noises))
     mean_noise = residual_noise / math.sqrt(len(rise.forces))
     return RiseReading(
-        E=E,
-        offset=offset,
+        E=solution.E,
+        offset=solution.offset,
         noise=relative_noise,
         offset_noise=math.hypot(mean_noise, mean_per_log_E * relative_noise),
         offset_per_log_E=float(mean_per_log_E),
@@ -505,18 +504,14 @@ def unevenness_sensitivity(
 ) -> UnevennessSensitivity:
     """Return the sensitivity of the modulus of a press to uneven skin and flesh. The press has one channel per tip.
 
-    `wave_numbers` (waves,) [1/mm] describe the waves of the skin. The contact of a dome of relative radius R* =
-    `relative_radius` [mm] has the radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face
-    touches, so a height only shifts the first contact. Raises RiseError if there are too few samples, or if no modulus
-    fits.
+    `wave_numbers` (waves,) [1/mm] describe the waves of the skin. `relative_radius` [mm] is the relative radius of the
+    domes. For a flat tip pass 0: its whole face touches, so a height only shifts the first contact. Raises RiseError if
+    there are too few samples, or if no modulus fits.
     """
     _refuse_few_samples(rise)
-    E, offset, S_offset = _solve_press(law, rise.moments)
-    tips = rise.forces.shape[1]
-    linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
+    solution, linearised = _solve_and_linearise(law, rise, tips=rise.forces.shape[1])
     weights, _, _ = law.contrast.arrays
-    # By Hertz's law, the indentation is h (F / E)^(2/3).
-    contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
+    contact_radius = _contact_radii(law, rise, solution.E, relative_radius)
     # The changes of the law per height of each wave under each tip.
     wave_changes = [weights * rise.comoment_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
     return UnevennessSensitivity(
@@ -529,28 +524,44 @@ def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequen
     """Return the sensitivity of the modulus of a press to form errors that all domes have in common.
 
     The first entry [1] of the result is the change of ln E per relative change of the dome radius. The other entries
-    [1/mm] are its changes per height of a cap, one for each of the `cap_radii` [mm]. A cap is the material that is
-    missing or added at a flat or pointed apex. `domes` are the domes of the law, on a half-space. Raises RiseError if
-    there are too few samples, or if no modulus fits.
+    [1/mm] are the changes of ln E per height of a cap, one for each of the `cap_radii` [mm]. A cap is the material that
+    is missing or added at a flat or pointed apex. `domes` are the domes of the law, on a half-space. Raises RiseError
+    if there are too few samples, or if no modulus fits.
     """
     _refuse_few_samples(rise)
-    E, offset, S_offset = _solve_press(law, rise.moments)
-    tips = rise.forces.shape[1]
-    linearised = _LinearisedLaw(law, rise, E, offset, law.S(S_offset), tips)
-    relative = domes.relative_radius
-    # Let r be the dome radius, H the mean curvature of the fruit, and R* the relative radius, with 1 / R* = 1 / r + H.
-    # The Hertz term is proportional to R*^(-1/3), and S to 1 + r H = r / R*. If r grows by a fraction e, R* grows by
-    # the fraction e R* / r, and r / R* by the fraction e R* H. The dome changes, not the law: a dome with a larger
-    # radius than the law assumes acts like a law with a smaller radius. So the signs are reversed.
-    hertz_change = relative / domes.dome_radius / 3.0 * linearised.hertz
-    distance_change = -relative * domes.mean_curvature * linearised.flesh
+    solution, linearised = _solve_and_linearise(law, rise, tips=rise.forces.shape[1])
     weights, _, _ = law.contrast.arrays
-    contact_radius = np.sqrt(relative * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
+    contact_radius = _contact_radii(law, rise, solution.E, domes.relative_radius)
     cap_changes = [
         rise.comoment_and_mean(effective_cap_height(radius, contact_radius)) @ weights for radius in cap_radii
     ]
-    slopes = [linearised.slope_with_saddle(*change) for change in (hertz_change + distance_change, *cap_changes)]
-    return np.array(slopes)
+    changes = (_change_by_dome_radius(linearised, domes), *cap_changes)
+    return np.array([linearised.slope_with_saddle(*change) for change in changes])
+
+
+def _contact_radii(law: RiseLaw, rise: Rise, E: float, relative_radius: float) -> Floats:
+    """Return the contact radius of each tip in each sample [mm], (samples, channels), on flesh of modulus E [MPa].
+
+    A dome of relative radius R* = `relative_radius` [mm] has the contact radius sqrt(R* d). By Hertz's law, its
+    indentation d is h (F / E)^(2/3).
+    """
+    return np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
+
+
+def _change_by_dome_radius(linearised: "_LinearisedLaw", domes: RollingDomes) -> Floats:
+    """Return the change of the law per relative change of the radius of all domes, (2,).
+
+    Let r be the dome radius, H the mean curvature of the fruit, and R* the relative radius, with 1 / R* = 1 / r + H.
+    The Hertz term is proportional to R*^(-1/3), and S to 1 + r H = r / R*. If r grows by a fraction e, R* grows by the
+    fraction e R* / r, and r / R* by the fraction e R* H.
+
+    The dome changes, not the law: a dome with a larger radius than the law assumes acts like a law with a smaller
+    radius. So the signs are reversed.
+    """
+    relative_radius = domes.relative_radius
+    hertz_change = relative_radius / domes.dome_radius / 3.0 * linearised.hertz
+    distance_change = -relative_radius * domes.mean_curvature * linearised.flesh
+    return np.asarray(hertz_change + distance_change)
 
 
 def moduli_without(law: RiseLaw, rise: Rise, window: int = 1) -> Iterator[float]:
@@ -594,6 +605,13 @@ def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
     if not deviation > least_deviation:
         bound = f"five times its noise, {least_deviation:.2g} N"
         message = f"The total force rises by {deviation:.2g} N, which must be above {bound}."
+        raise RiseError("no_rise", f"{message} Press farther.")
+
+
+def _refuse_noisy_modulus(relative_noise: float) -> None:
+    """Raise RiseError if the relative standard uncertainty of E due to noise [1] is too large."""
+    if relative_noise > LARGEST_NOISE:
+        message = f"The standard uncertainty of E due to noise, {relative_noise:.2g} E, is above a third of E."
         raise RiseError("no_rise", f"{message} Press farther.")
 
 
@@ -773,6 +791,13 @@ class _LinearisedLaw:
             at_zero=_numbers(self.slope_with_saddle(*constant_error)),
             per_N=_numbers(self.slope_with_saddle(constant_error[0] * equivalent_force, mean_change)),
         )
+
+
+def _solve_and_linearise(law: RiseLaw, rise: Rise, tips: int) -> tuple[_Solution, _LinearisedLaw]:
+    """Return the solution of a press with this number of tips, and the law linearised at the solution."""
+    solution = _solve_press(law, rise.moments)
+    S = law.S(solution.S_offset)
+    return solution, _LinearisedLaw(law, rise, solution.E, solution.offset, S, tips)
 
 
 def _numbers(values: Floats) -> tuple[float, ...]:

@@ -85,14 +85,14 @@ def large_deflection_stiffening(length: float, deflection: Floats | float) -> Fl
     """Return the relative increase [1] of the secant stiffness of a guided leaf, or of a pair, due to its deflection.
 
     `length` L [mm] is the length of a leaf, and `deflection` d [mm] an array of any shape; the result has the same
-    shape. The increase is from the stiffness at small deflections; for small d it is 36/35 (d / L)^2. The shuttle does
-    not rotate, but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and
-    deflection d / 2. Raises InputError unless 0 <= d <= L / 2.
+    shape. The increase is relative to the stiffness at small deflections; for small d it is 36/35 (d / L)^2. The
+    shuttle does not rotate, but it is free to move along the leaves. So each half of a leaf is a cantilever of length
+    L / 2 and deflection d / 2. Raises InputError unless 0 <= d <= L / 2.
     """
     relative = np.asarray(deflection, dtype=np.float64) / length
     _check_bounds("deflection / leaf length", relative, _DEFLECTIONS, "use a longer leaf or press less")
-    # Fixed-point iteration for the sine. The deflection is nearly proportional to it: 2/3 of the sine while both are
-    # small.
+    # The sine is found by fixed-point iteration. The deflection is nearly proportional to the sine: it is 2/3 of the
+    # sine while both are small.
     sine = 1.5 * relative
     for _ in range(_MAX_STEPS):
         half_leaf = cantilever(sine)

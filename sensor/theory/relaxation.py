@@ -49,14 +49,16 @@ class Relaxation:
 
 
 def _are_arms(arms: object) -> bool:
+    """Return whether a value is a tuple of at least one arm."""
     return isinstance(arms, tuple) and len(arms) > 0 and all(map(_is_arm, arms))
 
 
 def _is_arm(arm: object) -> bool:
+    """Return whether a value is a pair of numbers: a share between 0 and 1, and a finite time above 0."""
     if not isinstance(arm, tuple) or len(arm) != 2:  # noqa: PLR2004 - a pair
         return False
-    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in arm)
-    return numbers and 0.0 < arm[0] < 1.0 and 0.0 < arm[1] < math.inf
+    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in arm)
+    return are_numbers and 0.0 < arm[0] < 1.0 and 0.0 < arm[1] < math.inf
 
 
 ASSUMED_RELAXATION = Relaxation(((0.25, 5.0), (0.33, 120.0)))

@@ -42,12 +42,13 @@ def large_strain_factor(depth: Floats | float, poisson: float, law: FleshLawName
     """
     table = _table(law)
     change = np.zeros(np.shape(depth))
-    # weight of each row at each tabulated Poisson's ratio: 1 at its own, 0 at the others
-    weights = np.eye(len(table.rows))
-    for (solved_depths, factors), weight in zip(table.rows, weights, strict=True):
+    # There is one row of the table for each Poisson's ratio. The weight of a row is 1 at its own Poisson's ratio, 0 at
+    # the others, and linear in between.
+    weights_at_ratios = np.eye(len(table.rows))
+    for (solved_depths, factors), row_weights in zip(table.rows, weights_at_ratios, strict=True):
         extrapolation = np.maximum(1.0, depth / solved_depths[-1])
         change_of_row = (np.interp(depth, solved_depths, factors) - 1.0) * extrapolation
-        change = change + np.interp(poisson, table.poissons, weight) * change_of_row
+        change = change + np.interp(poisson, table.poissons, row_weights) * change_of_row
     return np.asarray(1.0 + np.clip(change, -LARGEST_CHANGE, LARGEST_CHANGE))
 
 

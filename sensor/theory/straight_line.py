@@ -225,6 +225,11 @@ class _PointsOfLine(NamedTuple):
             scatter=coverage_ratio * variance**0.5,
         )
 
+    def removable_rows(self) -> list[bool]:
+        """Return, for each row, whether the other rows span at least a tenth of the range of x."""
+        remaining_spans = [float(np.ptp(np.delete(self.x, row))) for row in range(len(self.x))]
+        return [remaining_span >= _MIN_WIDTH * self.span for remaining_span in remaining_spans]
+
     def suspect(self) -> Outlier | None:
         """Return the row whose removal reduces the scatter most, or None if no row can be removed.
 
@@ -232,10 +237,8 @@ class _PointsOfLine(NamedTuple):
         other rows are not fitted one by one. They follow from the fit to all rows and its leverages: R. D. Cook, S.
         Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
         """
-        rows = range(len(self.x))
         degrees_of_freedom = len(self.x) - 3  # degrees of freedom of a line through the other rows
-        remaining_spans = [float(np.ptp(np.delete(self.x, row))) for row in rows]  # the range of x without each row
-        is_removable = [remaining_span >= _MIN_WIDTH * self.span for remaining_span in remaining_spans]
+        is_removable = self.removable_rows()
         if degrees_of_freedom < 1 or not any(is_removable):
             return None
         # For a row that cannot be removed, 1 minus its leverage may be 0, and is replaced by 1.

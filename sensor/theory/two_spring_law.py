@@ -10,7 +10,7 @@ K_h / stiffness_ratio.
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -213,11 +213,9 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
         return deviations[len(P) // 2]
     if not all(map(math.isfinite, deviations)):
         return math.nan
-    # `top` is the index of the largest deviation. If that is at an end, the index moves by one, so that both neighbours
-    # exist.
     largest = deviations.index(max(deviations))
-    top = min(max(largest, 1), len(P) - 2)
-    before, here, after = deviations[top - 1 : top + 2]
+    middle = min(max(largest, 1), len(P) - 2)  # moved by one from an end, so that both neighbours exist
+    before, here, after = deviations[middle - 1 : middle + 2]
     second_difference = before - 2.0 * here + after
     if second_difference >= 0.0:  # the parabola through the three deviations has no maximum
         return here
@@ -289,17 +287,31 @@ def size_springs(
 
     if not stiffening:
         return springs_for(r)
+
+    def nonlinearity_at(log_r: float) -> float:
+        """Return the nonlinearity [1] of the springs with the given ln r on a fruit with a skin."""
+        return nonlinearity(springs_for(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening)
+
+    return springs_for(math.exp(_log_r_under_skin(nonlinearity_at, NL, r)))
+
+
+def _log_r_under_skin(nonlinearity_at: Callable[[float], float], NL: float, r_without_skin: float) -> float:
+    """Return ln r at which the nonlinearity on a fruit with a skin is NL [1], with r = K_m,max / K_h.
+
+    `nonlinearity_at` returns the nonlinearity [1] at ln r; it increases with ln r. `r_without_skin` is the solution for
+    a fruit without a skin. Raises ValueError if the skin causes a larger nonlinearity than NL even under rigid springs.
+    """
     from scipy.optimize import brentq  # rarely needed, and slow to import
 
     def excess(log_r: float) -> float:
-        """Return the nonlinearity of the springs with the given r, minus NL [1]."""
-        return nonlinearity(springs_for(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
+        """Return the nonlinearity at ln r, minus NL [1]."""
+        return nonlinearity_at(log_r) - NL
 
     nonlinearity_of_skin = excess(_LEAST_LOG_R) + NL
     if nonlinearity_of_skin >= NL:
         msg = f"NL = {NL:g} must be above {nonlinearity_of_skin:.4g}, the NL caused by the skin. Choose a larger NL."
         raise ValueError(msg)
-    # The skin adds to NL, so the root is smaller than r without a skin. Twice this r is a safe upper end of the
-    # bracket. The tolerances are round-off.
-    log_r = brentq(excess, _LEAST_LOG_R, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
-    return springs_for(math.exp(log_r))
+    # The skin adds to the nonlinearity, so the root is smaller than r without a skin. Twice this r is a safe upper end
+    # of the bracket. The tolerances are round-off.
+    upper_end = math.log(2.0 * r_without_skin)
+    return float(brentq(excess, _LEAST_LOG_R, upper_end, xtol=1e-15, rtol=4.0 * sys.float_info.epsilon))
