@@ -1,1 +1,1 @@
-"""Meshing of parts. This is the only package that imports gmsh."""
+"""Meshing of parts. No other package imports gmsh."""

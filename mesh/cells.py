@@ -73,8 +73,8 @@ def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats
 def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
     """Return the Jacobian d x_i / d X_j [mm], shape (dim, dim, e, q), of the map from the unit cell to each of e cells.
 
-    It is evaluated at `points` X [1] of the unit cell. They have shape (dim, q), or (dim, e, q) if each cell has its
-    own points. `cells` are the indices of the cells. By default, all cells are used.
+    The Jacobian is evaluated at `points` X [1] of the unit cell, with shape (dim, q), or (dim, e, q) if each cell has
+    its own points. `cells` are the indices of the cells. By default, all cells are used.
     """
     slopes = shape_table(mesh.elem(), points).slopes
     nodes = _node_positions(mesh, cells)
@@ -113,7 +113,7 @@ def inverse(jacobian: Floats) -> Floats:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross products of vectors (3, ...). This is faster than `numpy.cross`, which moves axes."""
+    """Return the cross products of vectors (3, ...). `numpy.cross` would be slower, because it moves axes."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 

@@ -109,8 +109,9 @@ class SweptPart:
     def effective_length_error(self) -> Floats:
         """Return the error in column length [mm] that would change the stiffness as much as the neglected features do.
 
-        It exceeds `length_error` if a neglected pocket is narrower than it is deep, or if it leaves little of the
-        depth. For example, a saw cut weakens a part as much as a round hole whose diameter is the length of the cut.
+        This error exceeds `length_error` if a neglected pocket is narrower than it is deep, or if the pocket leaves
+        little of the depth. For example, a saw cut weakens a part as much as a round hole whose diameter is the length
+        of the cut.
         """
         return self._length_errors[1]
 
@@ -776,8 +777,8 @@ class _BoundaryEdges(NamedTuple):
 def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> _BoundaryEdges:
     """Return the edges on the curves that bound the surfaces with these gmsh tags, as indices in `nodes`.
 
-    Their midpoints are gmsh's midside nodes, which lie on the curves. `concave` holds the tags of the curves that are
-    round inner corners.
+    The midpoints of the edges are gmsh's midside nodes, which lie on the curves. `concave` holds the tags of the curves
+    that are round inner corners.
     """
     bounding_curves = _bounding_curves(surfaces)
     edges, midpoints = [], []
@@ -796,9 +797,9 @@ def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -
 def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:
     """Return the lower and the upper end of the sweep in y at each point of the profile [mm], shape (points,) each.
 
-    By default, the sweep goes through the full depth, and pockets and ribs of the part are left out. In some regions,
-    such as necks and tips, at least half of the quadrilaterals have less than the full depth. There the sweep ends at
-    the surface of the part. Raises MeshError if a point of such a region lies outside the part.
+    By default, the sweep goes through the full depth, and pockets and ribs of the part are left out. If at least half
+    of the quadrilaterals of a region have less than the full depth, as in necks and tips, the sweep ends at the surface
+    of the part. Raises MeshError if a point of such a region lies outside the part.
     """
     points, quads = section.profile.points, section.profile.quads
     centres = points[:, quads].mean(axis=1)
@@ -837,9 +838,9 @@ def _probes_inside(points: Floats, quads: Ints) -> tuple[Ints, Floats]:
 def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *, is_half: bool) -> dict[str, Ints]:
     """Return the indices of the facets on each named boundary of a swept part.
 
-    `straight` is the straight-sided swept mesh. Its node k n + i is point i of the n points of the profile, at level k.
-    If `is_half` is true, level 0 is the plane of symmetry. Raises MeshError if a named face of the part has no facets,
-    or if its area differs from the area of its facets.
+    `straight` is the straight-sided swept mesh. Node k n + i of this mesh is point i of the n points of the profile, at
+    level k. If `is_half` is true, level 0 is the plane of symmetry. Raises MeshError if a named face of the part has no
+    facets, or if its area differs from the area of its facets.
     """
     n = profile.points.shape[1]
     boundary_facets = straight.boundary_facets()

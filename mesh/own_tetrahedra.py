@@ -42,7 +42,7 @@ _MAX_PASSES = 3
 def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
     """Divide a part into quadratic tetrahedra [mm], with the part's named faces as boundaries.
 
-    `walls` holds points on the surface and the element size that wall thickness and curvature require at each. These
+    `walls` holds points on the surface and the element size that wall thickness and curvature require at each. The
     sizes are multiplied by `scale` [1]. At scale 1, an element is as large as the wall is thick. Raises MeshError if
     cells remain folded, and MachineError if gmsh fails.
     """

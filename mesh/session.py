@@ -28,8 +28,8 @@ OPTIONS = {
     "General.NumThreads": 1.0,
     "General.AbortOnError": 2.0,  # an error raises an exception; with 0, a failed step returns like a successful one
     "Mesh.RandomSeed": 1.0,
-    "Mesh.Algorithm": 6.0,
-    "Mesh.Algorithm3D": 1.0,
+    "Mesh.Algorithm": 6.0,  # Frontal-Delaunay
+    "Mesh.Algorithm3D": 1.0,  # Delaunay
     "Mesh.ElementOrder": 1.0,
     "Mesh.Optimize": 1.0,
     "Mesh.MeshSizeMin": 0.0,

@@ -39,9 +39,9 @@ _SAMPLING = 200  # number of points along a curve for gmsh's distance field
 class SizeField:
     """The element size as a function of position: small at the outline of some faces, and increasing away from it.
 
-    The size is `smallest_mm` at the outline of the named `faces`. It increases with distance by `growth` [mm per mm]
-    up to `largest_mm`. Faces named in `cuts` are cuts through the body, and curves shared with them do not belong to
-    the outline. If there are no `faces`, the size is `largest_mm` everywhere.
+    The size is `smallest_mm` at the outline of the named `faces`. The size increases with the distance from this
+    outline by `growth` [mm per mm], up to `largest_mm`. Faces named in `cuts` are cuts through the body, and curves
+    shared with them do not belong to the outline. If there are no `faces`, the size is `largest_mm` everywhere.
     """
 
     largest_mm: float

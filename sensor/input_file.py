@@ -32,7 +32,7 @@ def read_bytes(path: Path | str, name: str) -> bytes:
     except FileNotFoundError as error:
         raise validation_error(name, str(path), "", "a file that exists", "check the path") from error
     except (OSError, ValueError) as error:  # a ValueError means an invalid name, for example one with a null byte
-        reason = getattr(error, "strerror", None) or str(error)
+        reason = getattr(error, "strerror", None) or str(error)  # `strerror` is the message of an OSError, without path
         bound = f"a file that can be read ({reason})"
         raise validation_error(name, str(path), "", bound, "check its name and permissions") from error
     if not is_regular:

@@ -2,4 +2,4 @@
 
 
 class MachineError(OSError):
-    """A fault of this machine or of a library on it, such as too little memory. It says nothing about the design."""
+    """A fault of this machine or of a library on it, such as too little memory, but not of the design."""

@@ -136,7 +136,7 @@ class Verdict:
     def allowed_miss(self) -> float:
         """Return the largest distance beyond the limit [unit of the limit] at which a value still passes.
 
-        It is 0 if the limit or the tolerance is not a number.
+        The distance is 0 if the limit or the tolerance is not a number.
         """
         return _allowed_miss(self.limit, self.tolerance, is_relative=self.relative)
 

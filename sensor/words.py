@@ -28,9 +28,9 @@ def value_text(value: object, unit: str = "", digits: int = 5, *, absent: str = 
 def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
     """Return a number with its error bar and its unit, as in 1.23 ± 0.45 N.
 
-    `bar` is the half width of the error bar for 95 % coverage. It is shown with two significant digits, and the number
-    with as many decimal places as the error bar. With `in_percent`, the error bar is shown as a percentage of the
-    number. A number whose error bar is None, 0, infinite or nan is shown with five digits.
+    `bar` is the half width of the error bar for 95 % coverage. The error bar is shown with two significant digits, and
+    the number with as many decimal places as the error bar. With `in_percent`, the error bar is shown as a percentage
+    of the number. A number whose error bar is None, 0, infinite or nan is shown with five digits.
     """
     unit_suffix = _unit_suffix(unit)
     if not bar or not math.isfinite(bar):
@@ -65,7 +65,7 @@ def _unit_suffix(unit: str) -> str:
 def rounded(value: float, digits: int = 3, *, towards: float | None = None) -> float:
     """Return a value rounded to `digits` significant digits.
 
-    It is rounded to the nearest such number or, if `towards` is given, in the direction of that number.
+    The value is rounded to the nearest such number or, if `towards` is given, in the direction of that number.
     """
     multiple = value if value == 0.0 or towards is None else next_multiple(value, digits, towards)
     return float(f"{multiple:.{digits}g}")

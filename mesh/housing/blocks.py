@@ -171,7 +171,7 @@ def fan_block(arm: Arm, face_x: float, fan: Fan, width: float, counts: ElementCo
     leaf_end = face_x - math.copysign(arm.flexure.fillet, width)  # x where the straight leaf ends and the fillets begin
     # The edges of the box are the outer ends of the four sectors.
     corners = [(face_x, lower), (box_x, lower), (box_x, level), (box_x, upper), (face_x, upper)]
-    box_side = tuple(Segment(start=a, end=b, count=counts.sector) for a, b in pairwise(corners))
+    box_side = tuple(Segment(start=start, end=end, count=counts.sector) for start, end in pairwise(corners))
     leaf_side = Segment(
         start=(leaf_end, level - half_thickness), end=(leaf_end, level + half_thickness), count=counts.across_leaf
     )
@@ -254,7 +254,7 @@ def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
 def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
     """Return the rectangular block over the intervals `x` and `z` [mm].
 
-    It has `along` elements in x and `across` elements in z.
+    The block has `along` elements in x and `across` elements in z.
     """
     start, end = x
     lower, upper = z
@@ -289,8 +289,8 @@ def shuttle_blocks(housing: Housing, arm: Arm, counts: ElementCounts) -> Iterato
 def _neck_blocks(housing: Housing, x_top: Interval, x_bottom: Interval, counts: ElementCounts) -> Iterator[Block]:
     """Yield the block of the neck and the block of the tip in one of the two columns of a shuttle.
 
-    The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip. Both
-    intervals run in the same direction along x.
+    The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip. The
+    intervals `x_top` and `x_bottom` run in the same direction along x.
     """
     bottom_start = (x_bottom[0], housing.tip_height)
     bottom_end = (x_bottom[1], housing.tip_height)

@@ -96,7 +96,7 @@ class _Wall:
                 yield self._cavity_cell(lower, upper)
 
     def _plain_blocks(self) -> Iterator[Block]:
-        """Yield the plain cells between the fans and the post. There are none if the wall is no wider than its post."""
+        """Yield the plain cells between the fans and the post. A wall that is no wider than its post has none."""
         width = abs(self.ring_start_x - self.fan_end_x)
         if width > 0.0:
             columns = blocks.frame_elements(width, self.counts)
@@ -126,9 +126,9 @@ class _Wall:
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
         """Return the level z [mm] of the edge of a hole's ring, above the hole (sign 1) or below it (sign -1).
 
-        It is the nearest of the existing `levels` [mm] that makes the ring wide enough. If no such level is near the
-        hole, a new one is returned. A new level inside a fan is moved to the edge of the fan, because the sectors of a
-        fan must not be divided.
+        The nearest of the existing `levels` [mm] that makes the ring wide enough is returned. If no such level is near
+        the hole, a new level is returned. A new level inside a fan is moved to the edge of the fan, because the sectors
+        of a fan must not be divided.
         """
         _, hole_z = hole
         for level in sorted(levels, reverse=sign < 0.0):  # the levels beyond the hole then begin with the nearest

@@ -7,7 +7,7 @@ import gmsh
 import numpy as np
 
 from mesh.housing.blocks import Block, Point, Segment
-from mesh.session import Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
+from mesh.session import SURFACE, Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
 from sensor.arrays import Floats
 
 _SMOOTHING_STEPS = 10  # number of steps of gmsh's smoother, which is applied to fans
@@ -120,12 +120,12 @@ def _add_surface(block: Block, curves: _Curves) -> None:
         points_of_sides.append(points)
     corners = []
     for i, points in enumerate(points_of_sides):
-        (corner, *_) = points_of_sides[i - 1] & points
+        (corner, *_) = points_of_sides[i - 1] & points  # the first side follows the last, at index -1
         corners.append(curves.point_tag(corner))
     geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
-    geo.mesh.setRecombine(2, surface)
+    geo.mesh.setRecombine(SURFACE, surface)
     if block.smooth:
-        geo.mesh.setSmoothing(2, surface, _SMOOTHING_STEPS)
+        geo.mesh.setSmoothing(SURFACE, surface, _SMOOTHING_STEPS)
 
 
 def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
@@ -135,7 +135,7 @@ def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
     can be curved later. Raises MeshError if an element is not a quadrilateral.
     """
     # The profile must have one type of element, the four-node quadrilateral.
-    if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
+    if list(gmsh.model.mesh.getElementTypes(SURFACE)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
     node_tags = element_nodes("Quadrangle")
     nodes = used_nodes(node_tags)

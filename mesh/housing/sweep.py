@@ -119,8 +119,8 @@ def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
 def check_jacobian(mesh: MeshHex2) -> None:
     """Raise MeshError if an element is folded or nearly folded at one of its corners or quadrature points.
 
-    The measure is the scaled Jacobian: det J divided by the product of the lengths of the columns of J. It is 1 for a
-    brick and 0 for a flat element.
+    The measure is the scaled Jacobian: det J divided by the product of the lengths of the columns of J. The scaled
+    Jacobian is 1 for a brick and 0 for a flat element.
     """
     points = np.hstack([RefHex.p, get_quadrature(RefHex, _CHECK_ORDER)[0]])
     jacobian = cell_jacobian(mesh, points)
@@ -138,7 +138,7 @@ def check_jacobian(mesh: MeshHex2) -> None:
 def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
     """Return the depth of the housing at points (x, z) [mm], as a fraction of its full depth [1].
 
-    It is less than 1 in necks and tips, and 1 everywhere else.
+    The fraction is less than 1 in necks and tips, and 1 everywhere else.
     """
     levels = (housing.tip_height, housing.neck_level)
     fraction = np.interp(z, levels, [housing.depth_share(level) for level in levels])
@@ -149,7 +149,8 @@ def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
 def half_depth_fractions(layers: int) -> Floats:
     """Return the boundaries of the layers through half the depth, shape (layers + 1,).
 
-    They increase from 0 at the middle of the depth to 1 at the side face. The layers become thinner in this direction.
+    The boundaries increase from 0 at the middle of the depth to 1 at the side face. The layers become thinner towards
+    the side face.
     """
     thicknesses = _LAYER_GROWTH ** -np.arange(layers)
     return np.concatenate([[0.0], np.cumsum(thicknesses) / thicknesses.sum()])

@@ -74,7 +74,7 @@ def refuse_given_noise(reading: object) -> None:
 
 
 def _custom_process(print_table: Print, table: object) -> Process:
-    """Return the custom process that the table [printer] defines. Its name is `print.process`.
+    """Return the custom process that the table [printer] defines, with `print.process` as its name.
 
     Raises InputError for an invalid name, an unknown key or an invalid number.
     """
@@ -206,5 +206,5 @@ def _lines_of_keys(values: Mapping[str, Any]) -> list[str]:
 
 
 def value_as_toml(value: object) -> str:
-    """Return a number, a string or a list as TOML. Its notation for these values is the same as in JSON."""
+    """Return a number, a string or a list as TOML. TOML and JSON have the same notation for these values."""
     return json.dumps(value, ensure_ascii=False)

@@ -220,7 +220,7 @@ def _refuse_unknown(name: str, value: object) -> None:
 
 
 def _read_processes(file_name: object, folder: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Read the custom processes in a process file. The result has their names as keys.
+    """Read the custom processes in a process file. The names of the processes are the keys of the result.
 
     The path is relative to `folder`. Raises InputError if the file cannot be used or has no process.
     """

@@ -397,7 +397,7 @@ class Fruit:
     def can_roll(self) -> bool:
         """Return whether the fruit can roll on a table.
 
-        It can roll if it is curved and whole, and if its centre is above the table.
+        A fruit can roll if it is curved and whole, and if its centre is above the table.
         """
         return self.radius_mm is not None and self.is_whole and self.depth_mm > self.radius_mm
 
@@ -442,7 +442,7 @@ class Fruit:
         )
 
     def fall_mm(self, x: float, y: float) -> float:
-        """Return the depth [mm] of the skin below the apex at (x, y) [mm]. It is infinite beyond the fruit."""
+        """Return the depth [mm] of the skin below the apex at (x, y) [mm]. The depth is infinite beyond the fruit."""
         if self.radius_mm is None:
             return 0.0
         x, y = self.to_principal(x, y)

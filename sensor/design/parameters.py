@@ -75,7 +75,7 @@ PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)  # the values in the paper: P_max ab
 
 @dataclass(frozen=True, kw_only=True)
 class GivenSprings:
-    """Springs given by the design. They are judged instead of sized. Either both stiffnesses are given, or neither."""
+    """Springs given by the design, which are judged instead of sized. Either both stiffnesses are given, or neither."""
 
     K_l_N_per_m: float | None = quantity(
         "N/m",
@@ -285,8 +285,8 @@ class Design:
     def _check_leaf_thicknesses(self) -> None:
         """Raise InputError for a leaf thickness that the process cannot print.
 
-        A thickness must be a whole number of printed lines, if the process prints lines. It must be large enough to be
-        printed accurately, and small enough to leave a gap between the two leaves.
+        A thickness must be a whole number of printed lines, if the process prints lines. The thickness must be large
+        enough to be printed accurately, and small enough to leave a gap between the two leaves.
         """
         for key in ("leaf_thickness_low_mm", "leaf_thickness_high_mm"):
             thickness = getattr(self.print, key)
@@ -453,7 +453,7 @@ class Design:
     def _check_bench(self) -> None:
         """Raise InputError for a bench that has no effect.
 
-        It has no effect without a reading, or if the reading states the uncertainties that follow from a bench.
+        A bench has no effect without a reading, or if the reading states the uncertainties that follow from a bench.
         """
         bench = self.bench
         if bench is None:
@@ -511,7 +511,10 @@ class Design:
 
     @property
     def press_s(self) -> float:
-        """Return the duration of a press from the first touch to the stop [s]. Without a speed, a hand is assumed."""
+        """Return the duration of a press from the first touch to the stop [s].
+
+        If the design gives no speed, a press by hand is assumed.
+        """
         return self.stop_s or PRESS_S  # stop_s is 0 if no speed is given
 
     @property
@@ -547,7 +550,7 @@ class Design:
     def as_pair(self) -> "Design":
         """Return the design with a pair of tips, one low and one high, both carried by a single plate.
 
-        It has no read-out, because the channels of a read-out belong to all tips of the layout.
+        The pair has no read-out, because the channels of a read-out belong to all tips of the layout.
         """
         reading = self.reading
         if reading is not None and reading.calibrated_by == "ball":  # a ball cannot calibrate a pair

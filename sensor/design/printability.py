@@ -70,8 +70,8 @@ class _Leaf:
         if thickness < min_wall:
             violations.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {min_wall:g} mm")
         if length < self.shortest * (1.0 + margin):
-            reason = f"{SHORTEST_LEAF:g} thicknesses"
-            violations.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
+            bound = f"{SHORTEST_LEAF:g} thicknesses = {self.shortest:g} mm"
+            violations.append(f"a leaf {length:.1f} mm long, must be at least {bound}")
         if length * (1.0 + margin) > self.longest:
             bound = f"print.max_length_mm = {self.longest:g} mm"
             violations.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
@@ -92,8 +92,8 @@ def check_printable(
 
     `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max. `stiffness_ratio` [1] is the stiffness
     under the high tip divided by `K_m_max`. The strain is computed at the largest modulus of the design, which may be
-    above E_max. `lengths_mm` are the solved lengths of the leaves, the low spring first. Without them, the lengths
-    follow from beam theory, and a leaf within LENGTH_MARGIN of a bound is undecided.
+    above E_max. `lengths_mm` are the solved lengths of the leaves, the low spring first. Without `lengths_mm`, the
+    lengths follow from beam theory, and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
     largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (largest_K_m, stiffness_ratio * largest_K_m)  # under the low and the high tip

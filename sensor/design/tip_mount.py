@@ -44,9 +44,10 @@ def tip_mount(design: Design, process: Process) -> TipMount:
 def plate_depth(design: Design, process: Process) -> float:
     """Return the depth of the plate [mm], which is also the width of its leaves.
 
-    It is the depth of the process, or the side of the tip mount if that is larger. The two plates of a square lie
-    within the spacing of the tips, so each is as deep as the spacing minus the pads. A line has no plate, so its leaves
-    have the depth of the process. Raises InputError if the plates of a square would be too shallow for a tip or a leaf.
+    The plate has the depth of the process, or the side of the tip mount if that is larger. The two plates of a square
+    lie within the spacing of the tips, so each is as deep as the spacing minus the pads. A line has no plate, so its
+    leaves have the depth of the process. Raises InputError if the plates of a square would be too shallow for a tip or
+    a leaf.
     """
     if not design.tips.tip_layout.has_housing:
         return process.depth_mm

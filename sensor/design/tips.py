@@ -170,7 +170,7 @@ class Tips(ShapeKeys):
 
     @cached_property
     def height_offset_mm(self) -> tuple[float, ...]:
-        """Return the design height of each tip relative to the tips that protrude most [mm]. It is at most 0.
+        """Return the design height of each tip relative to the tips that protrude most [mm]. No height is above 0.
 
         Only the outer tips of a line protrude; without `outer_mm`, all tips have the same height.
         """

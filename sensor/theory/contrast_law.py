@@ -66,7 +66,7 @@ class ContrastLaw:
 
     @cached_property
     def arrays(self) -> tuple[Floats, Floats, Floats]:
-        """Return weights, C and S as arrays. They are cached, because a sensor is read many times."""
+        """Return weights, C and S as arrays. The arrays are cached, because a sensor is read many times."""
         return np.array(self.weights), np.array(self.C), np.array(self.S)
 
 
@@ -263,7 +263,7 @@ def smallest_root(a: float, b: float, d: float) -> float:
 
 
 def _root_between(a: float, b: float, d: float, end: float) -> float:
-    """Return the root of the cubic a + b z^2 + d z^3 between 0 and `end`. It changes its sign once in this range.
+    """Return the root of the cubic a + b z^2 + d z^3 between 0 and `end`, where it changes its sign once.
 
     Newton's method is used in a bracket that shrinks in each step. A step that leaves the bracket is replaced by a
     bisection.

@@ -129,7 +129,7 @@ class RollingDomes:
     def contrast_depends_on_saddle(self) -> bool:
         """Return whether the contrast depends on the saddle k_xy.
 
-        This is true for a square. The contrast of a line depends only on k_xx and k_yy.
+        The contrast of a square depends on it. The contrast of a line depends only on k_xx and k_yy.
         """
         return abs(self.contrast_of_xy) > SETTLED * float(np.abs(self.positions).max()) ** 2
 
@@ -176,8 +176,8 @@ class RollingDomes:
     def _self_distance(self) -> Floats:
         """Return a matrix (tips, tips) of zeros with an infinite diagonal.
 
-        It is added to the distances, so that S is 0 on its diagonal: the Hertz term contains the effect of a contact on
-        itself.
+        This matrix is added to the distances, so that S is 0 on its diagonal. The Hertz term already contains the
+        effect of a contact on itself.
         """
         return np.where(np.eye(len(self.positions)) > 0.0, math.inf, 0.0)
 
@@ -204,7 +204,8 @@ class RiseLaw:
     """The contrast law of a sensor, and the dependence of its compliance S on the offset.
 
     `contrast.gaps` [mm] are the known gaps; the offset is the contrast of the unknown gaps. `rolling` are the domes
-    whose contacts shift with the offset. It is None if the offset does not determine the distances between contacts.
+    whose contacts shift with the offset. `rolling` is None if the offset does not determine the distances between
+    contacts.
     """
 
     contrast: ContrastLaw
@@ -234,7 +235,7 @@ class RiseLaw:
 
     @property
     def relaxing_law(self) -> "RiseLaw":
-        """Return the law for flesh that relaxes. It has 2 n channels for n tips.
+        """Return the law for flesh that relaxes, with 2 n channels for n tips.
 
         The first n channels are the measured forces, which bend the springs. The last n channels are the forces with
         which elastic flesh would resist the same indentation; they determine the modulus. So the springs act on the
@@ -324,9 +325,9 @@ def select_rise(
     `least_forces`. These limits (channels,) [N] are a multiple of the noise. The times `t` (samples,) [s] determine the
     rates, which are 0 without them.
 
-    A press ends when a tip lifts off. The samples after a lift have a different offset. They are used instead of the
-    samples before it if they go deeper. Samples after the deepest one are not used, because the flesh may have yielded.
-    If no sample can be used, the result has no samples.
+    A press ends when a tip lifts off. The samples after a lift have a different offset. If the press goes deeper after
+    the lift, only the samples after it are used. Samples after the deepest one are not used, because the flesh may have
+    yielded. If no sample can be used, the result has no samples.
     """
     total = forces[:, :tips].sum(axis=1)
     touch_start = _touch_starts(np.asarray((forces > least_forces).all(axis=1)))
@@ -368,8 +369,9 @@ def _touch_starts(all_touch: Flags) -> Ints:
 def _force_rates(forces: Floats, t: Floats | None, rows: slice) -> Floats:
     """Return the time derivatives [N/s] of the `forces` (samples, channels) in some `rows`.
 
-    A rate is the change of a force since the previous sample, divided by the time since then. So the rows must not
-    include the first sample. A rate is 0 if no time has passed, or if `t` [s], the times of all samples, is None.
+    A rate is the change of a force since the previous sample, divided by the time since then. The rows must not include
+    the first sample, which has no previous one. A rate is 0 if no time has passed, or if `t` [s], the times of all
+    samples, is None.
     """
     rates = np.zeros_like(forces[rows])
     if t is not None:
@@ -567,8 +569,8 @@ def _change_by_dome_radius(linearised: "_LinearisedLaw", domes: RollingDomes) ->
 def moduli_without(law: RiseLaw, rise: Rise, window: int = 1) -> Iterator[float]:
     """Yield the moduli [MPa] of a press from which `window` consecutive samples are left out (a jackknife).
 
-    There is one modulus for each position of the first sample left out. It is nan if the remaining samples do not
-    determine it. A press of more than `MOST_LEFT_OUT_EACH` samples yields nothing.
+    There is one modulus for each position of the first sample left out. A modulus is nan if the remaining samples do
+    not determine it. A press of more than `MOST_LEFT_OUT_EACH` samples yields nothing.
     """
     count = len(rise.forces)
     if count > MOST_LEFT_OUT_EACH:
@@ -618,7 +620,7 @@ def _refuse_noisy_modulus(relative_noise: float) -> None:
 class _Solution(NamedTuple):
     """The solution of the two equations of a press: the modulus E [MPa] and the offset [mm].
 
-    S was evaluated at the offset `S_offset` [mm]. It agrees with `offset` within the tolerance of the iteration.
+    S was evaluated at the offset `S_offset` [mm], which agrees with `offset` within the tolerance of the iteration.
     """
 
     E: float
@@ -634,8 +636,8 @@ def _solve_press(law: RiseLaw, moments: _Moments) -> _Solution:
         cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,    gamma = -(mean a + mean b z^2 + mean d z^3).
 
     For domes, d depends on the offset, because the offset shifts their contacts and changes S by a few per cent. So the
-    two equations are solved alternately. Each iteration reduces the error to a few per cent of its previous value.
-    Raises RiseError if no modulus fits the press.
+    two equations are solved alternately. Each iteration reduces the error of the offset to a few per cent of its
+    previous value. Raises RiseError if no modulus fits the press.
     """
     contrast = law.contrast
     weights, C, S = contrast.arrays
@@ -772,8 +774,8 @@ class _LinearisedLaw:
     def _bend_slopes(self, constant_error: Floats, per_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
         """Return the slopes of ln E with respect to e_0 and k, if the relative error e_0 + k F changes with the force.
 
-        It is the error of a gain or of a spring, and the force error is e_0 F + k F^2 / 2. `constant_error` (2, tips)
-        is the change of the law caused by a constant relative error of 1. `per_force` (channels,) [mm/N] is c, the
+        Such an error of a gain or of a spring causes the force error e_0 F + k F^2 / 2. `constant_error` (2, tips) is
+        the change of the law caused by a constant relative error of 1. `per_force` (channels,) [mm/N] is c, the
         derivative of the law with respect to a force. `F` and `squares` (2, channels) are the co-moments and means of
         the forces [N] and of their squares.
         """

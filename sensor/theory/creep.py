@@ -74,8 +74,8 @@ class CreepLaw:
     def growth_in_hold(self, held_s: float, press_s: float) -> float:
         """Return g [1]: the compliance of springs after a hold of `held_s` [s], divided by their compliance before it.
 
-        `press_s` [s] is the duration of the press before the hold, from the first touch to the deepest point. Its speed
-        is assumed to be constant.
+        `press_s` [s] is the duration of the press before the hold, from the first touch to the deepest point. The press
+        is assumed to have a constant speed.
         """
         held = held_s / press_s
         return float((1.0 + held) ** (1.0 + self.exponent) - held ** (1.0 + self.exponent))
@@ -91,8 +91,8 @@ class CreepLaw:
     def residual_deflection(self, since_s: float, press_s: float, lasted_s: float) -> float:
         """Return an upper bound for the deflection left at `since_s` [s] after the lift of a press.
 
-        It is a fraction [1] of the largest deflection of the press. `lasted_s` [s] is the time from the first touch to
-        the lift, and `press_s` [s] the time from the first touch to the deepest point.
+        The bound is a fraction [1] of the largest deflection of the press. `lasted_s` [s] is the time from the first
+        touch to the lift, and `press_s` [s] the time from the first touch to the deepest point.
         """
         n = self.exponent
         return float(((since_s + lasted_s) ** n - since_s**n) / (EFFECTIVE * press_s) ** n)

@@ -61,8 +61,8 @@ def _integrals(square: Floats) -> tuple[Floats, Floats]:
 
         I = int_0^1 dv / sqrt(1 - x),    J = int_0^1 (1 - v^2) dv / sqrt(1 - x),    x = s^2 (1 - v^2)^2.
 
-    The binomial series of 1 / sqrt(1 - x) is integrated over v term by term. Its first term contributes 1 to I and 2/3
-    to J. It is left out, because subtracting it later would cancel the leading digits for small s.
+    The binomial series of 1 / sqrt(1 - x) is integrated over v term by term. The first term of the series contributes 1
+    to I and 2/3 to J. This term is left out, because subtracting it later would cancel the leading digits for small s.
     """
     a = b = np.zeros_like(square)
     coefficient = np.ones_like(square)

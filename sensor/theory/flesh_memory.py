@@ -29,8 +29,8 @@ class Memory:
     def step(self, seconds: Floats) -> tuple[Floats, Floats]:
         """Return `factor` and `loss` in F = factor n - loss, the forces of the flesh [N] at the end of a step.
 
-        Here n are the elastic forces [N] at the end of the step. They need not be known yet; pass them to `keep` as
-        soon as they are, before the next step. `factor` [1], (presses, 1), is the part of n that has not relaxed.
+        Here n are the elastic forces [N] at the end of the step. They need not be known yet; pass them to `keep`
+        before the next step. `factor` [1], (presses, 1), is the part of n that has not relaxed.
         `loss` [N], (presses, tips) or (presses, 1), is the relaxation of earlier forces. `seconds` (presses,) is the
         duration of the step. Elastic forces are linear in time during a step, so each term of the series is integrated
         exactly. With x = step / tau_i and the mean decay c = (1 - exp(-x)) / x, the history variable at the end of the

@@ -22,11 +22,12 @@ def table_indentation_fraction(force: float, travel: float, E: float, poisson: f
 
         fraction = approach(force (1 - fraction)) / travel,
 
-    where `approach` is Hertz's law. The right side decreases with the fraction, so there is one root. It is found by
+    where `approach` is Hertz's law. The right side decreases with the fraction, so there is one root, which is found by
     bisection.
     """
 
     def is_below_root(fraction: float) -> bool:
+        """Return whether the right side is larger than this fraction, so that the root is larger too."""
         return approach(force * (1.0 - fraction), E, poisson, radius) / travel > fraction
 
     return end_of_true_range(is_below_root, 0.0, 1.0)
@@ -34,7 +35,7 @@ def table_indentation_fraction(force: float, travel: float, E: float, poisson: f
 
 @dataclass(frozen=True, kw_only=True)
 class Roll:
-    """The roll of a ball on a table, along the line of the tips. It is caused by the forces of the tips.
+    """The roll of a ball on a table along the line of the tips, caused by the forces of the tips.
 
     `lever_mm` is the distance of the resultant force from the apex. `resistance` [N/mm] is the restoring force per
     distance of roll; if it is not positive, the ball rolls away. `angle_deg` is the angle of roll, infinite if the ball
@@ -56,12 +57,12 @@ def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[f
     """Return the roll of a ball of `radius` R [mm] on a table, under tips at `places` x [mm] from the apex.
 
     Each tip presses with a vertical force F, its entry of `forces` [N]. Its `stiffness` k [N/mm] is the stiffness of
-    its spring and the flesh in series. Rolling by u moves the point of support by u. It also lifts the skin under a tip
-    by x u / R, which presses this tip harder. So the moment about the support [N mm] is
+    its spring and the flesh in series. Rolling by u moves the point of support by u. Rolling also lifts the skin under
+    a tip by x u / R, which presses this tip harder. So the moment about the support [N mm] is
 
         sum(F x) - u (sum F - sum(k x^2) / R).
 
-    It is 0 in equilibrium. A friction force H at the tips resists the roll with the moment 2 R H.
+    The moment is 0 in equilibrium. A friction force H at the tips resists the roll with the moment 2 R H.
     """
     total_force = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))

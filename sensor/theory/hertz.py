@@ -38,7 +38,7 @@ def approach(force: float, E: float, poisson: float, radius: float) -> float:
 
 
 def contact_radius(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return the contact radius a = sqrt(R* d) of a dome [mm from N, MPa, mm]. It is 0 for a tip out of contact."""
+    """Return the contact radius a = sqrt(R* d) of a dome [mm from N, MPa, mm], or 0 if it is out of contact."""
     return math.sqrt(radius * approach(force, E, poisson, radius))
 
 

@@ -75,7 +75,7 @@ def stretch_factor(slope: float) -> float:
 def _step_on_slope(slope: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return the length on the slope of a step of horizontal length 1: its component down the slope, and its total.
 
-    Both are arrays over the directions of the step.
+    Both results are arrays over the directions of the step.
     """
     along = np.cos(_DIRECTIONS) * math.hypot(1.0, slope)
     return along, np.hypot(along, np.sin(_DIRECTIONS))

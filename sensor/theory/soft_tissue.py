@@ -26,7 +26,8 @@ _DATA = Path(__file__).parent / "large_strain.toml"
 def no_slip_stiffness_change(poisson: float) -> float:
     """Return the relative increase [1] in the stiffness of a circular tip on a half-space if it does not slip.
 
-    It is (1 - nu) ln(3 - 4 nu) / (1 - 2 nu) - 1: D. A. Spence, Proc. R. Soc. A 305, 1968, doi 10.1098/rspa.1968.0105.
+    The increase is (1 - nu) ln(3 - 4 nu) / (1 - 2 nu) - 1: D. A. Spence, Proc. R. Soc. A 305, 1968, doi
+    10.1098/rspa.1968.0105.
     """
     nu = min(poisson, LEAST_COMPRESSIBLE)
     return (1.0 - nu) * math.log(3.0 - 4.0 * nu) / (1.0 - 2.0 * nu) - 1.0
@@ -36,9 +37,9 @@ def large_strain_factor(depth: Floats | float, poisson: float, law: FleshLawName
     """Return the force of a sharp-edged tip at large strain, divided by the linear force [1], at indentations `depth`.
 
     `depth` is in tip sides, and the result has its shape. `poisson` and `law` are Poisson's ratio and the constitutive
-    law of the flesh. The factor is 1 at first contact. It is interpolated linearly between the depths and Poisson's
-    ratios of the finite-element solutions. Beyond the deepest solution, its deviation from 1 is proportional to the
-    depth, up to `LARGEST_CHANGE`.
+    law of the flesh. The factor is 1 at first contact. Between the depths and Poisson's ratios of the finite-element
+    solutions, the factor is interpolated linearly. Beyond the deepest solution, its deviation from 1 is proportional to
+    the depth, up to `LARGEST_CHANGE`.
     """
     table = _table(law)
     change = np.zeros(np.shape(depth))

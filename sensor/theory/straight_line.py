@@ -71,7 +71,7 @@ class Bend:
 
     @property
     def lack_of_fit(self) -> LackOfFit:
-        """Return the lack of fit of the straight line. It is zero if scatter explains the curvature."""
+        """Return the lack of fit of the straight line. The lack of fit is zero if scatter explains the curvature."""
         per_x = self.significant_change / self.span
         return LackOfFit(at_zero=0.0 - per_x * self.middle, per_x=per_x)  # 0 and not -0 for a straight line
 
@@ -154,8 +154,8 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
 def slope_error_of_resolution(digit: float, largest: float, fractions: Sequence[float]) -> float:
     """Return the relative standard deviation of a slope [1] that is caused by the resolution `digit` of the readings.
 
-    The readings lie on a line through zero and have no other error. They are the `fractions` [1] of the `largest`
-    reading, which has the unit of `digit`.
+    The readings lie on a line through zero and have no other error. The readings are the `fractions` [1] of the
+    `largest` reading, which has the unit of `digit`.
     """
     values = largest * np.array(fractions)
     return fit_line(values, values, np.full(len(values), digit)).slope.relative
@@ -202,8 +202,8 @@ class _PointsOfLine(NamedTuple):
     def bend(self, level_count: int) -> Bend:
         """Return the curvature of the parabola through the points.
 
-        It is 0 for a horizontal line, for three points, or if `level_count`, the number of different x, is less than
-        three.
+        The curvature is 0 for a horizontal line, for three points, or if `level_count`, the number of different x, is
+        less than three.
         """
         degrees_of_freedom = len(self.x) - 3
         rise = self.slope * self.span
@@ -234,8 +234,8 @@ class _PointsOfLine(NamedTuple):
         """Return the row whose removal reduces the scatter most, or None if no row can be removed.
 
         At least three rows must remain, and they must span at least a tenth of the range of x. The lines through the
-        other rows are not fitted one by one. They follow from the fit to all rows and its leverages: R. D. Cook, S.
-        Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
+        other rows are not fitted one by one, because they follow from the fit to all rows and its leverages: R. D.
+        Cook, S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
         """
         degrees_of_freedom = len(self.x) - 3  # degrees of freedom of a line through the other rows
         is_removable = self.removable_rows()

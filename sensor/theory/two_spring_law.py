@@ -120,7 +120,7 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
 
         K_m = K_h K_l (r - P) / (r (P K_l - K_h)).
 
-    It holds for any NL, because P need not be a linear function of the stiffness.
+    This equation holds for any NL, because P need not be a linear function of the stiffness.
 
     Parameters
     ----------
@@ -179,8 +179,8 @@ def nonlinearity(
     ("mid-range", the paper's equation (7)), or where it is largest ("largest"). `stiffness_ratio` [1] is the fruit
     stiffness under the high tip, divided by the fruit stiffness under the low tip.
 
-    Under a skin, K_m is not proportional to the modulus E of the flesh. Then pass K_m / K_m,max [1] at the
-    `curve_shares` of E_max as `stiffening`. The straight line is then over E instead of K_m.
+    Under a skin, K_m is not proportional to the modulus E of the flesh. For such a fruit, `stiffening` holds K_m /
+    K_m,max [1] at the `curve_shares` of E_max. The straight line is then over E instead of K_m.
     """
     if stiffening:
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
@@ -232,8 +232,8 @@ def size_springs(
 ) -> Springs:
     """Return the springs for a force ratio P_max and a nonlinearity NL on the firmest fruit, in closed form.
 
-    They solve the paper's equations (7) and (10). With r = K_m,max / K_h, for a stiffness ratio of 1, the nonlinearity
-    is
+    The springs solve the paper's equations (7) and (10). With r = K_m,max / K_h, for a stiffness ratio of 1, the
+    nonlinearity is
 
         NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its maximum.
 

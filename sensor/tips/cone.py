@@ -75,9 +75,9 @@ class Cone(TipShape):
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
         """Return the contact area [mm^2] under a force [N].
 
-        If only the spherical point touches, it is the contact circle according to Hertz. Otherwise it is the contact
-        area of a sharp cone according to Sneddon. `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and
-        `fruit_radius` is its radius [mm].
+        If only the spherical point touches, the area of the contact circle according to Hertz is returned. Otherwise,
+        the contact area of a sharp cone according to Sneddon is returned. `reduced_modulus` is E / (1 - nu^2) of the
+        fruit [MPa], and `fruit_radius` is its radius [mm].
         """
         if self.blunt_mm > 0.0:
             # A Poisson's ratio of 0 is passed, because the reduced modulus includes the effect of Poisson's ratio.
