@@ -73,8 +73,8 @@ def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats
 def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
     """Return the Jacobian d x_i / d X_j [mm], shape (dim, dim, e, q), of the map from the unit cell to each of e cells.
 
-    The Jacobian is evaluated at `points` X [1] of the unit cell, with shape (dim, q), or (dim, e, q) if each cell has
-    its own points. `cells` are the indices of the cells. By default, all cells are used.
+    The Jacobian is evaluated at `points` X [1] of the unit cell. The shape of `points` is (dim, q), or (dim, e, q) if
+    each cell has its own points. `cells` are the indices of the cells. By default, all cells are used.
     """
     slopes = shape_table(mesh.elem(), points).slopes
     nodes = _node_positions(mesh, cells)

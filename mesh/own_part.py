@@ -652,7 +652,7 @@ def _sample_outline(surfaces: list[int]) -> list[_SampledCurve]:
     The samples are evenly spaced, except that each curve has at least `_MIN_CURVE_SAMPLES`.
     """
     bounding_curves = _bounding_curves(surfaces)
-    # A curve that is listed twice bounds two surfaces. It lies inside the section, not on its outline.
+    # A curve that is listed twice bounds two surfaces, so it lies inside the section and not on its outline.
     tags = [tag for tag in dict.fromkeys(bounding_curves) if bounding_curves.count(tag) == 1]
     lengths = {tag: gmsh.model.occ.getMass(CURVE, tag) for tag in tags}  # the mass of a curve is its length [mm]
     sample_spacing = sum(lengths.values()) / _OUTLINE_SAMPLES
@@ -797,9 +797,9 @@ def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -
 def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:
     """Return the lower and the upper end of the sweep in y at each point of the profile [mm], shape (points,) each.
 
-    By default, the sweep goes through the full depth, and pockets and ribs of the part are left out. If at least half
-    of the quadrilaterals of a region have less than the full depth, as in necks and tips, the sweep ends at the surface
-    of the part. Raises MeshError if a point of such a region lies outside the part.
+    By default, the sweep goes through the full depth, and pockets and ribs of the part are left out. The sweep ends at
+    the surface of the part in regions such as necks and tips, where at least half of the quadrilaterals have less than
+    the full depth. Raises MeshError if a point of such a region lies outside the part.
     """
     points, quads = section.profile.points, section.profile.quads
     centres = points[:, quads].mean(axis=1)

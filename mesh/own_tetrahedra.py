@@ -114,8 +114,8 @@ def _straighten_folded_cells(straight: MeshTet2, curved_nodes: Floats) -> MeshTe
     `straight` has straight edges only, and `curved_nodes` (3, n) [mm] are its nodes after curving. A cell is folded if
     the determinant of its Jacobian changes sign. Raises MeshError if cells are still folded after `_MAX_PASSES` passes.
     """
-    # The determinant is sampled at the corners and at quadrature points. It changes sign in a cell if its sign at any
-    # of these points differs from its sign at the last one.
+    # The determinant is sampled at the corners and at quadrature points. A cell is folded if the sign at any of these
+    # points differs from the sign at the last one.
     sample_points = np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]])
     corner_count = straight.nvertices  # the nodes of edges are numbered after the corners
     nodes = curved_nodes.copy()

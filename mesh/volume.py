@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _CHECK_SOLID = "check that the solid is valid"
 _LOST_ORDER = "the order of the faces was lost; write the BREP file of the same solid"
 _FINER = "use smaller elements on curved faces, or check the solid"
-# Allowed relative difference between a face in gmsh and in CadQuery. They agree only to the digits of the BREP file.
+# Allowed relative difference between a face in gmsh and in CadQuery. The two agree only to the digits of the BREP file.
 _FACE_TOLERANCE = 1e-6
 _SAMPLING = 200  # number of points along a curve for gmsh's distance field
 

@@ -224,8 +224,8 @@ def _decide(value: float, error: float | None, sense: Sense | None, limit: float
     if sense is None:
         distance = abs(value - limit)
         if error is not None and error > allowed_miss:
-            # Such an error bar always reaches beyond the tolerance, so the value cannot pass. It fails if the whole
-            # error bar lies beyond the tolerance.
+            # The value cannot pass, because such an error bar always reaches beyond the tolerance. The value fails if
+            # its whole error bar lies beyond the tolerance.
             return False if distance > allowed_miss + error else None
         return distance <= allowed_miss
     # The margin is the distance of the value from the limit with its tolerance, positive on the allowed side.

@@ -71,22 +71,22 @@ def mesh_of_counts(housing: Housing, counts: ElementCounts, layers: int) -> Mesh
     return mesh
 
 
-def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
-    """Adapt the mesh of the housing `made_for` to the leaf lengths of the housing `wanted`, without remeshing.
+def stretch_leaves(mesh: MeshHex2, old_housing: Housing, new_housing: Housing) -> MeshHex2 | None:
+    """Adapt the mesh of the housing `old_housing` to the leaf lengths of the housing `new_housing`, without remeshing.
 
     The mesh is stretched in x along the straight leaves and in the plain cells of the walls. All other elements are
     only shifted. Plain cells lie between the leaf roots and the screw holes of a wall that is wider than its post. The
-    result is None if the mesh would be stretched or compressed by more than `MAX_STRETCH`, or if
-    only one of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf lengths,
-    or if the stretched mesh has a folded element.
+    result is None if the mesh would be stretched or compressed by more than `MAX_STRETCH`. It is also None if only one
+    of the housings has plain cells. Raises MeshError if the housings differ in more than their leaf lengths, or if the
+    stretched mesh has a folded element.
     """
     flexures = {}
-    for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
+    for old_arm, new_arm in zip(old_housing.arms, new_housing.arms, strict=True):
         flexures[old_arm.name] = dataclasses.replace(old_arm.flexure, length=new_arm.flexure.length)
-    if made_for.with_flexures(flexures) != wanted:
+    if old_housing.with_flexures(flexures) != new_housing:
         raise MeshError("stretch", "the housings differ in more than their leaf lengths", "make a new mesh")
-    old_knots = _stretch_knots(made_for)
-    new_knots = _stretch_knots(wanted)
+    old_knots = _stretch_knots(old_housing)
+    new_knots = _stretch_knots(new_housing)
     if len(old_knots) != len(new_knots):  # only one of the housings has a wall with plain cells
         return None
     ratios = np.diff(new_knots) / np.diff(old_knots)  # the factor by which each interval is stretched

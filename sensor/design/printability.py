@@ -101,7 +101,7 @@ def check_printable(
     determining_keys = _determining_keys(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
-        # A tip that does not reach the fruit has a negative travel. Its spring is not deflected.
+        # A tip that does not reach the fruit has a negative travel, and its spring is not deflected.
         travel = max(0.0, design.full_travels_mm[i])
         leaf = _leaf_of(design, i, spring_deflection(K, K_m[i], travel))
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]

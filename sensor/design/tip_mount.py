@@ -59,8 +59,8 @@ def plate_depth(design: Design, process: Process) -> float:
     depth = round(spacing - pads, 3)
     min_depth = max(side, _MIN_ASPECT * max(process.leaf_thicknesses_mm))
     if depth < min_depth:
-        reason = "a tip is wide" if side == min_depth else f"two leaf thicknesses of {process.name}"
-        plate = f"a plate as deep as {reason}, {min_depth:g} mm"
+        required_depth = "a tip is wide" if side == min_depth else f"two leaf thicknesses of {process.name}"
+        plate = f"a plate as deep as {required_depth}, {min_depth:g} mm"
         bound = f"at least {min_depth + pads:g} mm: {plate}, and two pads of {0.5 * pads:g}"
         hint = "move the tips farther apart, or choose narrower tips"
         raise validation_error("tips.spacing_mm", spacing, "mm", bound, hint)

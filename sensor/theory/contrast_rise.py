@@ -291,6 +291,13 @@ class Rise:
         return np.asarray(self.instrument - self.instrument.mean())
 
     @property
+    def drift_comoment(self) -> Floats:
+        """Return the co-moment with the instrument of a drift from 0 at the first sample to 1 at the last, (1,)."""
+        sample_numbers = np.arange(len(self.forces))[:, None]
+        comoment, _ = self.comoment_and_mean(sample_numbers / (len(sample_numbers) - 1))
+        return np.asarray(comoment)
+
+    @property
     def spread(self) -> float:
         """Return the co-moment of the instrument with itself [N^2]."""
         return float(self._centred_instrument @ self._centred_instrument)
@@ -600,8 +607,8 @@ def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
     if touch > LARGEST_TOUCH_FORCE:
         message = f"The last tip touches at {touch:.2g} of the largest total force, above {LARGEST_TOUCH_FORCE:g}."
         raise RiseError("no_rise", f"{message} Press farther, or more level.")
-    # Standard deviation of a linear rise between these forces: its range divided by sqrt(12). It ignores a hold at the
-    # end, which adds no information.
+    # The standard deviation of a linear rise between these forces is its range divided by sqrt(12). A hold at the end
+    # is ignored, because it adds no information.
     deviation = (rise.largest - rise.touch) / math.sqrt(12.0)
     least_deviation = LEAST_RISE * float(np.linalg.norm(noises))
     if not deviation > least_deviation:
@@ -696,14 +703,20 @@ class _LinearisedLaw:
         self.flesh = F @ (self._weights @ S) * z**3
         # derivative with respect to -ln E, (2,); the terms are proportional to E^(-2/3) and E^(-1)
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
-        # Change of the law per relative change of the modulus of the flesh under each tip, (2, channels). A dome
-        # indents this flesh by Hertz's law, in proportion to E^(-2/3), and a flat tip in proportion to 1 / E.
-        if law.contrast.hertz:
-            self.flesh_under_tips = self._hertz_slope * F_two_thirds
-        else:
-            self.flesh_under_tips = self._weights * np.diag(S) * z**3 * F
+        self.flesh_under_tips = self._changes_by_flesh_under_tips(S, z, has_domes=law.contrast.hertz != 0.0)
         # derivative with respect to the offset, (2,), because the offset changes S
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
+
+    def _changes_by_flesh_under_tips(self, S: Floats, z: float, *, has_domes: bool) -> Floats:
+        """Return the change of the law per relative change of the modulus of the flesh under each tip, (2, channels).
+
+        A dome indents this flesh by Hertz's law, in proportion to E^(-2/3), and a flat tip in proportion to 1 / E. `S`
+        [1/mm] is the compliance times E, and `z` is E^(-1/3).
+        """
+        F, F_two_thirds = self._rise.moments
+        if has_domes:
+            return np.asarray(self._hertz_slope * F_two_thirds)
+        return np.asarray(self._weights * np.diag(S) * z**3 * F)
 
     @property
     def per_force(self) -> Floats:
@@ -746,23 +759,20 @@ class _LinearisedLaw:
         rise = self._rise
         F, F_two_thirds = rise.moments
         squares = rise.comoment_and_mean(rise.forces**2)
-        sample_numbers = np.arange(len(rise.forces))[:, None]
-        # co-moment of a zero error that grows from 0 at the first sample to 1 at the last
-        drift_comoment, _ = rise.comoment_and_mean(sample_numbers / (len(sample_numbers) - 1))
-        # co-moment of the change of each force per second of delay
+        # the co-moment of the change of each force per second of delay
         rate_comoment, _ = rise.comoment_and_mean(rise.rates)
         # Changes of the law, (2, tips), for a relative error of 1 of the gains and of the spring stiffnesses.
         gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * F_two_thirds)
         spring_slopes = self._weights @ self._C
         springs = self.sum_per_tip(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
-        # A zero error is the same in all samples. It changes the co-moment only because the Hertzian slope varies.
+        # A zero error is the same in all samples, so it changes the co-moment only because the Hertzian slope varies.
         zeros = self.sum_per_tip(self._hertz_slope * self._inverse_roots[0])
         return RiseSlopes(
             noise=_numbers(noise_per_force),
             gains=_numbers(self.slope_with_saddle(*gains)),
             springs=_numbers(self.slope_with_saddle(*springs)),
             zeros=_numbers(self.slope_with_saddle(zeros, self.sum_per_tip(self.per_force))),
-            drifts=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * drift_comoment))),
+            drifts=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * rise.drift_comoment))),
             times=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * rate_comoment))),
             hertz=float(self.slope_at_constant_saddle(self.hertz[0])),
             body=float(self.slope_at_constant_saddle(self.flesh[0])),

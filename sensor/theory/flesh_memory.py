@@ -18,7 +18,7 @@ class Memory:
 
     def __init__(self, relaxation: Relaxation) -> None:
         """Start without any previous force."""
-        # The arrays below have the axes (terms, presses, tips). They are numbers before the first step.
+        # The arrays below have the axes (terms, presses, tips). Before the first step, a number replaces such an array.
         self._shares = np.array(relaxation.shares)[:, None, None]
         self._times = np.array(relaxation.times)[:, None]  # (terms, 1), divided into the step of each press
         self._known_memory: Floats | float = 0.0  # the part of the next m_i that earlier forces determine

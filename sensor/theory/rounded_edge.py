@@ -50,7 +50,7 @@ def _loss_curve(edge_radius: float) -> tuple[Floats, Floats]:
     depth_integrals = np.cumsum(edge_radius * steps * _depth_of_contact(edge_radius, midpoints).mean(axis=1))
     depths = _depth_of_contact(edge_radius, sines[1:])
     # The flat face has the radius a, and the contact the radius b. The force is 2 E* (depth b - integral of the depth
-    # from a to b). Here it is divided by 2 E*, so that the force of a sharp tip, for which b = 1, equals its depth.
+    # from a to b). Forces are divided by 2 E* here, so that the force of a sharp tip, with b = 1, equals its depth.
     losses = edge_radius * (1.0 - sines[1:]) * depths + depth_integrals
     return np.append(0.0, depths), np.append(0.0, losses)
 
