@@ -40,18 +40,19 @@ if TYPE_CHECKING:
 SIDES, FILLETS, WALLS, SYMMETRY = "side_faces", "fillets", "walls", "symmetry"
 _HINT = "check the solid at its smallest faces"
 _OUTLINE_SAMPLES = 2000  # approximate number of points on the outline at which the wall thickness is measured
-_MIN_CURVE_SAMPLES = 8  # smallest number of these points on one curve
+_MIN_CURVE_SAMPLES = 8  # smallest number of sampled points on one curve of the outline
 _QUADS_PER_THICKNESS = 1.0  # number of quadrilaterals across a wall, before gmsh divides each into four
-_QUADS_PER_QUARTER_ARC = 3.0  # number of quadrilaterals along a 90-degree inner fillet, before the same division
+_QUADS_PER_QUARTER_ARC = 3.0  # number along a 90-degree inner fillet, before gmsh divides each into four
 _LINE_SPACING_MM = 0.4  # distance between the lines along which the mesh is compared with the part
-_MAX_LINES_PER_SIDE = 10  # maximum number of these lines along a side of a quadrilateral
+_MAX_LINES_PER_SIDE = 10  # maximum number of comparison lines along a side of a quadrilateral
 # A point is redundant if the other points imply an element size there of at most this multiple of its own size.
 _REDUNDANCY_RATIO = 1.05
 _BIN_FRACTION = 0.02  # width of a bin as a fraction of the longest side of the part
 _GROWTH = 0.45  # growth of the element size with distance [mm per mm]
 _NEAR = 1e-6  # distance below which two points are considered equal [mm]
-_NEAR_FRACTION = 1e-6  # the same distance as a fraction of the span of the section
-_SIDE_TOLERANCE = 1e-6  # cross product [mm^2] down to which a point is considered to be on a side of a quadrilateral
+_NEAR_FRACTION = 1e-6  # distance below which two points are considered equal, as a fraction of the section's span
+# A point with a cross product [mm^2] down to minus this number is considered to be on a side of a quadrilateral.
+_SIDE_TOLERANCE = 1e-6
 _ON_FACE = 10.0 * _NEAR  # largest distance of the middle of a facet from the face on which it lies [mm]
 _PARALLEL = 1e-12  # a ray and a segment are parallel if their cross product [mm] is smaller than this
 # The depth at a node is measured at this fraction of the way from the node to the centre of a quadrilateral.
@@ -302,7 +303,7 @@ def _feature_length_errors(
         if quad is None:
             continue
         corner_depths = depth[profile.quads[:, quad]]
-        # Where the depth of the mesh varies, it follows a slanted face. `_sampled_length_errors` covers its error.
+        # Where its depth varies, the mesh follows a slanted face. `_sampled_length_errors` covers the error there.
         follows_slanted_face = np.ptp(corner_depths) > _NEAR
         mesh_length = float(corner_depths.mean())
         part_length = float(part_lengths[i])
@@ -376,7 +377,7 @@ def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> 
 def _request_quadrilaterals() -> None:
     """Set gmsh's options so that it divides surfaces into quadrilaterals only.
 
-    Triangles are recombined to quadrilaterals by the blossom algorithm. Then all elements are divided into
+    Triangles are recombined to quadrilaterals by the blossom algorithm. All elements are then divided into
     quadrilaterals, because some triangles may remain. Inside a surface, the element size follows the outline.
     """
     gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
@@ -532,7 +533,7 @@ class _Outline:
                 if self._form_sharp_inner_corner(curve_end, other_end):
                     corners.append(curve_end.position)
                     samples.append((curve_end.sample, other_end.sample))
-        # The reshaping gives the right shape even if there is no corner.
+        # Without corners, the lists are empty, and reshaping gives them the right shape.
         return np.array(corners).reshape(-1, 2).T, np.array(samples, dtype=np.int64).reshape(-1, 2).T
 
     def _form_sharp_inner_corner(self, curve_end: _CurveEnd, other_end: _CurveEnd) -> bool:
@@ -566,8 +567,8 @@ class _Outline:
         """Return points (2, n) [mm] and the element size (n,) [mm] required at each, before gmsh divides the elements.
 
         The points are the samples of the outline and the corners in `fine`. The size at a sample is the thickness of
-        the part there. On a curve, it is at most a quarter of the circle of curvature. At a round inner corner, it is
-        at most a third of this length. All sizes are multiplied by `scale` [1].
+        the part there. On a curve, the size is at most a quarter of the circle of curvature. At a round inner corner,
+        the size is at most a third of this length. All sizes are multiplied by `scale` [1].
         """
         sizes = self._thickness / _QUADS_PER_THICKNESS
         quarter_arc = 0.5 * np.pi * np.abs(self._radii)

@@ -11,9 +11,9 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     """Return the scaled Jacobian [1] of each tetrahedron, shape (m,): 1 if regular, 0 if flat, negative if inverted.
 
     The scaled Jacobian is sqrt(2) det J / lambda. Here lambda is the largest product of the three edge lengths at a
-    corner, or |det J| if that is larger. The factor sqrt(2) makes it 1 for a regular tetrahedron. `points` (3, n) [mm]
-    are the nodes, and `tets` (4, m) the indices of the corners. See P. Stimpson et al., The Verdict Library Reference
-    Manual, 2007, section 6.14.
+    corner, or |det J| if that is larger. The factor sqrt(2) makes the result 1 for a regular tetrahedron. `points` (3,
+    n) [mm] are the nodes, and `tets` (4, m) the indices of the corners. See P. Stimpson et al., The Verdict Library
+    Reference Manual, 2007, section 6.14.
     """
     corners = points[:, tets]  # (3, 4, m)
     edges = corners[:, 1:] - corners[:, :1]  # the three edges at the first corner

@@ -5,7 +5,7 @@ import math
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 """The text for each outcome of a verdict."""
 ROUND_OFF = 1e-12
-"""Magnitude below which a number is shown as 0. It suits all units in use: mm, N, MPa, N/m, % and 1."""
+"""Magnitude below which a number is shown as 0. The same magnitude suits all units in use: mm, N, MPa, N/m, % and 1."""
 _MAX_DECIMALS = 9  # maximum number of decimal places; beyond it, a number may be written in scientific notation
 
 

@@ -15,9 +15,9 @@ from mesh.session import MeshError
 
 # Smallest distance from the centre of a hole to the edge of its ring, divided by the radius of the hole.
 _MIN_RING_RATIO = 1.3
-# The same ratio for an edge at an extra level, which divides the wall only for the ring.
+# The same ratio for a ring whose edge lies at a new level, which divides the wall only for this ring.
 _NEW_EDGE_RATIO = 1.7
-_MAX_RING_RATIO = 2.0 * _NEW_EDGE_RATIO  # largest such ratio of an edge at an existing level
+_MAX_RING_RATIO = 2.0 * _NEW_EDGE_RATIO  # largest such ratio for a ring whose edge lies at an existing level
 # Largest extent of a fan in x, as a fraction of the distance from the post to the edge of the hole.
 _MAX_FAN_FRACTION = 0.65
 
@@ -131,7 +131,7 @@ class _Wall:
         of a fan must not be divided.
         """
         _, hole_z = hole
-        for level in sorted(levels, reverse=sign < 0.0):  # the levels beyond the hole then begin with the nearest
+        for level in sorted(levels, reverse=sign < 0.0):  # beyond the hole, the nearest level then comes first
             distance_ratio = sign * (level - hole_z) / self.hole_radius  # negative on the other side of the hole
             if _MIN_RING_RATIO <= distance_ratio <= _MAX_RING_RATIO:
                 return level

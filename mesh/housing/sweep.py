@@ -1,7 +1,7 @@
 """The mesh of the half y >= 0 of the housing: curved quadratic hexahedra, swept from the profile along y.
 
-The named boundaries are low_tip, high_tip, mounting_holes, side_faces, symmetry, low_leaves and high_leaves. The last
-two are the surfaces of the leaves, where the strain is largest.
+The named boundaries are low_tip, high_tip, mounting_holes, side_faces, symmetry, low_leaves and high_leaves. The
+boundaries low_leaves and high_leaves are the surfaces of the leaves, where the strain is largest.
 """
 
 import dataclasses
@@ -31,7 +31,7 @@ MAX_STRETCH = 1.25  # largest factor by which a mesh is stretched or compressed;
 _VOLUME_TOLERANCE = 1e-4  # allowed relative difference in volume
 _AREA_TOLERANCE = 2e-3  # allowed relative difference in area
 _VOLUME_ORDER = 5  # polynomial degree up to which the volume quadrature is exact
-_CHECK_ORDER = 3  # degree of the quadrature at whose points, 2^3 in each element, the Jacobian is checked
+_CHECK_ORDER = 3  # degree of the quadrature whose points, 2^3 in each element, are used to check the Jacobian
 # Thickness ratio of successive layers, from the side face inwards. Anticlastic bending decays near the side face.
 _LAYER_GROWTH = 2.0
 _NEAR = 1e-7  # distance below which two points are considered equal [mm]
@@ -183,8 +183,8 @@ def curved_nodes(mesh: MeshHex2, profile: Profile) -> Floats:
     chord_middles = profile.points[:, profile.arcs].mean(axis=1)
     edge_shifts = profile.midpoints - chord_middles
 
-    # The centre of a quadrilateral moves by half the sum of the shifts of its edges. This is the position to which
-    # the shape functions of an eight-node quadrilateral, which has no node at its centre, map the centre.
+    # The centre of a quadrilateral moves by half the sum of the shifts of its edges. The shape functions of an
+    # eight-node quadrilateral, which has no node at its centre, map the centre to the same position.
     centres = profile.points[:, profile.quads].mean(axis=1)
     centre_shifts = np.zeros_like(centres)
     for side in range(4):
@@ -194,7 +194,7 @@ def curved_nodes(mesh: MeshHex2, profile: Profile) -> Floats:
         centre_shifts[:, is_arc] += 0.5 * edge_shifts[:, arc[is_arc]]
 
     # Each node of the swept mesh gets the shift of the edge middle or centre of the profile that has the same x and z.
-    # If there is none, the node stays where it is.
+    # Any other node stays where it is.
     moved_points = np.hstack([chord_middles, centres])
     shifts = np.hstack([edge_shifts, centre_shifts])
     distance, index = cKDTree(moved_points.T).query(points[[0, 2]].T)

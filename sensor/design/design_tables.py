@@ -113,7 +113,7 @@ class DesignTables:
             if settings.get(_PROCESS) is not None:
                 _refuse_unlisted(process, processes, file_name)
             elif not _is_listed(process, processes):
-                print_table.pop("process", None)  # it belongs to the previous process file
+                print_table.pop("process", None)  # this process belongs to the previous process file
         elif _is_listed(process, self.custom_processes) and _PROCESS not in settings:
             # The settings have removed the process file that contains this process.
             del print_table["process"]

@@ -102,7 +102,7 @@ class Fruit:
         "mm",
         LENGTH,
         default=None,
-        hint="the flesh over the stone of a mango has about 12",
+        hint="the flesh over the stone of a mango is about 12 thick",
         meaning="thickness of the flesh under the apex, down to the stone or the table (sphere, ellipsoid); "
         "replaces the height",
     )
@@ -346,7 +346,7 @@ class Fruit:
     def derived_keys(self) -> tuple[str, ...]:
         """Return the keys `length_mm` and `width_mm`, if their values are the size of the whole fruit.
 
-        A design file may omit them. A block has no such keys.
+        A design file may omit these keys. A block has no such keys.
         """
         if self.radius_mm is None:
             return ()

@@ -26,7 +26,7 @@ class Printable:
     name: str  # "printable.low" or "printable.high"
     passed: bool | None
     reason: str
-    length_mm: float  # solved, or else from beam theory
+    length_mm: float  # the solved length, or the length by beam theory if no length is solved
     shortest_mm: float
     longest_mm: float
     root_strain: float  # root strain at full travel on the stiffest fruit [1]

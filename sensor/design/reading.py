@@ -27,7 +27,7 @@ PRESS_SAMPLES = 60
 PRESS_S = 3.0
 """Duration of a press by hand [s]. The effect of timing errors of the channels is inversely proportional to it."""
 WEIGHED_AFTER_S = 30.0
-"""Time for which a weight hangs before its deflection is read [s], unless it is given."""
+"""Time for which a weight usually hangs before its deflection is read [s]; the default if no time is given."""
 CALIBRATED_BY = ("weights", "plate", "ball")
 AMPLIFIER_GAIN_PERCENT = 0.5
 """Standard uncertainty of a gain without calibration [%], by judgement on amplifiers."""
@@ -46,10 +46,10 @@ class ReadingRequirements:
     design by the fraction `radius_spread`. `noise_percent` is a percentage of the largest force of each tip.
 
     `stiffness_percent` and `gain_percent` are uncertainties after calibration; if they are None, they are computed from
-    the bench of the design. If weights calibrate the unit, they are the uncertainties of each spring and each force. A
-    hard plate moves all tips equally. If it calibrates the unit, they are the uncertainties of each force at a known
-    deflection, and of each deflection. `bias_limit` is the largest |E read / E - 1| without noise, and
-    `uncertainty_limit` the largest standard uncertainty.
+    the bench of the design. If weights calibrate the unit, these two keys are the uncertainties of each spring and each
+    force. A hard plate, which moves all tips equally, may calibrate the unit instead. The keys are then the
+    uncertainties of each force at a known deflection, and of each deflection. `bias_limit` is the largest |E read / E -
+    1| without noise, and `uncertainty_limit` the largest standard uncertainty.
     """
 
     tilt_deg: float = quantity(
@@ -100,7 +100,7 @@ class ReadingRequirements:
         "mm",
         LENGTH,
         default=None,
-        hint="the flesh over the stone of a mango has 8 to 20",
+        hint="the flesh over the stone of a mango is 8 to 20 thick",
         meaning="smallest and largest thickness of the flesh under the skin (domes on a curved fruit)",
     )
     noise_percent: float = quantity(

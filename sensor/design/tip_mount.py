@@ -26,8 +26,9 @@ class TipMount(NamedTuple):
 def tip_mount(design: Design, process: Process) -> TipMount:
     """Return the printed end of a shuttle: a tip, or a foot with a pocket for a pin.
 
-    The gable of a pocket ends a full side of the pocket above its centre. So half the side of a foot is a full side of
-    the pocket plus a wall. The sides are rounded to 0.001 mm. Raises InputError if there is no gap between the feet.
+    The gable of a pocket ends a full side of the pocket above its centre. Half the side of a foot is therefore a full
+    side of the pocket plus a wall. The sides are rounded to 0.001 mm. Raises InputError if there is no gap between the
+    feet.
     """
     tips = design.tips
     if tips.socket == "none":

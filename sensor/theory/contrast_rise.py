@@ -86,7 +86,7 @@ LARGEST_TOUCH_FORCE = 0.7  # touch force of the last tip divided by the largest 
 LEAST_RISE = 5.0
 # maximum relative noise of E; above it, the root of the cubic scatters too far to be linearised
 LARGEST_NOISE = 1.0 / 3.0
-LARGEST_BY_TIME = 0.02  # relative error of E caused by timing errors; it increases an uncertainty of 5 % to 5.4 %
+LARGEST_BY_TIME = 0.02  # relative error of E by timing errors; such an error increases an uncertainty of 5 % to 5.4 %
 SETTLED = 1e-12  # relative change of the offset at convergence, close to round-off
 MOST_LEFT_OUT_EACH = 32  # maximum number of samples for the jackknife; in a longer press, one sample hardly changes E
 MOST_STEPS = 50  # iterations of the offset; each one reduces the error to a few per cent of the previous error
@@ -367,9 +367,10 @@ def _touch_starts(all_touch: Flags) -> Ints:
     `all_touch` (samples,) is true in samples in which all tips are in contact. A lift in the sample itself is ignored,
     because a selection of samples by their own forces would favour positive noise.
     """
-    # the index of the last sample, up to and including each sample, in which a tip is out of contact; -1 without one
+    # For each sample, the index of the last sample up to then in which a tip is out of contact, or -1 if there is none.
     last_lift = np.maximum.accumulate(np.where(all_touch, -1, np.arange(len(all_touch))))
-    # Shifted by one sample, so that each start depends on earlier samples only. The slice is for an empty press.
+    # The lifts are shifted by one sample, so that each start depends on earlier samples only. The slice at the end only
+    # matters for an empty press.
     return np.concatenate([[0], last_lift[:-1] + 1])[: len(all_touch)]
 
 
@@ -642,9 +643,9 @@ def _solve_press(law: RiseLaw, moments: _Moments) -> _Solution:
 
         cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,    gamma = -(mean a + mean b z^2 + mean d z^3).
 
-    For domes, d depends on the offset, because the offset shifts their contacts and changes S by a few per cent. So the
-    two equations are solved alternately. Each iteration reduces the error of the offset to a few per cent of its
-    previous value. Raises RiseError if no modulus fits the press.
+    For domes, d depends on the offset, because the offset shifts their contacts and changes S by a few per cent. The
+    two equations are therefore solved alternately. Each iteration reduces the error of the offset to a few per cent of
+    its previous value. Raises RiseError if no modulus fits the press.
     """
     contrast = law.contrast
     weights, C, S = contrast.arrays

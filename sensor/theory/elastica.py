@@ -38,7 +38,7 @@ def cantilever(sine: Floats | float) -> Cantilever:
     """
     sine = np.asarray(sine, dtype=np.float64)
     _check_bounds("sine of the end's slope", sine, _SINES, "press less")
-    # I = 1 + a and J = 2/3 (1 + b). Written in a and b, nothing below subtracts nearly equal numbers.
+    # I = 1 + a and J = 2/3 (1 + b). The formulas in a and b do not subtract nearly equal numbers.
     a, b = _integrals(np.asarray(sine * sine))
     return Cantilever(
         force=2.0 * sine * (1.0 + a) ** 2,

@@ -73,7 +73,7 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
     m = brentq(excess, 0.0, 1.0 - 1e-15, xtol=1e-16)
     axis_ratio = math.sqrt(1.0 - m)
     K = float(elliprf(0.0, 1.0 - m, 1.0))
-    # sqrt([(a/b)^2 E(m) - K(m)] [K(m) - E(m)]) / m
+    # The following is sqrt([(a/b)^2 E(m) - K(m)] [K(m) - E(m)]) / m.
     integrals = math.sqrt(elliprd(0.0, 1.0, 1.0 - m) * elliprd(0.0, 1.0 - m, 1.0)) / 3.0
     F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * integrals)  # Johnson's correction factor for the contact size
     # correction factor of the approach, which is proportional to radius^(-1/3)

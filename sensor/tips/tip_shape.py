@@ -82,7 +82,7 @@ class TipShape(ABC):
     def sized_as(self) -> str:
         """Return the name of the sharp flat shape whose stiffness is used to size the springs.
 
-        It has the same outline as this shape.
+        The flat shape has the same outline as this shape.
         """
 
     @property
