@@ -57,9 +57,7 @@ def stiffness_matrix(
     `vector_basis` returns it. E and Poisson's ratio are each a number, or an array with one entry per element.
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, but takes ten times as long. Here the
-    products of scalar gradients, P_abij = int d_a N_i d_b N_j with nodes i, j and axes a, b, are formed for many
-    elements at once. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij. Its row is component a
-    at node i, and its column is component b at node j.
+    matrices of many elements are computed at once.
 
     With `b_bar`, the dilatation div u is projected onto linear functions within each element (the B-bar method).
     Hexahedra then do not lock as nu tends to 0.5. For 27-node hexahedra, this is the Q2 / P1 pair with the pressure
@@ -71,18 +69,33 @@ def stiffness_matrix(
     lam, mu = lame_parameters(_broadcast(E, elements), _broadcast(poisson, elements))
     # The element matrices are stored column by column, because `assemble_elements` sorts their columns.
     columns = np.empty((elements, nodes, dim, nodes, dim))
+    projection_points = basis.quadrature[0] if b_bar else None
     for start in range(0, elements, _GROUP_SIZE):
         group = slice(start, start + _GROUP_SIZE)
         G = np.ascontiguousarray(gradients[:, group])
-        P = (G * basis.dx[group, None])[:, None] @ G.swapaxes(2, 3)  # (axis a, axis b, element, node i, node j)
-        dilatation = _projected_dilatation(G, basis.dx[group], basis.quadrature[0]) if b_bar else P
-        matrices = lam[group] * dilatation + mu[group] * P.swapaxes(0, 1)
-        same_axis = mu[group] * np.einsum("cceij->eij", P)  # the term with delta_ab, so it is added only for a = b
-        for axis in range(dim):
-            matrices[axis, axis] += same_axis
+        matrices = _element_matrices(G, basis.dx[group], lam[group], mu[group], projection_points)
         columns[group] = matrices.transpose(2, 4, 1, 3, 0)  # (element, node j, axis b, node i, axis a)
     blocks = columns.reshape(elements, nodes * dim, nodes * dim).swapaxes(1, 2)  # (element, row, column)
     return assemble_elements(blocks, basis.element_dofs.T, basis.N)
+
+
+def _element_matrices(G: Floats, dx: Floats, lam: Floats, mu: Floats, projection_points: Floats | None) -> Floats:
+    """Return the stiffness matrices of a group of elements, shape (dim, dim, elements, nodes, nodes) [E times mm].
+
+    Entry (a, b, e, i, j) is the force on component a at node i per displacement of component b at node j, in element e.
+    With P_abij = int d_a N_i d_b N_j, it is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
+
+    `G` (dim, elements, nodes, points) [1/mm] are the gradients of the shape functions at the quadrature points, whose
+    weights are `dx` (elements, points) [mm^3]. `lam` and `mu` (elements, 1, 1) are Lame's constants. For the B-bar
+    method, `projection_points` (dim, points) are the quadrature points in the unit cube; otherwise it is None.
+    """
+    P = (G * dx[:, None])[:, None] @ G.swapaxes(2, 3)
+    dilatation = P if projection_points is None else _projected_dilatation(G, dx, projection_points)
+    matrices = lam * dilatation + mu * P.swapaxes(0, 1)
+    same_axis = mu * np.einsum("cceij->eij", P)  # the term with delta_ab, so it is added only for a = b
+    for axis in range(len(G)):
+        matrices[axis, axis] += same_axis
+    return np.asarray(matrices)
 
 
 def _broadcast(value: float | Floats, elements: int) -> Floats:
@@ -93,7 +106,7 @@ def _broadcast(value: float | Floats, elements: int) -> Floats:
 def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
     """Return the integrals of products of projected gradients [mm], for the B-bar method.
 
-    They replace P_abij in the lambda term of the element matrix; see `stiffness_matrix`. Each derivative d_a N_i is
+    They replace P_abij in the lambda term of `_element_matrices`. Each derivative d_a N_i is
     projected by least squares onto the functions 1, X, Y, Z of the unit cube. `G` (dim, elements, nodes, points) [1/mm]
     are the gradients at the quadrature points, whose weights are `dx` (elements, points) [mm^3]. `points` (dim, points)
     are their coordinates in the unit cube. The result has the shape (dim, dim, elements, nodes, nodes).
@@ -117,7 +130,7 @@ def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
     """
     n = dofs.shape[1]
     order = np.argsort(dofs, axis=None, kind="stable")  # sorts the columns of all elements by dof
-    columns = blocks.swapaxes(1, 2).reshape(-1, n)[order]
+    columns = blocks.swapaxes(1, 2).reshape(-1, n)[order]  # (elements times n, n), one element column per row
     rows = dofs[order // n]  # `order // n` is the element of each column, which determines its rows
     # Each dof is in as many element columns as it has elements, and each of these has n entries.
     ends = np.cumsum(n * np.bincount(dofs.ravel(), minlength=size))

@@ -75,12 +75,12 @@ class Factor:
         block = csc_matrix(matrix[:, self.free][self.free])
         preconditioner = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
         right_sides = load[self.free]
-        solutions = []
+        columns = []
         for right_side in right_sides.T:
             # The status that SciPy returns is not needed, because the residual is checked below.
-            solution, _ = cg(block, right_side, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
-            solutions.append(solution)
-        solution = np.column_stack(solutions)
+            column, _ = cg(block, right_side, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
+            columns.append(column)
+        solution = np.column_stack(columns)
         _check_residual(block, solution, right_sides)
         u = np.zeros_like(load, dtype=np.float64)
         u[self.free] = solution
@@ -121,10 +121,10 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     # With the dofs in descending order, the factorisation has 5 % fewer nonzeros.
     block = _reverse(csc_matrix(matrix[:, ascending_free][ascending_free]))
     free = ascending_free[::-1]
-    if not len(free):  # nothing to factorise, and no condition number to estimate
-        return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=np.copy)
-    back_substitute = _factorise_block(block)
-    _check_condition(block, back_substitute)
+    back_substitute: Callable[[Floats], Floats] = np.copy  # serves an empty block, which SuperLU cannot factorise
+    if len(free):
+        back_substitute = _factorise_block(block)
+        _check_condition(block, back_substitute)
     return Factor(matrix=matrix, block=block, free=free, fixed=fixed, back_substitute=back_substitute)
 
 
@@ -161,12 +161,13 @@ def _factorise_block(block: csc_matrix) -> Callable[[Floats], Floats]:
     The function takes right-hand sides of shape (n,) or (n, loads). Raises SolveError if the matrix is singular, and
     MemoryError if there is not enough memory.
     """
-    # Minimum degree ordering of the columns leaves few nonzeros in the factor. A threshold of 0 makes the diagonal
-    # entries the pivots, which is stable because the matrix is positive definite.
-    symmetric = {"SymmetricMode": True}
     try:
         factor = splu(
-            block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_MERGED_COLUMNS, options=symmetric
+            block,
+            permc_spec="MMD_AT_PLUS_A",  # minimum degree ordering, which leaves few nonzeros in the factor
+            diag_pivot_thresh=0.0,  # pivots on the diagonal, which is stable for a positive definite matrix
+            relax=_MERGED_COLUMNS,
+            options={"SymmetricMode": True},
         )
     except RuntimeError as error:
         if "singular" not in str(error):  # SuperLU's only other error is a failed allocation

@@ -46,11 +46,11 @@ class TwoGrid:
         preconditioner = LinearOperator(self.block.shape, matvec=self._precondition, dtype=np.float64)
         u = np.zeros_like(load)
         for column in range(load.shape[1]):
-            solution, steps = cg(
+            solution, status = cg(
                 self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MAX_STEPS, M=preconditioner
             )
-            if steps:  # SciPy returns 0 after convergence, and the number of iterations otherwise
-                msg = f"conjugate gradients did not converge in {steps} steps. Check the mesh and what holds the part."
+            if status != 0:  # SciPy returns 0 after convergence, and the number of iterations otherwise
+                msg = f"conjugate gradients did not converge in {status} steps. Check the mesh and what holds the part."
                 raise SolveError(msg)
             u[self.free, column] = solution
         return u

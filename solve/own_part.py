@@ -83,14 +83,15 @@ def swept_compliance(
     u = half.factor.solve(part.meshed_fraction * means)
     C = means.T @ u
     _check_reciprocal(C)
-    strains = [_corner_strain(half.basis, column) for column in u.T]
-    energies = [_doubled_strain_energy(half, material, column) for column in u.T]
+    # The following lists have one entry per load.
+    strains_at_edges, strains_inside = zip(*[_corner_strain(half.basis, column) for column in u.T], strict=True)
+    densities, energies = zip(*[_doubled_strain_energies(half, material, column) for column in u.T], strict=True)
     return PartCompliance(
         C=0.5 * (C + C.T),  # removes the asymmetry due to round-off
-        strain_per_N=tuple(at_edges for at_edges, _ in strains),
-        strain_inside_per_N=tuple(inside for _, inside in strains),
-        density=tuple(density for density, _ in energies),
-        at_corners=np.array([_corner_shares(part, energy) for _, energy in energies]),
+        strain_per_N=strains_at_edges,
+        strain_inside_per_N=strains_inside,
+        density=densities,
+        at_corners=np.array([_corner_shares(part, energy) for energy in energies]),
         dofs=int(half.basis.N),
         seconds=time.perf_counter() - start,
     )
@@ -119,8 +120,8 @@ def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
     """Return the largest strain at round inner corners [1]: extrapolated to element edges, and inside the elements.
 
     `u` (dofs,) [mm] are the displacements. Both values are nan if there is no round inner corner, or if the strain at
-    another wall is more than 1.2 times as large. Such a maximum lies at a sharp corner, where the strain increases with
-    every refinement of the mesh, so no value of it can be reported.
+    another wall is more than 1.2 times as large. In that case, the largest strain is at a sharp corner. It increases
+    with every refinement of the mesh, so it has no value that could be reported.
     """
     if FILLETS not in basis.mesh.boundaries:
         return np.nan, np.nan
@@ -128,7 +129,7 @@ def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
     at_walls, _ = largest_strain(basis, WALLS, u)
     if not _SHARP_CORNER_RATIO * at_fillets >= at_walls:  # negated, so that nan is rejected too
         return np.nan, np.nan
-    # In the straight wall next to a wide fillet, the strain may be slightly larger than in the fillet.
+    # The strain in the straight wall next to a wide fillet may be slightly larger than the strain in the fillet.
     return max(at_fillets, at_walls), inside
 
 
@@ -190,13 +191,13 @@ def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
     return np.asarray(sum(part * face_mean(basis, name, axis) for axis, part in enumerate(direction) if part != 0.0))
 
 
-def _doubled_strain_energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
+def _doubled_strain_energies(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
     """Return twice the strain energy density and twice the strain energy of each element, both (elements,).
 
     The first array is the mean density over the quadrature points [N/mm^2], the second is the integral [N mm]. `u`
     (dofs,) [mm] are the displacements, and `material` is Young's modulus [MPa] and Poisson's ratio.
     """
-    # The indices are node n, axes i and j, element e and quadrature point q.
+    # The indices in `einsum` are node n, axes i and j, element e and quadrature point q.
     basis = half.basis
     dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
     gradient = np.einsum("nie,njeq->ijeq", u[dofs], scalar_gradients(basis))

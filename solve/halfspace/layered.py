@@ -120,7 +120,7 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     largest = max(float(distances.max(initial=0.0)), h)
     # The hyperbolic sine gives equal steps up to about the thickness, and equal ratios beyond.
     table_distances = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), TABLE_DISTANCES))
-    table_distances[-1] = largest  # without round-off, so that no distance is outside the table
+    table_distances[-1] = largest  # removes round-off, so that no distance is outside the table
     return np.asarray(_spline(table_distances, _added_at(layers, table_distances), axis=1)(distances))
 
 
@@ -254,7 +254,8 @@ def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
 def _panels(end: float, longest: float) -> tuple[Floats, Floats]:
     """Return the points and weights of Gauss quadrature on equal panels from 0 to `end`, none longer than `longest`."""
     point, weight = legendre.leggauss(PANEL_POINTS)
-    edges = np.linspace(0.0, end, math.ceil(end / longest) + 4)  # at least four panels
+    panels = math.ceil(end / longest) + 3  # the addition gives at least four panels
+    edges = np.linspace(0.0, end, panels + 1)
     half = 0.5 * np.diff(edges)
     middle = 0.5 * (edges[1:] + edges[:-1])
     return (middle[:, None] + half[:, None] * point).ravel(), (half[:, None] * weight).ravel()

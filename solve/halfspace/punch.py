@@ -102,12 +102,14 @@ def circle_punch(nodes_per_side: int) -> Punch:
     """
     n = nodes_per_side
     x, y, weights = _disc_quadrature(n)
-    polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))
+    polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))  # (points, n^2)
 
     # A polynomial displacement is the sum of its projections onto the harmonics. Each projection contributes the work
-    # of its pressure: the outer product of the moments, divided by the eigenvalue and the squared norm.
+    # of its pressure: the outer product of the moments, divided by the eigenvalue and the squared norm. The products of
+    # polynomials have degrees up to 2 n - 2, so no further harmonics contribute.
+    degree_count = 2 * n - 1
     work = np.zeros((n * n, n * n))
-    for eigenvalue, harmonic in _disc_harmonics(x, y, 2 * n - 1):
+    for eigenvalue, harmonic in _disc_harmonics(x, y, degree_count):
         moments = polynomials.T @ (weights * harmonic)
         work += np.outer(moments, moments) / eigenvalue / (weights @ harmonic**2)
     # The nodes lie on a square grid, as for a square punch, so some are outside the disc. The factor 0.5 pi comes from
@@ -131,6 +133,7 @@ def _disc_quadrature(n: int) -> tuple[Floats, Floats, Floats]:
     angle = np.pi / (2 * n) * np.arange(4 * n)
     x = np.outer(radius, np.cos(angle)).ravel()
     y = np.outer(radius, np.sin(angle)).ravel()
+    # d(height) is d(point) / 2, and each step of the angle is pi / (2 n).
     weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
     return x, y, weights
 
@@ -191,17 +194,25 @@ def _square_mutual_work(cells: int, n: int) -> tuple[Floats, Floats]:
     It is the work that the pressure of displacement P_b does on displacement P_a. The forces have the shape
     (cells, cells). The side of the square and E* are 1.
     """
-    # Integrate P_0(2 x) to P_n-1(2 x) over each cell. The antiderivative of P_k is (P_k+1 - P_k-1) / (2 k + 1).
-    polynomials = legendre.legvander(2.0 * graded_edges(cells), n).T
-    antiderivatives = [polynomials[1]]
-    for k in range(1, n):
-        antiderivatives.append((polynomials[k + 1] - polynomials[k - 1]) / (2 * k + 1))
-    integrals = 0.5 * np.diff(antiderivatives, axis=1)  # the factor 0.5 is dx / d(2 x)
+    integrals = _legendre_integrals(graded_edges(cells), n)
     displacement_integrals = np.einsum("ai,bj->ijab", integrals, integrals).reshape(cells**2, n * n)
     pressures = lu_solve(_influence_factor(cells), displacement_integrals)
     # The first displacement is 1 everywhere, so its integrals are the areas of the cells.
     flat_force = pressures[:, 0] * displacement_integrals[:, 0]
     return displacement_integrals.T @ pressures, flat_force.reshape(cells, cells)
+
+
+def _legendre_integrals(edges: Floats, n: int) -> Floats:
+    """Return the integrals of the Legendre polynomials P_0(2 x) to P_n-1(2 x) over each cell, shape (n, cells).
+
+    `edges` (cells + 1,) are the boundaries of the cells, from -1/2 to 1/2. The antiderivative of P_k is
+    (P_k+1 - P_k-1) / (2 k + 1), and the antiderivative of P_0 is P_1.
+    """
+    polynomials = legendre.legvander(2.0 * edges, n).T
+    antiderivatives = [polynomials[1]]
+    for k in range(1, n):
+        antiderivatives.append((polynomials[k + 1] - polynomials[k - 1]) / (2 * k + 1))
+    return np.asarray(0.5 * np.diff(antiderivatives, axis=1))  # the factor 0.5 is dx / d(2 x)
 
 
 @functools.lru_cache(maxsize=2)

@@ -112,7 +112,8 @@ def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
     """Return the same half, factorised for loads along another axis.
 
-    The load determines which components are 0 on the plane of symmetry, so the matrix is factorised again.
+    The axis of the load determines which displacement components are 0 on the plane of symmetry. The matrix is
+    therefore factorised again.
     """
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
     return replace(half, factor=factorise(half.matrix, held))
@@ -139,10 +140,10 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
     centre = 0.0
     if slope == LENGTH_AXIS:
         area = sum(float(patch.weights.sum()) for patch in patches)
-        centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
+        centre = sum(float((patch.points[LENGTH_AXIS] * patch.weights).sum()) for patch in patches) / area
 
-    # The mean is int u / int 1. The slope is int u (x - centre) / int (x - centre)^2. With a lever of 1 for the mean,
-    # both are int u lever / int lever^2.
+    # The mean of u is int u / int 1. The slope of u is int u (x - centre) / int (x - centre)^2. Both have the form
+    # int u lever / int lever^2, with a lever of 1 for the mean and of x - centre for the slope.
     integral = np.zeros(basis.N)
     norm = 0.0
     for patch in patches:

@@ -12,7 +12,7 @@ from scipy.sparse import csc_matrix, kron
 from skfem import CellBasis
 from skfem.refdom import RefTet
 
-from mesh.cells import cell_points, shape_table
+from mesh.cells import ReferenceFacet, cell_points, shape_table
 from sensor.arrays import Flags, Floats
 from solve.displacement_basis import cell_nodes
 from solve.elasticity import assemble_elements, lame_parameters
@@ -77,25 +77,11 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
     count = basis.N // 3  # number of nodes, each of which has three displacement components
-    # The reference facet is the unit square, or half of it for a tetrahedron.
-    if basis.mesh.refdom is RefTet:
-        points = _TRIANGLE_POINTS
-        weight = 0.5 * _WEIGHT
-    else:
-        points = _POINTS
-        weight = 1.0 * _WEIGHT
     tangential = csc_matrix((count, count))  # entries for each of the two components parallel to the layer
     normal = csc_matrix((count, count))  # entries for the normal component
     for layer in layers:
         for facet in surface_facets(basis, layer.name):
-            reference_points = facet.inside(points)
-            area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
-            x, _, z = cell_points(basis.mesh, reference_points, facet.elements)
-            weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
-            # All elements in this group have the same local facet, so their shape functions there are the same.
-            shapes = shape_table(basis.elem.elem, reference_points).values
-            # int N_a N_b [mm^2], with nodes a and b, facet e and point p.
-            springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
+            springs = _covered_integrals(basis, layer, facet)
             facet_nodes = nodes[facet.elements]
             tangential = tangential + assemble_elements(shear / layer.thickness * springs, facet_nodes, count)
             normal = normal + assemble_elements(E / layer.thickness * springs, facet_nodes, count)
@@ -104,3 +90,25 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     normal_axes = np.diag(1.0 * is_normal)  # 1 on the diagonal for the normal component
     tangential_axes = np.diag(1.0 * ~is_normal)  # 1 on the diagonal for the other two components
     return csc_matrix(kron(tangential, tangential_axes) + kron(normal, normal_axes))
+
+
+def _covered_integrals(basis: CellBasis, layer: ElasticLayer, facet: ReferenceFacet) -> Floats:
+    """Return int N_a N_b over the part of each facet that a layer covers [mm^2], shape (facets, nodes, nodes).
+
+    N_a and N_b are the shape functions of the element at a facet. `facet` represents a group of facets on the surface
+    under the layer, all of which are the same face of their elements.
+    """
+    # The reference facet is the unit square, or half of it for a tetrahedron.
+    if basis.mesh.refdom is RefTet:
+        points = _TRIANGLE_POINTS
+        weight = 0.5 * _WEIGHT
+    else:
+        points = _POINTS
+        weight = _WEIGHT
+    reference_points = facet.inside(points)
+    area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
+    x, _, z = cell_points(basis.mesh, reference_points, facet.elements)
+    weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
+    shapes = shape_table(basis.elem.elem, reference_points).values
+    # The indices are nodes a and b, facet e and point p.
+    return np.asarray(np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True))

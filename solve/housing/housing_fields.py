@@ -9,6 +9,7 @@ averaged over the adjacent cells or facets.
 import numpy as np
 from skfem import CellBasis, ElementHexS2, Mesh
 
+from mesh.cells import ReferenceFacet
 from sensor.arrays import Floats, Ints
 from solve.displacement_basis import scalar_gradients
 from solve.elasticity import NodalFields, stress, vector_basis
@@ -85,8 +86,8 @@ def _sum_surface_strains(
     count = 1 + int(nodes.max())
     strain_sum = np.zeros((count, 3, 3))
     weight_sum = np.zeros(count)
-    # Each `facet` represents all facets that are the same face of their cells. The indices are node n of a cell, axes i
-    # and j, cell c and Gauss point q.
+    # Each `facet` represents all facets that are the same face of their cells. The indices in `einsum` are node n of a
+    # cell, axes i and j, cell c and Gauss point q.
     for facet in surface_facets(basis, unloaded):
         reference_points = facet.inside(POINTS)
         # No integral is computed here, so the quadrature weights are arbitrary.
@@ -94,15 +95,23 @@ def _sum_surface_strains(
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
         strain = _unloaded_strain(gradient, facet.normals(basis.mesh, POINTS), poisson)
 
-        # Find the nodes of the unit cube in the plane of this facet, and their coordinates along its two edges.
-        from_corner = reference_nodes - facet.corner
-        out_of_plane = np.abs(from_corner @ np.cross(facet.along, facet.across))
-        on_facet = np.flatnonzero(out_of_plane < _PLANE_TOLERANCE)
-        facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
+        on_facet, facet_coordinates = _nodes_on_facet(reference_nodes, facet)
         at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
         facet_nodes = nodes[on_facet][:, facet.elements]
         _add_weighted(strain_sum, weight_sum, facet_nodes, at_nodes, weights[on_facet][:, facet.elements])
     return strain_sum, weight_sum
+
+
+def _nodes_on_facet(reference_nodes: Floats, facet: ReferenceFacet) -> tuple[Ints, Floats]:
+    """Return the indices (n,) of the nodes on a facet of the unit cube, and their coordinates on it (2, n) [1].
+
+    `reference_nodes` (20, 3) [1] are the nodes of a cell in the unit cube. The coordinates run from 0 to 1 along the
+    two edges of the facet.
+    """
+    from_corner = reference_nodes - facet.corner
+    out_of_plane = np.abs(from_corner @ np.cross(facet.along, facet.across))
+    on_facet = np.flatnonzero(out_of_plane < _PLANE_TOLERANCE)
+    return on_facet, np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
 
 
 def _sum_cell_strains(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:
@@ -111,7 +120,7 @@ def _sum_cell_strains(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats)
     The strains are extrapolated from the Gauss points of each cell, for displacements u (dofs,) [mm]. `nodes` and
     `weights` (20, cells) are the indices of the nodes of each cell, and their weights in the average.
     """
-    # The indices are node n, axes i and j, cell c and Gauss point q.
+    # The indices in `einsum` are node n, axes i and j, cell c and Gauss point q.
     cells = np.arange(basis.mesh.nelements)
     gradient = np.einsum("nic,njcq->ijcq", u[nodal_dofs(basis, cells)], scalar_gradients(basis))
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1))

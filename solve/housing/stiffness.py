@@ -173,20 +173,15 @@ def compliance_of(half: ClampedHalf) -> TipCompliance:
     sag, lengthwise_sag = solution[:, len(SPRINGS) :].T @ means  # one value per tip for each body force
     check_tip_loads(0.5 * means.T @ u, half.support(u), half.round_off(u))
 
-    tilts = []
-    strains = []
-    strains_inside = []
-    for j, spring in enumerate(SPRINGS):  # each flexure under the force on its own tip
-        tilts.append(float(face_mean(basis, tip_face(spring), PRESS_AXIS, slope=LENGTH_AXIS) @ u[:, j]))
-        at_corners, inside = largest_strain(basis, leaf_faces(spring), u[:, j])
-        strains.append(at_corners)
-        strains_inside.append(inside)
+    own_loads = list(zip(SPRINGS, u.T, strict=True))  # each flexure under the force on its own tip
+    tilts = [face_mean(basis, tip_face(spring), PRESS_AXIS, slope=LENGTH_AXIS) @ own_u for spring, own_u in own_loads]
+    strains = [largest_strain(basis, leaf_faces(spring), own_u) for spring, own_u in own_loads]
     C = means.T @ u
     return TipCompliance(
         C=0.5 * (C + C.T),  # removes the asymmetry due to round-off
-        strain_per_N=tuple(strains),
-        strain_inside_per_N=tuple(strains_inside),
-        tilt_per_N=tuple(tilts),
+        strain_per_N=tuple(at_corners for at_corners, _ in strains),
+        strain_inside_per_N=tuple(inside for _, inside in strains),
+        tilt_per_N=tuple(float(tilt) for tilt in tilts),
         weight_sag=tuple(sag.tolist()),
         weight_sag_lengthwise=tuple(lengthwise_sag.tolist()),
         dofs=int(basis.N),
@@ -199,15 +194,16 @@ def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float
 
     `u` (dofs,) [mm] are the displacements. The value at the corners is extrapolated bilinearly from the Gauss points.
     Strain is most accurate at the Gauss points, but its peak may lie between them and the edges of a facet. The
-    difference between both values therefore indicates the error.
+    difference between the two values therefore indicates the error.
     """
+    to_corners = np.kron(_EXTRAPOLATION, _EXTRAPOLATION)  # from the 2^2 Gauss points of a facet to its 4 corners
     at_corners = 0.0
     at_points = 0.0
     for patch in surface_patches(basis, name, POINTS, WEIGHTS):
-        # The indices are node n, axes i and j, facet e, Gauss point p and corner q.
+        # The indices in `einsum` are node n, axes i and j, facet e, Gauss point p and corner q.
         gradient = np.einsum("nie,njep->epij", u[patch.dofs], patch.gradients)
         strain = 0.5 * (gradient + gradient.swapaxes(2, 3))
-        corners = np.einsum("qp,epij->eqij", np.kron(_EXTRAPOLATION, _EXTRAPOLATION), strain)
+        corners = np.einsum("qp,epij->eqij", to_corners, strain)
         principal_at_corners = np.linalg.eigvalsh(corners)
         principal_at_points = np.linalg.eigvalsh(strain)
         at_corners = max(at_corners, float(np.abs(principal_at_corners).max()))
@@ -244,15 +240,10 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     # the two kinds remain 0.
     antisymmetric_half = with_symmetry(half, CROSS_AXIS)
     for held_half, lateral_axis in ((half, LENGTH_AXIS), (antisymmetric_half, CROSS_AXIS)):
-        basis = held_half.basis
-        tilts = np.column_stack(
-            [face_mean(basis, tip_face(spring), PRESS_AXIS, slope=lateral_axis) for spring in SPRINGS]
-        )
-        # The product of a vector in `point_means` with displacements is the displacement of a point along an axis. The
-        # point moves by the displacement of its face, minus the rotation of the face times the lever.
-        point_means = {lateral_axis: tip_means(basis, lateral_axis) - lever * tilts}
+        point_means = {lateral_axis: _lateral_point_means(held_half.basis, lateral_axis, lever)}
         if lateral_axis == LENGTH_AXIS:
-            point_means[PRESS_AXIS] = tip_means(basis, PRESS_AXIS)
+            # Along the press, a point moves by the displacement of its face.
+            point_means[PRESS_AXIS] = tip_means(held_half.basis, PRESS_AXIS)
         axes = tuple(point_means)
         vectors = np.column_stack(list(point_means.values()))  # (dofs, axes times tips)
         # Each vector is also a load of 1 N at a point, of which half acts on the half mesh.
@@ -263,6 +254,16 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
         entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
         compliance[entries] += (vectors.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
     return compliance
+
+
+def _lateral_point_means(basis: CellBasis, axis: int, lever: float) -> Floats:
+    """Return vectors (dofs, tips) whose products with displacements are those of points above the tips along `axis`.
+
+    `axis` is LENGTH_AXIS or CROSS_AXIS. A point lies at a distance `lever` [mm] along the press from the middle of its
+    tip's face. It moves by the displacement of the face, minus the rotation of the face times the lever.
+    """
+    tilts = np.column_stack([face_mean(basis, tip_face(spring), PRESS_AXIS, slope=axis) for spring in SPRINGS])
+    return tip_means(basis, axis) - lever * tilts
 
 
 def displacements(half: ClampedHalf) -> Floats:

@@ -100,13 +100,11 @@ def _changes_of_poses(
     one fruit per pose. `contact_points` (tips, 2) [mm] are the points at which the domes touch.
     """
     # Many poses share one fruit object, so the change is computed only once per object.
-    changes_by_id: dict[int, tuple[Floats, Floats]] = {}
-    changes = []
-    for fruit in fruits:
-        if id(fruit) not in changes_by_id:
-            changes_by_id[id(fruit)] = _change_to_fruit(scene, compliance, contact_points, fruit)
-        changes.append(changes_by_id[id(fruit)])
-    change, bound = zip(*changes, strict=True)
+    fruits_by_id = {id(fruit): fruit for fruit in fruits}
+    changes_by_id = {
+        key: _change_to_fruit(scene, compliance, contact_points, fruit) for key, fruit in fruits_by_id.items()
+    }
+    change, bound = zip(*[changes_by_id[id(fruit)] for fruit in fruits], strict=True)
     return np.array(change), np.array(bound)
 
 
@@ -116,27 +114,37 @@ def _change_to_fruit(
     """Return the change in compliance from the scene's fruit to another fruit, times E, and its error bound.
 
     Both have shape (tips, tips) [1/mm]. `compliance` is the compliance of the scene's fruit, and `contact_points`
-    (tips, 2) [mm] are the points at which the domes touch. The change has two parts. The effect of the shape is assumed
-    proportional to the mean curvature. The difference between the principal curvatures is neglected, and increases the
-    bound. The effect of the thickness is computed for an infinite layer on a rigid base.
+    (tips, 2) [mm] are the points at which the domes touch. The change is the sum of a change due to the shape and a
+    change due to the thickness. The effect of the thickness is computed for an infinite layer on a rigid base.
     """
     solved_fruit = scene.fruit
     change = np.zeros_like(compliance.S)
     bound = np.zeros_like(compliance.S)
     if scene.is_fruit_curved:
-        solved_mean_curvature, solved_half_difference = _curvature_mean_and_half_difference(solved_fruit)
-        mean_curvature, half_difference = _curvature_mean_and_half_difference(fruit)
-        change = (mean_curvature / solved_mean_curvature - 1.0) * compliance.shape_change
-        bound = RADIUS_SCALING_ERROR * np.abs(change)
-        if fruit.radii_mm != solved_fruit.radii_mm or fruit.azimuth_deg != solved_fruit.azimuth_deg:
-            sum_of_half_differences = solved_half_difference + half_difference
-            bound = bound + sum_of_half_differences / solved_mean_curvature * np.abs(compliance.shape_change)
+        change, bound = _change_by_shape(solved_fruit, fruit, compliance.shape_change)
     if fruit.depth_mm != solved_fruit.depth_mm:
         points = tuple(map(tuple, contact_points.tolist()))  # tuples can be keys of the cache
         base_effect = _base_effect(fruit.depth_mm, solved_fruit.poisson, points)
         thickness_change = base_effect - _base_effect(solved_fruit.depth_mm, solved_fruit.poisson, points)
         change = change + thickness_change
         bound = bound + THICKNESS_SCALING_ERROR * np.abs(thickness_change)
+    return change, bound
+
+
+def _change_by_shape(solved_fruit: Fruit, fruit: Fruit, solved_effect: Floats) -> tuple[Floats, Floats]:
+    """Return the change in compliance from one curved fruit to another due to their shapes, times E, and its bound.
+
+    `solved_effect` is the effect of the curvature of `solved_fruit`, compared with a block. It is assumed proportional
+    to the mean curvature. The difference between the principal curvatures is neglected, and increases the error bound.
+    All arrays are (tips, tips) [1/mm].
+    """
+    solved_mean_curvature, solved_half_difference = _curvature_mean_and_half_difference(solved_fruit)
+    mean_curvature, half_difference = _curvature_mean_and_half_difference(fruit)
+    change = (mean_curvature / solved_mean_curvature - 1.0) * solved_effect
+    bound = RADIUS_SCALING_ERROR * np.abs(change)
+    if fruit.radii_mm != solved_fruit.radii_mm or fruit.azimuth_deg != solved_fruit.azimuth_deg:
+        sum_of_half_differences = solved_half_difference + half_difference
+        bound = bound + sum_of_half_differences / solved_mean_curvature * np.abs(solved_effect)
     return change, bound
 
 

@@ -265,10 +265,7 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)  # never None for domes
     # Many poses share a scene, so the properties of each scene are computed only once. Indexing with `scene_index`
     # then repeats them for each pose.
-    scenes_by_id = {id(scene): scene for scene in scenes}
-    index_of = {key: index for index, key in enumerate(scenes_by_id)}
-    scene_index = np.array([index_of[id(scene)] for scene in scenes])
-    distinct_scenes = list(scenes_by_id.values())
+    distinct_scenes, scene_index = _distinct_scenes(scenes)
     centres = np.array([scene.centres for scene in distinct_scenes])[scene_index]
     middle = centres.mean(axis=1)
     # Heights of the sphere centres above the origin, along the axis. A retracted tip has a negative offset.
@@ -286,6 +283,13 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
         principal=np.array(principal)[scene_index] if is_rotated else None,
         sideways=scenes[0].sideways,
     )
+
+
+def _distinct_scenes(scenes: Sequence[Scene]) -> tuple[list[Scene], Ints]:
+    """Return the distinct scene objects of many poses, and the index (poses,) of the scene of each pose among them."""
+    scenes_by_id = {id(scene): scene for scene in scenes}
+    index_by_id = {key: index for index, key in enumerate(scenes_by_id)}
+    return list(scenes_by_id.values()), np.array([index_by_id[id(scene)] for scene in scenes])
 
 
 def _lateral_directions(axis: Floats) -> Floats:

@@ -79,9 +79,9 @@ def large_strain(contact_radius: Floats, dome_radius: float, curvature: Floats, 
     """
     s = contact_radius / dome_radius
     t = contact_radius * curvature
-    # Beyond the range of the fit, s and t are scaled back so that s is LARGEST_S. A divisor of 1 replaces s = 0.
+    # Beyond the range of the fit, s and t are scaled back so that s is LARGEST_S.
     is_beyond = s > LARGEST_S
-    scale = np.where(is_beyond, LARGEST_S / np.where(is_beyond, s, 1.0), 1.0)
+    scale = np.divide(LARGEST_S, s, out=np.ones_like(s), where=is_beyond)
     s = scale * s
     t = scale * t
     linear, quadratic = _terms(NEO_HOOKE, poisson, s, t)

@@ -95,7 +95,8 @@ class _DomeState:
     """The domes at trial values q (poses, tips) [mm] of the local indentation, in the notation of the module docstring.
 
     `N` [N] are the normal forces, and `stiffness` [N/mm] their derivatives dN/dq. `contact_radius` [mm] holds Hertz's
-    contact radii. `action` (poses, tips, tips) [1/mm] is k_ij. `residual` [mm] is the residual of the equation for b_i.
+    contact radii. `crosstalk` (poses, tips, tips) [1/mm] is k_ij. `residual` [mm] is the residual of the equation for
+    b_i.
     """
 
     approach: DomeApproach
@@ -103,7 +104,7 @@ class _DomeState:
     stiffness: Floats
     contact_radius: Floats
     strain: LargeStrain
-    action: Floats
+    crosstalk: Floats
     residual: Floats
     q: Floats
 
@@ -171,22 +172,27 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     fruit = fruit_under_domes(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level_scene], np.array([scene.press.travel_mm])), np.array([E]), C, fruit)
     state = law.find_equilibrium()
-    untouched_count = int((state.N[0] <= 0.0).sum())
-    if untouched_count:
-        hint = "Press deeper, or use stiffer springs or a softer skin."
-        msg = (
-            f"domes: {untouched_count} of {len(C)} do not touch at full travel of a level press, but all must touch. "
-            f"{hint}"
-        )
-        raise SolveError(msg)
+    _check_all_touch(state.N[0])
     # Along the spring, the force is N times the cosine, and the indentation is q divided by the cosine.
     cosine = state.approach.cosine[0]
     hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)  # h, from the indentation h (F / E)^(2/3)
     return DomeContrast(
-        S=(fruit.remainder + state.action)[0] / np.outer(cosine, cosine),
+        S=(fruit.remainder + state.crosstalk)[0] / np.outer(cosine, cosine),
         hertz=float(np.mean(hertz)),
         inclination_compliance=law.normal_compliance(state.approach)[0] / np.outer(cosine, cosine) - C,
     )
+
+
+def _check_all_touch(N: Floats) -> None:
+    """Raise SolveError if a dome has no normal force N (tips,) [N] in a level press to full travel."""
+    untouched_count = int((N <= 0.0).sum())
+    if untouched_count:
+        hint = "Press deeper, or use stiffer springs or a softer skin."
+        msg = (
+            f"domes: {untouched_count} of {len(N)} do not touch at full travel of a level press, but all must touch. "
+            f"{hint}"
+        )
+        raise SolveError(msg)
 
 
 class _LocalContact(NamedTuple):
@@ -285,7 +291,7 @@ class _Law:
         halved = increased  # indices of the poses whose step is halved once more
         for _ in range(HALVINGS):
             step[halved] *= 0.5
-            # Poses do not interact, so only those whose step was halved are evaluated again.
+            # Poses do not interact, so only the poses whose step was halved are evaluated again.
             law_of_subset = _Law(
                 self._poses.select(halved),
                 self._E[halved, 0],
@@ -314,9 +320,9 @@ class _Law:
 
         shift = self._contact_shift(approach, N)
         _, distance = _vectors_between(approach.foot + shift)
-        action = self._point_load / distance * (1.0 + _moments(radius, DEFLECTED, LOADING) / distance**2)  # k_ij
+        crosstalk = self._point_load / distance * (1.0 + _moments(radius, DEFLECTED, LOADING) / distance**2)  # k_ij
 
-        deflection = np.einsum("pij,pj->pi", action + self._fruit.remainder, N) / self._E
+        deflection = np.einsum("pij,pj->pi", crosstalk + self._fruit.remainder, N) / self._E
         # A contact that moves sideways by s on a surface with the relative radius R becomes shallower by s^2 / (2 R).
         slope_reduction = 0.5 * (shift**2).sum(axis=2) / approach.radius
         residual = approach.interference - slope_reduction - deflection - q
@@ -326,7 +332,7 @@ class _Law:
             stiffness=stiffness,
             contact_radius=radius,
             strain=strain,
-            action=action,
+            crosstalk=crosstalk,
             residual=residual,
             q=q,
         )
@@ -385,15 +391,15 @@ class _Law:
         # With the radius of curvature R, the table takes depth * R. It returns force * R / E and stiffness / E.
         radius, scaled_force, scaled_stiffness = skin_contact.press(approach.radius * depth)
         without_skin = self._large_strain(radius, approach)
-        one = np.ones_like(radius)  # a correction of 1 is no correction
-        force_error = np.abs(without_skin.factor - one)
-        radius_error = np.abs(without_skin.edge - one)
+        # A correction of 1 is no correction, so the size of a correction is its difference from 1.
+        force_error = np.abs(without_skin.factor - 1.0)
+        radius_error = np.abs(without_skin.edge - 1.0)
         return _LocalContact(
             N=self._E * scaled_force / approach.radius,
             # The table holds dN/d(depth). Since depth = q / depth_ratio, dN/dq is smaller by this ratio.
             stiffness=self._E * scaled_stiffness / approach.depth_ratio,
             radius=radius,
-            strain=replace(without_skin, error=force_error, edge=one, edge_error=radius_error),
+            strain=replace(without_skin, error=force_error, edge=np.ones_like(radius), edge_error=radius_error),
         )
 
     def _large_strain(self, radius: Floats, approach: DomeApproach) -> LargeStrain:
@@ -408,7 +414,7 @@ class _Law:
         finds.
         """
         compliance = (
-            self.normal_compliance(state.approach) + (state.action + self._fruit.remainder) / self._E[..., None]
+            self.normal_compliance(state.approach) + (state.crosstalk + self._fruit.remainder) / self._E[..., None]
         )
         return np.eye(len(self._compliance)) + compliance * state.stiffness[:, None, :]
 
@@ -436,7 +442,7 @@ class _Law:
         size_ratio = radius[:, None] / fruit.boundary_distance
         over_contact = VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * size_ratio**2
         # The next term of the crosstalk, relative to a point load, is a factor times the square of this ratio.
-        moment_ratio = _moments(radius, 0.5, 0.5) / distance**2  # (a_i^2 + a_j^2) / (2 p^2)
+        moment_ratio = _moments(radius, 0.5, 0.5) / distance**2  # (a_i^2 + a_j^2) / (2 p^2), with the distance p
         next_moment = NEXT_MOMENT_FACTOR * self._point_load / distance * moment_ratio**2
         return np.asarray(fruit.bound + over_contact + next_moment + self._moved_contact_bound(state))
 
