@@ -10,7 +10,7 @@ from dataclasses import astuple, dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
-from skfem import CellBasis, MeshHex
+from skfem import CellBasis, Mesh, MeshHex
 
 from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
@@ -169,26 +169,14 @@ def _viewing_mesh(block: Fruit, patches_of_tips: Sequence[_Patches]) -> MeshHex:
     smallest_step = FINEST * min(float((patches.high - patches.low).max()) for patches in patches_of_tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
     largest_step = COARSEST * max(extent)
-
-    def grid_line(start: float, end: float, spans: Sequence[Floats]) -> Floats:
-        """Return grid coordinates from `start` to `end` [mm], densest in the spans (2,) [mm] of the contacts."""
-
-        def step_size(coordinates: Floats) -> Floats:
-            """Return the largest step [mm] at coordinates along the line, which grows with the distance from a span."""
-            distance = np.full_like(coordinates, np.inf)
-            for low, high in spans:
-                outside = np.maximum(np.maximum(low - coordinates, coordinates - high), 0.0)  # 0 inside the span
-                distance = np.minimum(distance, outside)
-            return np.minimum(smallest_step + GROWTH * distance, largest_step)
-
-        return graded_line(start, end, step_size)
+    steps = (smallest_step, largest_step)
 
     lines = []
     for axis in (0, 1):
         spans = [np.array([patches.low[axis], patches.high[axis]]) for patches in patches_of_tips]
         start = -0.5 * extent[axis]  # the block is centred at x = y = 0
-        lines.append(grid_line(start, start + extent[axis], spans))
-    depths = grid_line(0.0, block.height_mm, [np.zeros(2)])  # densest at the top face
+        lines.append(_grid_line(start, start + extent[axis], spans, steps))
+    depths = _grid_line(0.0, block.height_mm, [np.zeros(2)], steps)  # densest at the top face
     tolerance = 1e-9 * block.height_mm  # for round-off in the coordinates of a face
     heights = -depths[::-1]  # z increases from the base to the top face at z = 0
     return MeshHex.init_tensor(lines[0], lines[1], heights).with_boundaries(
@@ -196,20 +184,31 @@ def _viewing_mesh(block: Fruit, patches_of_tips: Sequence[_Patches]) -> MeshHex:
     )
 
 
+def _grid_line(start: float, end: float, spans: Sequence[Floats], steps: tuple[float, float]) -> Floats:
+    """Return grid coordinates from `start` to `end` [mm], densest in the given spans.
+
+    Each span (2,) [mm] has a lower and an upper limit. `steps` are the step in a span and the largest step [mm].
+    """
+    smallest_step, largest_step = steps
+
+    def step_size(coordinates: Floats) -> Floats:
+        """Return the largest step [mm] at coordinates along the line, which grows with the distance from a span."""
+        distance = np.full_like(coordinates, np.inf)
+        for low, high in spans:
+            outside = np.maximum(np.maximum(low - coordinates, coordinates - high), 0.0)  # 0 inside the span
+            distance = np.minimum(distance, outside)
+        return np.minimum(smallest_step + GROWTH * distance, largest_step)
+
+    return graded_line(start, end, step_size)
+
+
 def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
     """Return a displacement field (3, n) [mm] and its gradient (3, 3, n) [1] at points (3, n) [mm].
 
     `v` (dofs,) [mm] holds the displacements in the `basis` of a box of hexahedra, called bricks, between the grid
-    `lines`. The second axis of the gradient is the coordinate of differentiation. A brick is found from the grid lines,
-    which is faster than the search in a general mesh.
+    `lines`. The second axis of the gradient is the coordinate of differentiation.
     """
-    mesh = basis.mesh
-    # `brick_index` maps the grid intervals along the three axes to the index of a brick in the mesh. It is filled by
-    # locating the centres of all bricks.
-    brick_index = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
-    brick_index[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
-    bricks = brick_index[_intervals(lines, points)]
-
+    bricks = _find_bricks(basis.mesh, lines, points)
     # The map from the unit cube to a brick is affine. Its inverse gives the coordinates of each point in the cube.
     origin = np.zeros((3, 1))
     inverse = basis.mapping.invDF(origin, tind=bricks)[..., 0]
@@ -223,6 +222,18 @@ def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -
     values = np.einsum("kcn,knq->cn", nodal_values, patch.shapes)
     gradient = np.einsum("kcn,kdnq->cdn", nodal_values, patch.gradients)
     return values, gradient
+
+
+def _find_bricks(mesh: Mesh, lines: Lines, points: Floats) -> Ints:
+    """Return the index of the brick that contains each of the points (3, n) [mm], shape (n,).
+
+    Bricks are found from the grid lines between them, which is faster than the search in a general mesh.
+    """
+    # `brick_index` maps the grid intervals along the three axes to the index of a brick in the mesh. It is filled by
+    # locating the centres of all bricks.
+    brick_index = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
+    brick_index[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
+    return brick_index[_intervals(lines, points)]
 
 
 def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
@@ -246,7 +257,7 @@ def _half_space_potentials(points: Floats, loads: Sequence[_TipLoad]) -> halfspa
     for patches, point_forces in loads:
         middle = point_forces.centres.mean(axis=0)
         contact_side = float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
-        reach = NEAR * contact_side
+        reach = NEAR * contact_side  # the patches are used up to this distance along each axis [mm]
         is_near = np.maximum(np.maximum(np.abs(x - middle[0]), np.abs(y - middle[1])), z) <= reach
         potential_sums[1:, is_near] += _summed_potentials(x[is_near], y[is_near], z[is_near], patches)
         potential_sums[1:, ~is_near] += _summed_potentials(x[~is_near], y[~is_near], z[~is_near], point_forces)
@@ -256,7 +267,7 @@ def _half_space_potentials(points: Floats, loads: Sequence[_TipLoad]) -> halfspa
 def _summed_potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
     """Return the sums of the potentials of all loads at points x, y, z (n,) [mm], shape (potentials, n).
 
-    The first potential is the depth z, the same for all loads, so it is left out.
+    The first field of `Potentials` is the depth z, which is the same for all loads, so it is left out.
     """
     potential_sums = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
@@ -268,5 +279,5 @@ def _summed_potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floa
         else:  # the force acts at a point
             unit_potentials = halfspace.point_load(dx, dy, z)  # for a force of 1 N
             intensity = force  # [N]
-        potential_sums += intensity * np.asarray(astuple(unit_potentials)[1:])
+        potential_sums += intensity * np.asarray(astuple(unit_potentials)[1:])  # without the depth
     return potential_sums

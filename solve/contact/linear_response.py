@@ -172,7 +172,7 @@ def _find_contacts(compliance: Floats, travel: Floats) -> Flags:
     holds with equality. If not all tips touch, nonnegative least squares on the Cholesky factor solves for F. A tip
     touches if its force is positive.
     """
-    # First assume that all tips touch. This holds at the travels at which all forces are then compressive.
+    # First assume that all tips touch. The assumption is correct at the travels at which all forces are compressive.
     is_touching = travel @ np.linalg.inv(compliance).T > 0.0
     is_partial = ~is_touching.all(axis=1)  # travels at which only some tips touch
     lower = cholesky(compliance, lower=True)

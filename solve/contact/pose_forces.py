@@ -205,28 +205,21 @@ def _cell_forces(
     """Return the forces on a coarse grid of cells, given the poses and the scene of each pose.
 
     `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] is the compliance of the springs.
-    The grid is made for the steepest pose, and all poses share it. To estimate the errors, some of the poses are also
-    solved on a finer grid.
+    The grid is made for the steepest pose, and all poses share it. To estimate the errors, about COMPARED_POSES poses
+    are also solved on a finer grid.
     """
-    largest_travel = max(pose.travel for pose in poses)
-    # In the steepest pose, the overlaps are farthest from the centres of their tips. This pose determines the
-    # footprints.
     tilts = [float(np.hypot(*scene_of_pose.tilt_tangents)) for scene_of_pose in scenes]
-    steepest_scene = scenes[tilts.index(max(tilts))]
-    grid_scene = dataclasses.replace(scene, press=steepest_scene.press)
-    is_half = all(scene_of_pose.is_symmetric for scene_of_pose in scenes)
-    coarse_grid, fine_grid = scene_cells(grid_scene, compliance, largest_travel, is_half)
+    grid_scene, coarse_grid, fine_grid = _shared_grids(scene, compliance, poses, scenes, tilts)
     F, area = _grid_forces(grid_scene, coarse_grid, C, poses, scenes)
 
-    # About COMPARED_POSES poses, spread evenly from the most to the least tilted one, are solved on the finer grid too.
-    order = np.argsort(tilts)[::-1]
-    compared_poses = order[:: max(1, len(order) // COMPARED_POSES)]
+    order = np.argsort(tilts)[::-1]  # from the most to the least tilted pose
+    compared_poses = order[:: max(1, len(order) // COMPARED_POSES)]  # evenly spread
     fine_F, _ = _grid_forces(
         grid_scene, fine_grid, C, [poses[i] for i in compared_poses], [scenes[i] for i in compared_poses]
     )
-
     moduli = np.array([pose.E for pose in poses])
     largest_difference, total_difference = _grid_differences(F, fine_F, compared_poses, moduli)
+
     relative_error = ERROR_RATIO * largest_difference + compliance.difference_error
     common_relative_error = ERROR_RATIO * total_difference + compliance.difference_error
     mean_pressure = F / np.where(area > 0.0, area, 1.0)  # 0 without contact, where F is 0
@@ -242,6 +235,23 @@ def _cell_forces(
         pressure_error=relative_error * mean_pressure,
         face_mm=np.zeros(len(F)),  # used only for domes
     )
+
+
+def _shared_grids(
+    scene: Scene, compliance: FruitCompliance, poses: Sequence[Pose], scenes: Sequence[Scene], tilts: Sequence[float]
+) -> tuple[Scene, SceneCells, SceneCells]:
+    """Return the scene for which the shared grids of all poses are made, the coarse grid and the fine grid.
+
+    `compliance` is the compliance of the fruit in `scene`. `scenes` holds the scene of each pose, and `tilts` [1] the
+    tangent of its inclination. The overlaps with the fruit are farthest from the centres of the tips in the steepest
+    pose, so this pose determines the footprints.
+    """
+    largest_travel = max(pose.travel for pose in poses)
+    steepest_scene = scenes[tilts.index(max(tilts))]
+    grid_scene = dataclasses.replace(scene, press=steepest_scene.press)
+    is_half = all(scene_of_pose.is_symmetric for scene_of_pose in scenes)
+    coarse_grid, fine_grid = scene_cells(grid_scene, compliance, largest_travel, is_half)
+    return grid_scene, coarse_grid, fine_grid
 
 
 def _grid_differences(F: Floats, fine_F: Floats, compared_poses: Ints, moduli: Floats) -> tuple[float, float]:
@@ -265,20 +275,21 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
     """Return the decrease of the forces F (poses, tips) [N] that a common relative error of 1 causes.
 
     A relative error common to all forces has the same effect as softer flesh. Let s be the compliance S / E of the
-    flesh. The forces obey (C + s) F = x. A relative increase e of s changes them by -e (C + s)^-1 s F. An error of 1
-    corresponds to the increase e at which, to first order, the total force of a level press vanishes. The caller
-    multiplies the result by the actual error. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
+    flesh, C the compliance of the springs, and x the travel of the tips. The forces obey (C + s) F = x. A relative
+    increase e of s therefore decreases them by e (C + s)^-1 s F. An error of 1 corresponds to the increase e at which,
+    to first order, the total force of a level press vanishes. The caller multiplies the result by the actual error.
+    `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
     """
-    softening = {E: _softening_without_force(compliance.S / E, C) for E in np.unique(moduli).tolist()}
-    # Only the tips in contact contribute. `decrease_of_pose` is a view of a row, so assignments to it fill `decrease`.
-    decrease = np.zeros_like(F)
-    for decrease_of_pose, E, forces in zip(decrease, moduli.tolist(), F, strict=True):
-        touching_tips = np.flatnonzero(forces > 0.0)
-        flesh_compliance = compliance.S[np.ix_(touching_tips, touching_tips)] / E
-        total_compliance = C[np.ix_(touching_tips, touching_tips)] + flesh_compliance
-        decrease_of_pose[touching_tips] = softening[E] * np.linalg.solve(
-            total_compliance, flesh_compliance @ forces[touching_tips]
+    softening_at = {E: _softening_without_force(compliance.S / E, C) for E in np.unique(moduli).tolist()}
+    decrease = np.zeros_like(F)  # remains 0 for tips out of contact
+    for pose, E in enumerate(moduli.tolist()):
+        touching_tips = np.flatnonzero(F[pose] > 0.0)
+        entries = np.ix_(touching_tips, touching_tips)
+        flesh_compliance = compliance.S[entries] / E
+        decrease_per_softening = np.linalg.solve(
+            C[entries] + flesh_compliance, flesh_compliance @ F[pose, touching_tips]
         )
+        decrease[pose, touching_tips] = softening_at[E] * decrease_per_softening
     return decrease
 
 
@@ -326,14 +337,16 @@ def _forces_under_skin(scene: Scene, compliance: FruitCompliance, C: Floats, pos
     [mm/N] is the compliance of the springs. The results are in the order of `poses`.
     """
     moduli = np.array([pose.E for pose in poses])
-    arrays: dict[str, Any] = {}  # the fields of `PoseForces`, each with one row per pose
+    solved_poses = []  # indices of the poses, in the order in which they are solved
+    solved_forces = []  # one record per modulus
     for E in np.unique(moduli):
         poses_at_E = np.flatnonzero(moduli == E)
-        forces = pose_forces(scene, compliance.at(float(E)), C, [poses[i] for i in poses_at_E.tolist()])
-        # The first modulus creates each array, and every modulus fills its own rows.
-        for field in dataclasses.fields(PoseForces):
-            values = getattr(forces, field.name)
-            if field.name not in arrays:
-                arrays[field.name] = np.zeros((len(poses), *values.shape[1:]), dtype=values.dtype)
-            arrays[field.name][poses_at_E] = values
+        solved_poses.append(poses_at_E)
+        # `at` returns a compliance without a table, so `pose_forces` does not call this function again.
+        solved_forces.append(pose_forces(scene, compliance.at(float(E)), C, [poses[i] for i in poses_at_E.tolist()]))
+    row_of_pose = np.argsort(np.concatenate(solved_poses))
+    arrays: dict[str, Any] = {}  # the fields of `PoseForces`, each with one row per pose
+    for field in dataclasses.fields(PoseForces):
+        rows = np.concatenate([getattr(forces, field.name) for forces in solved_forces])
+        arrays[field.name] = rows[row_of_pose]
     return PoseForces(**arrays)

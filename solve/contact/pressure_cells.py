@@ -80,13 +80,9 @@ def contact_cells(
     unit_areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
     cell_centres = np.stack(np.meshgrid(interval_centres, interval_centres, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    # The smooth part is known between the nodes of a punch table. The matrix `to_cells` (cells, nodes) interpolates
-    # nodal values with the nodal polynomials, and takes their means over the cells. Along x and y it is the same.
-    cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
-    to_cells_of_tip = np.kron(cell_means, cell_means)
-    to_cells = block_diag(*[to_cells_of_tip] * len(footprints))
+    to_cells = _nodes_to_cells(footprints, edges)
     part_within_tips = _compliance_within_tips(fruit, sides, edges, cell_centres, layer)
-    smooth_part = smooth_compliance(fruit, tuple(footprints), grading)
+    smooth_part = smooth_compliance(fruit, tuple(footprints), grading)  # between nodes
     compliance = part_within_tips + np.asarray(to_cells @ smooth_part @ to_cells.T)
 
     return ContactCells(
@@ -98,6 +94,17 @@ def contact_cells(
     )
 
 
+def _nodes_to_cells(footprints: Sequence[Footprint], edges: Floats) -> Floats:
+    """Return the matrix (cells, nodes) that converts values at the nodes of all footprints to means over their cells.
+
+    The nodes are those of a punch table, whose nodal polynomials interpolate the values. `edges` [1] are the grid lines
+    of the cells, as fractions of the side of a footprint.
+    """
+    cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
+    to_cells_of_tip = np.kron(cell_means, cell_means)  # x and y have the same nodes and grid lines
+    return np.asarray(block_diag(*[to_cells_of_tip] * len(footprints)))
+
+
 def _compliance_within_tips(
     fruit: Fruit, sides: Floats, edges: Floats, cell_centres: Floats, layer: Layer | None
 ) -> Floats:
@@ -106,7 +113,8 @@ def _compliance_within_tips(
     It is 0 between cells under different tips. `sides` (tips,) [mm] are the sides of the footprints. `edges` and
     `cell_centres` [1] are fractions of a side. `layer` is the skin on the half-space, or None.
     """
-    # Galerkin's method: the mean displacement of one cell per force on another, for E* = E / (1 - nu^2) = 1 and side 1.
+    # Galerkin's method gives the mean displacement of one cell per force on another, for a side of 1 and a modulus
+    # E* = E / (1 - nu^2) of 1.
     unit_areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
     influence_integrals = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(unit_areas), len(unit_areas))
     half_space = influence_integrals / np.outer(unit_areas, unit_areas)

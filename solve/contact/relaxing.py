@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor.arrays import Floats
+from sensor.arrays import Flags, Floats
 from sensor.theory.contrast_law import ContrastLaw
 from sensor.theory.flesh_memory import Memory
 from sensor.theory.relaxation import Relaxation
@@ -87,10 +87,7 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
         residual = np.where(is_touching, overlap - deflection, 0.0)
         if np.abs(residual).max() <= tolerance:
             return F
-        # Derivative of the flattening h (F / E)^(2/3) with respect to F. Flat tips have h = 0.
-        divisor = np.where(is_touching, 1.5 * cube_root, 1.0)  # avoids division by zero
-        hertz_slope = np.where(is_touching & (hertz > 0.0), hertz / divisor, 0.0)
-        tangent = compliance + hertz_slope[..., None] * identity
+        tangent = compliance + _hertz_slope(hertz, cube_root, is_touching)[..., None] * identity
         tangent = np.where(is_touching[..., None], tangent, identity)  # a tip out of contact keeps a force of 0
         F = F + np.linalg.solve(tangent, residual[..., None])[..., 0]
         is_touching = is_touching & (F > 0.0)  # a contact cannot pull, so a tip with a negative force is released
@@ -98,6 +95,16 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
     largest_residual = np.abs(residual).max()
     msg = f"tips over time: residual {largest_residual:.1e} mm must be at most {tolerance:.0e} mm. Press less deeply."
     raise SolveError(msg)
+
+
+def _hertz_slope(hertz: Floats, cube_root: Floats, is_touching: Flags) -> Floats:
+    """Return the derivative of the flattening `hertz` F^(2/3) with respect to the force F [mm/N], (presses, tips).
+
+    `cube_root` (presses, tips) [N^(1/3)] is F^(1/3). The derivative is 0 for tips out of contact, and for flat tips,
+    which have `hertz` (presses, 1) [mm/N^(2/3)] equal to 0.
+    """
+    divisor = np.where(is_touching, 1.5 * cube_root, 1.0)  # avoids division by zero
+    return np.where(is_touching & (hertz > 0.0), hertz / divisor, 0.0)
 
 
 def _guess_forces(overlap: Floats, hertz: Floats, compliance: Floats) -> Floats:
@@ -130,8 +137,8 @@ def forces_over_time(
     elastic = np.zeros_like(tip_travel)
     memory = Memory(relaxation)
     # At the end of a step, F = modulus_factor * n - relaxed_force, where `relaxed_force` is known from the previous
-    # steps. So modulus_factor * n is the force of an elastic press on flesh of modulus modulus_factor * E. The springs
-    # deflect less, by C times `relaxed_force`, which adds to the travel of that press.
+    # steps. So modulus_factor * n is the force of an elastic press on flesh of modulus modulus_factor * E. In that
+    # press, the travel is larger by C times `relaxed_force`, because the true force F deflects the springs less.
     for k in range(1, times.shape[1]):
         modulus_factor, relaxed_force = memory.step(times[:, k] - times[:, k - 1])
         largest_travel = tip_travel[:, k].max(axis=-1)

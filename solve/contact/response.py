@@ -110,8 +110,8 @@ def _response_differences(fine_response: SensorResponse, coarse_response: Sensor
         out=np.full(fine_response.F.shape, -1.0),
         where=is_touching,
     )
-    # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P is used, so that
-    # the error is large. Where the fine P is undefined, the difference is 0.
+    # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P replaces it, which
+    # gives a large difference. If the fine P is undefined, the difference is 0.
     coarse_P = np.where(np.isnan(coarse_response.P), 2.0 * fine_response.P, coarse_response.P)
     P_differences = np.nan_to_num(np.abs(fine_response.P / coarse_P - 1.0))
     return _neighbour_maximum(F_differences.max(axis=2)), _neighbour_maximum(P_differences)
@@ -153,11 +153,7 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     fruit = fruit_under_domes(scene, compliance, [scene.fruit] * len(E))
     domes = dome_forces(dome_poses([scene] * len(E), travel), E, C, fruit)
     _check_faces(scene, domes.face[min(scene.fruit.E_MPa) <= E])  # only for moduli in the range of the fruit
-    status = (
-        "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
-        f"fruit slopes by {join_values(scene.slopes_deg)} deg under the tips; friction is left out"
-    )
-    info = SolveInfo(method="domes", dofs=0, seconds=time.perf_counter() - start, status=status)
+    info = SolveInfo(method="domes", dofs=0, seconds=time.perf_counter() - start, status=_dome_status(scene))
     shape = (len(moduli), len(x), len(C))
     forces = TipForces(domes.F.reshape(shape), domes.rates.reshape(shape))
     response = response_of_forces(moduli, x, forces, scene.tips.spring_groups, info)
@@ -167,6 +163,14 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
         F_error=response.F_error + largest_relative_error,
         P_error=response.P_error + 2.0 * largest_relative_error,
         mean_pressure=domes.mean_pressure.reshape(shape),
+    )
+
+
+def _dome_status(scene: Scene) -> str:
+    """Return a status text for the report, with the law of the domes and the slopes of the fruit under the tips."""
+    return (
+        "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
+        f"fruit slopes by {join_values(scene.slopes_deg)} deg under the tips; friction is left out"
     )
 
 

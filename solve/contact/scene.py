@@ -173,16 +173,9 @@ def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
 
     side = tips.side_mm
 
-    # Points are relative to the centre of the tip, in units of `side`. The face has a radius or a half side of 0.5.
-    def nearest_on_face(point: Floats) -> Floats:
-        """Return a trial point itself if it is on the face, and otherwise the point of the face that replaces it."""
-        if tips.tip_shape.is_round:
-            return point / max(1.0, 2.0 * float(np.hypot(*point)))
-        return np.clip(point, -0.5, 0.5)
-
     def relative_gap(point: Floats) -> float:
-        """Return the gap at a point, divided by `side`."""
-        x, y = side * nearest_on_face(point)
+        """Return the gap at a point relative to the centre of the tip, both in units of `side`."""
+        x, y = side * _move_to_face(point, tips.tip_shape.is_round)
         return float(_gap_under(fruit, tips, centre, x, y)) / side
 
     # The first corner of the simplex is moved from the centre towards the apex, because the gap is smallest there. A
@@ -198,13 +191,27 @@ def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
     return side * float(minimum.fun)
 
 
+def _move_to_face(point: Floats, is_round: bool) -> Floats:
+    """Return a point on the face of a tip: the given point (2,), or a point on the edge if it lies outside the face.
+
+    Points are relative to the centre of the tip, in units of its side or diameter. The face has a radius or a half side
+    of 0.5.
+    """
+    if is_round:
+        return point / max(1.0, 2.0 * float(np.hypot(*point)))
+    return np.clip(point, -0.5, 0.5)
+
+
 def _fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
-    """Return the gap between a fruit, flat or curved, and the plane at its apex [mm]."""
+    """Return the gap between a fruit and the plane at its apex [mm]; it is 0 for a flat fruit."""
     return np.zeros_like(x) if fruit.radius_mm is None else fruit_gap(fruit, x, y)
 
 
 def _gap_under(fruit: Fruit, tips: Tips, centre: Point, x: Floats, y: Floats) -> Floats:
-    """Return the initial gap [mm] under a tip at `centre`; see `Scene.gap_under`."""
+    """Return the gap [mm] between a fruit and a level tip whose lowest point is on the plane at the fruit's apex.
+
+    `centre` is the position of the tip. The points x, y [mm] are relative to it.
+    """
     return _fruit_gap(fruit, centre[0] + x, centre[1] + y) + tip_gap(tips.tip_shape, x, y)
 
 

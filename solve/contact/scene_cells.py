@@ -6,7 +6,7 @@ computed for a level press.
 """
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -116,17 +116,12 @@ def scene_cells(
     for layout in _grid_layouts(scene, compliance, solve_half):
         cells = _cells(block, footprints, layer, layout)
         gap = initial_gap(scene, grid_scene=scene, cells=cells)
-        if scene.tips.tip_shape.has_flat_face:
-            # The given compliance is for full contact of these faces, so the correction also removes the grid error.
-            correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
-        else:
-            correction = compliance.shape_change
         grid = SceneCells(
             cells=cells,
-            edges=footprints[0].side * np.array(layout.edges),
+            edges=footprints[0].side * np.array(layout.edges),  # all footprints have the same side
             gap=gap,
             middle=middle,
-            compliance_correction=correction,
+            compliance_correction=_compliance_correction(scene, compliance, cells, gap),
             is_half=layout.is_half,
         )
         grids.append(grid)
@@ -155,6 +150,18 @@ def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> l
         edges = tuple(graded_edges(count, grading).tolist())
         layouts.append(_GridLayout(edges=edges, is_half=is_half, mesh=mesh))
     return layouts
+
+
+def _compliance_correction(scene: Scene, compliance: FruitCompliance, cells: ContactCells, gap: Floats) -> Floats:
+    """Return the correction that is added to the compliance of cells times E [1/mm], shape (tips, tips).
+
+    `compliance` is the compliance of the fruit under flat tips. `gap` (cells,) [mm] is the initial gap, infinite
+    outside the faces of the tips.
+    """
+    if scene.tips.tip_shape.has_flat_face:
+        # The given compliance is for full contact of these faces, so the correction also removes the grid error.
+        return compliance.S - _level_compliance(cells, np.isfinite(gap))
+    return compliance.shape_change
 
 
 def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
@@ -189,8 +196,8 @@ def explain_skin_error(scene: Scene, compliance: FruitCompliance) -> Iterator[No
 def _skin_bound(scene: Scene, E: float) -> str | None:
     """Return a text with the bound on the modulus of a skin that cannot be solved on flesh of modulus E [MPa].
 
-    The bound is found by bisection between this skin and a skin that has the shear modulus of the flesh. If the latter
-    cannot be solved either, the skin is not the cause, and the result is None.
+    The bound is found by bisection between this skin and a skin that has the shear modulus of the flesh. If the second
+    skin cannot be solved either, the modulus is not the cause of the failure, and the result is None.
     """
     fruit = scene.fruit
     layer = layer_on(fruit, E)
@@ -205,17 +212,10 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
 
     # All ratios are the modulus of the skin divided by the modulus of the flesh. Two materials with the same shear
     # modulus E / (2 (1 + nu)) have moduli in the ratio of their 1 + nu.
-    solvable_ratio = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
-    unsolvable_ratio = layer.modulus
-    if not is_solvable(solvable_ratio):
+    equal_shear_ratio = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
+    if not is_solvable(equal_shear_ratio):
         return None
-    for _ in range(HALVINGS):
-        # The ratios can differ by orders of magnitude, so the interval is halved on a logarithmic scale.
-        middle_ratio = (solvable_ratio * unsolvable_ratio) ** 0.5
-        if is_solvable(middle_ratio):
-            solvable_ratio = middle_ratio
-        else:
-            unsolvable_ratio = middle_ratio
+    solvable_ratio, unsolvable_ratio = _bisect_ratio(is_solvable, equal_shear_ratio, layer.modulus)
     # An upper bound is strictest on the softest flesh of the fruit, and a lower bound on the stiffest.
     softest, *_, stiffest = table_moduli(fruit)
     if unsolvable_ratio > solvable_ratio:
@@ -223,6 +223,22 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
         return f"at most {largest:.2g} MPa on flesh of {softest:.3g} MPa under these tips"
     smallest = solvable_ratio * BOUND_MARGIN * stiffest
     return f"at least {smallest:.2g} MPa on flesh of {stiffest:.3g} MPa under these tips"
+
+
+def _bisect_ratio(
+    is_solvable: Callable[[float], bool], solvable_ratio: float, unsolvable_ratio: float
+) -> tuple[float, float]:
+    """Return a solvable and an unsolvable ratio of moduli [1] that are closer together, after HALVINGS bisections.
+
+    The given ratios can differ by orders of magnitude, so the interval is halved on a logarithmic scale.
+    """
+    for _ in range(HALVINGS):
+        middle_ratio = (solvable_ratio * unsolvable_ratio) ** 0.5
+        if is_solvable(middle_ratio):
+            solvable_ratio = middle_ratio
+        else:
+            unsolvable_ratio = middle_ratio
+    return solvable_ratio, unsolvable_ratio
 
 
 def scene_footprints(scene: Scene, largest_travel: float) -> tuple[Footprint, ...]:
@@ -276,25 +292,32 @@ def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[P
     on these overlaps, and other squares on the tips.
     """
     side = scene.tips.side_mm
-    step = side / (SAMPLES - 1)  # spacing of the points at which the overlap is sampled
-    reach = 0.0  # largest distance along x or y from the centre of a tip to the edge of its overlap
-    width = step  # largest width of an overlap along x or y
-    overlap_centres = []
-    for centre in scene.centres:
-        overlap = _overlap_bounds(scene, centre, largest_travel)
-        if overlap is None:  # the tip does not touch, but still needs a square
-            overlap_centres.append(centre)
-            continue
-        low, high = overlap
-        reach = max(reach, float(np.abs([low, high]).max()))
-        width = max(width, float((high - low).max()))
-        offset = 0.5 * (low + high)
-        overlap_centres.append((centre[0] + float(offset[0]), centre[1] + float(offset[1])))
+    # The spacing of the points at which the overlap is sampled. An overlap may extend beyond its outermost samples, by
+    # less than this step on each side.
+    step = side / (SAMPLES - 1)
+    overlap_of_tips = [_overlap_bounds(scene, centre, largest_travel) for centre in scene.centres]
+    overlaps = [overlap for overlap in overlap_of_tips if overlap is not None]
 
-    # An overlap may extend beyond its outermost samples, by less than a step on each side.
     if scene.tips.tip_shape.touches_beside_centre:  # domes
-        return OVERLAP_FRACTION * (width + 2.0 * step), overlap_centres
+        # The largest width of an overlap along x or y. A tip that does not touch still needs a square.
+        width = max([step, *(float((high - low).max()) for low, high in overlaps)])
+        centres = list(map(_overlap_centre, scene.centres, overlap_of_tips))
+        return OVERLAP_FRACTION * (width + 2.0 * step), centres
+    # The largest distance along x or y from the centre of a tip to the edge of its overlap.
+    reach = max([0.0, *(float(np.abs(overlap).max()) for overlap in overlaps)])
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)
+
+
+def _overlap_centre(centre: Point, overlap: tuple[Floats, Floats] | None) -> Point:
+    """Return the centre x, y [mm] of the overlap of a tip with the fruit, or the centre of the tip without overlap.
+
+    `centre` [mm] is the centre of the tip, and `overlap` is the result of `_overlap_bounds` for this tip.
+    """
+    if overlap is None:
+        return centre
+    low, high = overlap
+    offset = 0.5 * (low + high)
+    return centre[0] + float(offset[0]), centre[1] + float(offset[1])
 
 
 def _overlap_bounds(scene: Scene, centre: Point, largest_travel: float) -> tuple[Floats, Floats] | None:

@@ -74,7 +74,7 @@ class UnilateralContact:
         IndefiniteCellsError if the compliance of the cells is not positive definite.
         """
         is_on_face = np.isfinite(interference)
-        b = np.where(is_on_face, interference, -1.0)  # cells outside the faces never touch, so any value below 0 serves
+        b = np.where(is_on_face, interference, -1.0)  # any value below 0 serves for cells that never touch
         try:
             f = self._solve_by_active_sets(is_on_face, b, compliance)
             if f is None:
