@@ -29,6 +29,7 @@ LOCKING = (4e-4, 3.2e-3, 0.4)
 WIDEST_ERROR = 0.1  # largest relative error of the compliance with which degrees of ripeness can be distinguished
 MIDDLE = "symmetry_x"  # plane of symmetry between the tips
 SIDE = "symmetry_y"  # plane of symmetry through both tips
+OFF_DIAGONAL = ~np.eye(len(TIPS), dtype=bool)  # the entries of a compliance between different tips
 FACES = tuple(f"{name}_tip" for name in TIPS)
 METHOD = "direct finite elements, quadratic tetrahedra, extrapolated"
 
@@ -43,7 +44,7 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     start = time.perf_counter()
     relative_locking_error = locking_error(poisson)
     finest = meshes[-1]
-    # Quadratic tetrahedra have three dofs at each corner and at the midpoint of each edge.
+    # Quadratic tetrahedra have three dofs at each corner and three at the midpoint of each edge.
     check_cost(3 * (finest.p.shape[1] + finest.edges.shape[1]))
     solutions = [mesh_compliance(mesh, poisson) for mesh in meshes]
 
@@ -53,15 +54,10 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     limits = [richardson(values, sizes, EDGE_RATE) for values in diagonals.T.tolist()]
     worst = max(limits, key=lambda limit: limit.error)
 
-    # The crosstalk hardly depends on the element size at the edges of the tips. It is taken from the finest mesh,
-    # because an extrapolation would only add noise. Its error is the change from the second finest mesh.
-    off_diagonal = ~np.eye(len(TIPS), dtype=bool)
-    coarser_S = solutions[-2].S
-    S = 0.5 * (solutions[-1].S + solutions[-1].S.T)
-    crosstalk_change = float(np.abs(S - 0.5 * (coarser_S + coarser_S.T))[off_diagonal].max())
+    S, crosstalk_error = _finest_crosstalk(solutions[-1].S, solutions[-2].S)
     np.fill_diagonal(S, [limit.value for limit in limits])
-    s11_minus_s12 = float(np.diag(S).mean() - S[off_diagonal].mean())
-    error = (worst.error + crosstalk_change) / s11_minus_s12 + relative_locking_error
+    s11_minus_s12 = float(np.diag(S).mean() - S[OFF_DIAGONAL].mean())
+    error = (worst.error + crosstalk_error) / s11_minus_s12 + relative_locking_error
     if not error <= WIDEST_ERROR:  # negated, so that nan is rejected too
         hint = "Use a thicker fruit, or tips farther from its edges."
         msg = f"contact: relative error of s11 - s12 = {error:.2g}: must be at most {WIDEST_ERROR:g}. {hint}"
@@ -73,6 +69,18 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
         s11_error=limits[0].error / limits[0].value + relative_locking_error,
         info=SolveInfo(method=METHOD, dofs=solutions[-1].dofs, seconds=seconds, status=worst.status),
     )
+
+
+def _finest_crosstalk(finest_S: Floats, coarser_S: Floats) -> tuple[Floats, float]:
+    """Return the symmetric compliance on the finest mesh [1/mm], and the error of its crosstalk [1/mm].
+
+    Both arguments are compliances (tips, tips) times E [1/mm]; the second is solved on the second finest mesh. The
+    crosstalk hardly depends on the element size at the edges of the tips, so an extrapolation would only add noise. Its
+    error is the largest change between the two meshes.
+    """
+    S = 0.5 * (finest_S + finest_S.T)
+    change = np.abs(S - 0.5 * (coarser_S + coarser_S.T))
+    return S, float(change[OFF_DIAGONAL].max())
 
 
 def locking_error(poisson: float) -> float:
@@ -164,12 +172,11 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
 def outline_size(mesh: Mesh) -> float:
     """Return the mean length of the mesh edges along the outlines of the tips [mm], except on planes of symmetry.
 
-    It is the element size that the singularity at the edges of the tips requires for an extrapolation. An edge is on
-    the outline if it belongs to only one facet of a tip face.
+    An extrapolation needs the element size there, because the singularity at the edges of the tips dominates the error.
     """
     tip_facets = [mesh.boundaries[face] for face in FACES if face in mesh.boundaries]
-    edges, count = np.unique(mesh.f2e[:, np.concatenate(tip_facets)], return_counts=True)
-    outline = edges[count == 1]
+    edges, facet_counts = np.unique(mesh.f2e[:, np.concatenate(tip_facets)], return_counts=True)
+    outline = edges[facet_counts == 1]  # edges that belong to only one facet of a tip face
     for plane in (MIDDLE, SIDE):
         if plane in mesh.boundaries:
             outline = np.setdiff1d(outline, mesh.f2e[:, mesh.boundaries[plane]])

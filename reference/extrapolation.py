@@ -48,7 +48,14 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     if first_step * last_step <= 0.0:
         status = "not extrapolated: the three values are not monotone; the bar is 3 times their largest difference"
         return Extrapolated(value=fine, error=_SAFETY_FACTOR * largest_step, rate=None, status=status)
+    return _extrapolate_monotone(values, sizes, expected_rate)
 
+
+def _extrapolate_monotone(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
+    """Extrapolate three monotone values, coarse to fine, to element size zero, as `richardson` describes."""
+    coarse, middle, fine = values
+    first_step = middle - coarse
+    last_step = fine - middle
     last_ratio = sizes[1] / sizes[2]
     correction = last_step / (last_ratio**expected_rate - 1.0)
     limit = fine + correction
@@ -66,6 +73,7 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
         return Extrapolated(value=limit, error=error, rate=rate, status=status)
     observed = "no rate was observed" if rate is None else f"the observed rate {rate:.2f} is not {low:g} to {high:g}"
     status = f"extrapolated at rate {expected_rate:g}, but {observed}; the bar is at least 3 times the largest step"
+    largest_step = max(abs(first_step), abs(last_step))
     error = max(spread, _SAFETY_FACTOR * abs(correction), _SAFETY_FACTOR * largest_step)
     return Extrapolated(value=limit, error=error, rate=rate, status=status)
 

@@ -4,6 +4,7 @@ They come in families of three, whose errors decrease at a known rate.
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import cadquery as cq
 from skfem import MeshTet1
@@ -67,17 +68,16 @@ def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: 
     """
     half_width = 0.5 * tips.side_mm + near
 
-    def make_tip_test(x: float) -> FaceTest:
-        """Return a test for the face under the tip at x [mm]; all tips are at y = 0."""
+    def is_under_tip(x: float, face: cq.Face) -> bool:
+        """Return whether a face is under the tip whose centre is at x [mm] and y = 0."""
+        box = face.BoundingBox()
+        return on_top(face) and max(x - box.xmin, box.xmax - x, box.ymax) < half_width
 
-        def is_under_tip(face: cq.Face) -> bool:
-            box = face.BoundingBox()
-            return on_top(face) and max(x - box.xmin, box.xmax - x, box.ymax) < half_width
+    def is_beside_tips(face: cq.Face) -> bool:
+        """Return whether a face belongs to the top, but is not under a tip."""
+        return on_top(face) and not any(is_under_tip(x, face) for x in centres.values())
 
-        return is_under_tip
-
-    tip_tests = {name: make_tip_test(x) for name, x in centres.items()}
-    return {"top": lambda face: on_top(face) and not any(test(face) for test in tip_tests.values()), **tip_tests}
+    return {"top": is_beside_tips, **{name: partial(is_under_tip, x) for name, x in centres.items()}}
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
@@ -105,16 +105,16 @@ def fruit_size(part: Part, fruit: Fruit, tips: Tips, scale: float) -> SizeField:
     the block that is meshed. The sizes refer to the tips and the planes of symmetry on this part.
     """
     lengths = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
-    smooth_scale = scale**0.25  # scale of the sizes away from the edges, where the solution is smooth
+    # Away from the edges, the error is of fourth order in the size, so this scale makes it proportional to `scale`.
+    smooth_scale = scale**0.25
     smallest = edge_size(tips, scale)
+    # Small enough for the shortest side, but without needlessly many elements along the longest side.
+    size_across = smooth_scale * min(lengths) / _MIN_ELEMENTS_ACROSS
+    size_along = smooth_scale * max(lengths) / _MAX_ELEMENTS_ALONG
     return SizeField(
         smallest_mm=smallest,
         growth=_GROWTH * smooth_scale,
-        largest_mm=max(
-            smooth_scale * min(lengths) / _MIN_ELEMENTS_ACROSS,
-            smooth_scale * max(lengths) / _MAX_ELEMENTS_ALONG,
-            smallest,
-        ),
+        largest_mm=max(size_across, size_along, smallest),
         faces=tuple(name for name in ("low_tip", "high_tip") if name in part.faces),
         cuts=tuple(name for name in ("symmetry_x", "symmetry_y") if name in part.faces),
     )

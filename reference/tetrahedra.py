@@ -62,6 +62,7 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
                 boxes.append(Box(corners=corners, size=_ROOT_SIZE_RATIO * size * fillet))
     half_side = 0.5 * housing.tip_side
     for x in (-0.5 * housing.spacing, 0.5 * housing.spacing):
+        # The box extends from the face of the tip to twice its height, so it includes material behind the tip.
         corners = (x - half_side, 0.0, x + half_side, 2.0 * housing.tip_height)
         boxes.append(Box(corners=corners, size=_TIP_SIZE_RATIO * size * housing.tip_side))
     return boxes
@@ -120,10 +121,10 @@ def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
         for box in boxes:
             tag = field.add("Box")
             x0, z0, x1, z1 = box.corners
-            numbers = {"XMin": x0, "XMax": x1, "YMin": -depth, "YMax": depth, "ZMin": z0, "ZMax": z1,
-                       "VIn": box.size, "VOut": _FRAME_SIZE_MM * size, "Thickness": _TRANSITION_MM}  # fmt: skip
-            for name, value in numbers.items():
-                field.setNumber(tag, name, value)
+            limits = {"XMin": x0, "XMax": x1, "YMin": -depth, "YMax": depth, "ZMin": z0, "ZMax": z1}
+            sizes = {"VIn": box.size, "VOut": _FRAME_SIZE_MM * size, "Thickness": _TRANSITION_MM}
+            for option, value in {**limits, **sizes}.items():
+                field.setNumber(tag, option, value)
             tags.append(tag)
         minimum = field.add("Min")
         field.setNumbers(minimum, "FieldsList", tags)
@@ -146,12 +147,23 @@ def _read_mesh(surfaces: dict[str, list[int]]) -> MeshTet2:
     nodes = straight_mesh.doflocs.copy()
     # In scikit-fem, the midside nodes follow the corners, in the order of the edges.
     nodes[:, corners.points.shape[1] + edge] = (midside.points * stretch)[:, midside.index[tags[4:]]]
+    curved_mesh = MeshTet2(nodes, straight_mesh.t)
+    boundaries = _boundary_facets(surfaces, linear_mesh, corners.index)
+    return _straighten_folded(curved_mesh, straight_mesh).with_boundaries(boundaries)
+
+
+def _boundary_facets(surfaces: dict[str, list[int]], mesh: MeshTet1, corner_index: Ints) -> dict[str, Ints]:
+    """Return the indices of the mesh facets on each named face.
+
+    `surfaces` maps the names of faces to gmsh's surface tags, and `corner_index` maps gmsh's node tags to the corners
+    of the mesh.
+    """
     boundaries = {}
     for name, surface_tags in surfaces.items():
-        triangles = np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surface_tags])
-        boundaries[name] = index_by_nodes(linear_mesh.facets, triangles)
-    curved_mesh = MeshTet2(nodes, straight_mesh.t)
-    return _straighten_folded(curved_mesh, straight_mesh).with_boundaries(boundaries)
+        # The first three nodes of a quadratic triangle are its corners.
+        triangles = np.hstack([corner_index[element_nodes("Triangle", 2, tag)[:3]] for tag in surface_tags])
+        boundaries[name] = index_by_nodes(mesh.facets, triangles)
+    return boundaries
 
 
 def _straighten_folded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:

@@ -7,7 +7,7 @@ With names of groups it runs and prints only those.
 import sys
 from collections import Counter
 
-from benchmarks.bars.check import case_outcome
+from benchmarks.bars.check import ReferenceCheck, case_outcome
 from benchmarks.bars.table import CASES
 from benchmarks.harness import percent, section, write_section
 
@@ -26,9 +26,9 @@ NOTES = [
 
 
 def main() -> int:
-    """Evaluate all cases or only the given groups, and write the page. Return the exit code.
+    """Run all cases, or only the groups named on the command line, and write the page. Return the exit code.
 
-    The exit code is 1 if a case is wrong, else 0. With groups, the table is only printed.
+    The exit code is 1 if a case is wrong, else 0. With named groups, the table is only printed.
     """
     groups = sys.argv[1:]
     verdict_counts: Counter[str] = Counter()
@@ -38,11 +38,7 @@ def main() -> int:
             continue
         outcome = case_outcome(*case)
         verdict_counts[outcome.verdict] += 1
-        numbers = ["-", "-", "-"]
-        if outcome.check:
-            difference = "-" if outcome.check.reference is None else percent(outcome.check.excess)
-            numbers = [outcome.check.name, percent(outcome.check.relative_error), difference]
-        rows.append([name, *numbers, outcome.verdict, outcome.reason])
+        rows.append([name, *_check_cells(outcome.check), outcome.verdict, outcome.reason])
     title = ", ".join(f"{number} {verdict}" for verdict, number in verdict_counts.items())
     table = section(title, HEADS, rows, NOTES)
     if groups:
@@ -50,6 +46,18 @@ def main() -> int:
     else:
         write_section("Error bars beside the truth", INTRODUCTION, [table])
     return 1 if verdict_counts["WRONG"] else 0
+
+
+def _check_cells(check: ReferenceCheck | None) -> list[str]:
+    """Return three table cells: the name of a value, its error bar, and its deviation relative to the allowed one.
+
+    All cells are "-" if there is no check, because the case ended in an error. The last cell is "-" if the check has no
+    reference.
+    """
+    if check is None:
+        return ["-", "-", "-"]
+    deviation = "-" if check.reference is None else percent(check.excess)
+    return [check.name, percent(check.relative_error), deviation]
 
 
 if __name__ == "__main__":

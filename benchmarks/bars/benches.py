@@ -14,16 +14,16 @@ BENCHES = {
 
 
 def bench_checks(bench: str, rows: int) -> tuple[ReferenceCheck, ...]:
-    """Return a check of the first value in each of the first `rows` rows of a bench.
+    """Return a check of the first value in each of the first `rows` rows of the product in a bench.
 
-    Only the rows of the product are computed. An error bar belongs to the first value of its row.
+    `bench` is a key of `BENCHES`. Only the first value of a row has an error bar.
     """
     task, product_rows = BENCHES[bench]
     true, error = task.reference.values[0], task.reference.errors[0]
     checks: list[ReferenceCheck] = []
     for row in itertools.islice(product_rows(), rows):
         value = (1.0 + row.errors[0]) * true  # a row holds only the relative error of its value
-        # Without an error bar, the row is counted as wrong.
+        error_bar = row.error_bar or 0.0  # an error bar of 0 is counted as wrong
         reference = Reference(values=(true,), errors=(error,), source=f"{row.mesh} against {task.reference.source}")
-        checks += make_checks((task.values[0],), (value,), (row.error_bar or 0.0,), reference)
+        checks += make_checks((task.values[0],), (value,), (error_bar,), reference)
     return tuple(checks)

@@ -104,10 +104,11 @@ def try_reference(compute: Callable[[], Reference]) -> Reference:
 
 
 def case_outcome(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool) -> Outcome:
-    """Run the checks of a case, and return its outcome. A case that is `answerable` must not raise an error.
+    """Run the checks of a case, and return its outcome.
 
-    `work` computes the checks of the case. Other cases may raise one of `REFUSALS` with one line that names a bound.
-    All other exceptions propagate, and warnings become errors.
+    `work` computes the checks. If the case is `answerable`, it must not raise an error. Otherwise it may raise one of
+    `REFUSALS` with a message of one line that names a bound. All other exceptions propagate, and warnings become
+    errors.
     """
     try:
         with warnings.catch_warnings():
@@ -118,7 +119,8 @@ def case_outcome(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool)
         reason = str(refusal)
         # A clear message is one line with a bound, which follows "must". A MeshError names a measured quantity instead.
         is_clear = "\n" not in reason and ("must" in reason or isinstance(refusal, MeshError))
-        return Outcome("refused" if is_clear and not answerable else "WRONG", reason)
+        is_allowed = is_clear and not answerable
+        return Outcome("refused" if is_allowed else "WRONG", reason)
     # The worst check determines the outcome: a wrong one, else one without a reference, else the largest deviation.
     worst = max(checks, key=lambda check: (check.is_wrong, check.reference is None, check.excess))
     if worst.is_wrong:

@@ -43,7 +43,8 @@ class State:
 
 def forces(state: State, compliance: FruitCompliance) -> tuple[Floats, float]:
     """Return the product's force on each tip [N] at full travel, and its relative error bar [1]."""
-    C, travel = spring_compliance(*state.springs), state.scene.press.travel_mm
+    C = spring_compliance(*state.springs)
+    travel = state.scene.press.travel_mm
     response = scene_response(state.scene, compliance, C, [state.E], [travel])
     return response.F[0, 0], float(response.F_error[0, 0])  # the only modulus and the only travel
 
@@ -122,12 +123,12 @@ def independent_forces(state: State, compliance: FruitCompliance, count: int) ->
     cells, interference = _cells_and_interference(scene, count)
     tips = cells.tips  # incidence matrix (cells, tips)
     tip_compliance = state.E * spring_compliance(*state.springs)  # times E [1/mm]
-    if not scene.tips.tip_shape.has_flat_face:
-        tip_compliance = tip_compliance + compliance.shape_change
-    else:
-        faces = np.isfinite(interference)
-        level_stiffness = tips[faces].T @ np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips[faces])
+    if scene.tips.tip_shape.has_flat_face:
+        on_face = np.isfinite(interference)
+        level_stiffness = tips[on_face].T @ np.linalg.solve(cells.compliance[np.ix_(on_face, on_face)], tips[on_face])
         tip_compliance = tip_compliance + compliance.S - np.linalg.inv(level_stiffness)
+    else:
+        tip_compliance = tip_compliance + compliance.shape_change
     overlaps = interference > 0.0  # other cells cannot touch
     if not overlaps.any():
         return np.zeros(len(tip_compliance))
@@ -143,7 +144,8 @@ def _cells_and_interference(scene: Scene, count: int) -> tuple[ContactCells, Flo
     """
     footprints = tuple(Footprint(x, y, scene.tips.side_mm) for x, y in scene.centres)
     cells = contact_cells(scene.fruit.equivalent_block, footprints, graded_edges(count, GRADING))
-    cells = half_cells(cells) if scene.press.roll_deg == 0.0 else cells
+    if scene.press.roll_deg == 0.0:  # the contact is symmetric about y = 0
+        cells = half_cells(cells)
     gap = scene.fruit_gap(*cells.points.T) + tip_gap(scene.tips.tip_shape, *cells.local.T) - scene.first_touch_mm
     travel = scene.press.travel_mm + (cells.points - cells.centres.mean(axis=0)) @ scene.tilt_tangents
     return cells, np.asarray(travel - gap)

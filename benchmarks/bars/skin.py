@@ -36,28 +36,36 @@ def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, Fr
 def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[ReferenceCheck]:
     """Return the checks of a round contact of this `radius` [mm], at three moduli of the flesh.
 
-    The first three check the stiffness under a flat circle, relative to its value without a skin [1]. The others check
-    the force on a dome divided by the modulus [mm^2]. The travel of the dome is such that its contact would have this
-    radius without a skin. The deflection of the finite body is computed from the true force, so that only the local
-    contact is checked.
+    The first three check the stiffness under a flat circle, relative to its value without a skin [1]. The last three
+    check the force on a dome divided by the modulus [mm^2].
     """
     skinless, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))
-    curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)  # relative curvature [1/mm]
-    depth = radius**2 * curvature  # by Hertz's law [mm]
+    true_forces = truth.values[len(MODULI) :]  # these values follow the true ratios
     ratios, forces = [], []
-    # The true forces follow the true ratios.
-    for E, true_force in zip(MODULI, truth.values[len(MODULI) :], strict=True):
+    for E, true_force in zip(MODULI, true_forces, strict=True):
         skinned_compliance = skinned.at(E).S[0, 0]
         ratios.append(float(skinless.S[0, 0] / skinned_compliance))
-        contact = round_contact(layer_on(fruit, E), WIDEST_RADIUS)
-        # What the finite body adds to the compliance of a layered half-space, times E [1/mm].
-        body_compliance = skinned_compliance - 1.0 / contact.flat_stiffness(radius)
-        # The table of contacts takes the depth times the radius of curvature, and returns the force times this radius.
-        scaled_depth = np.array((depth - body_compliance * true_force) / curvature)
-        _, scaled_force, _ = contact.press(scaled_depth)
-        forces.append(float(scaled_force) * curvature)
+        forces.append(_force_over_modulus(fruit, E, radius, skinned_compliance, true_force))
     names = [f"{quantity} at {E:g} MPa" for quantity in ("stiffness", "force") for E in MODULI]
     return _check_skin(names, ratios + forces, skinned, truth)
+
+
+def _force_over_modulus(fruit: Fruit, E: float, radius: float, compliance: float, true_force: float) -> float:
+    """Return the force on a dome divided by the modulus E of the flesh [mm^2], for a fruit with a skin.
+
+    The travel of the dome is such that its contact would have this `radius` [mm] without a skin. `compliance` [1/mm] is
+    the compliance of the fruit under a flat circle of the same radius, times E. The deflection of the finite body is
+    computed from the true force over the modulus, `true_force` [mm^2], so that only the local contact is checked.
+    """
+    curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)  # relative curvature [1/mm]
+    depth = radius**2 * curvature  # by Hertz's law [mm]
+    contact = round_contact(layer_on(fruit, E), WIDEST_RADIUS)
+    # What the finite body adds to the compliance of a layered half-space, times E [1/mm].
+    body_compliance = compliance - 1.0 / contact.flat_stiffness(radius)
+    # The table of contacts takes the depth times the radius of curvature, and returns the force times this radius.
+    scaled_depth = np.array((depth - body_compliance * true_force) / curvature)
+    _, scaled_force, _ = contact.press(scaled_depth)
+    return float(scaled_force) * curvature
 
 
 def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:

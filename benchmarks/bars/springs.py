@@ -114,7 +114,7 @@ def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[Ref
 def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
     """Return the checks of the fitted springs of a design against a finer mesh and against their targets.
 
-    Raises InputError with the reason of the failed verdict if a spring cannot be printed.
+    Raises InputError if a spring cannot be printed; the message is the reason of the verdict.
     """
     sizing = spring_sizing(design, contact_compliance(design.fruit, design.tips), RunOptions())
     fitted = springs_for(design, sizing, "fitted")
@@ -122,7 +122,7 @@ def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
     verdicts = list(fitted.printable.values())
     failed = [verdict for verdict in verdicts if verdict.passed is False]
     if failed or housing is None:
-        verdict = (failed or verdicts)[0]
+        verdict = failed[0] if failed else verdicts[0]  # without a failed verdict, the first states the reason
         msg = f"{verdict.name}: {verdict.reason}"
         raise InputError(msg)
     springs = fitted.springs.values()
