@@ -22,8 +22,8 @@ Held = Mapping[str, Sequence[str]]  # displacement components that are fixed at 
 EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip, so the energy error is of first order in the size there
 BALANCE_LIMIT = 1e-8  # largest unbalanced reaction, relative to the largest reaction
 # Quadratic tetrahedra lock as nu approaches 0.5. MAX_POISSON is the largest nu that is solved. The relative error that
-# remains after extrapolation from three meshes is a + b ((0.1 / (1 - 2 nu))^c - 1), and LOCKING holds a, b and c. They
-# were fitted to the split solution. The table of error bars has cases at nu = 0.4999.
+# remains after extrapolation from three meshes is a + b ((0.1 / (1 - 2 nu))^c - 1), and LOCKING holds a, b and c. These
+# values were fitted to the split solution. The table of error bars has cases at nu = 0.4999.
 MAX_POISSON = 0.4999
 LOCKING = (4e-4, 3.2e-3, 0.4)
 WIDEST_ERROR = 0.1  # largest relative error of the compliance with which degrees of ripeness can be distinguished
@@ -37,9 +37,9 @@ METHOD = "direct finite elements, quadratic tetrahedra, extrapolated"
 def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance:
     """Return E times the compliance of the fruit [1/mm], extrapolated from three meshes [mm] of one family.
 
-    The meshes are given from coarse to fine. All are meshes of the quarter x, y >= 0 (for centred tips), of the half
-    y >= 0, or of the whole block. Their boundaries show which of these is meshed. Raises SolveError if the finest mesh
-    would need too much memory, if the solution is not accurate, or if the relative error exceeds 10 %.
+    The meshes are given from coarse to fine. All are meshes of the quarter x, y >= 0 (for centred tips), the half
+    y >= 0, or the whole block. The boundaries of a mesh show which of these parts it covers. Raises SolveError if the
+    finest mesh would need too much memory, if the solution is not accurate, or if the relative error exceeds 10 %.
     """
     start = time.perf_counter()
     relative_locking_error = locking_error(poisson)

@@ -1,6 +1,6 @@
 """Meshes of the fruit, refined at the edges of the tips.
 
-They come in families of three, whose errors decrease at a known rate.
+The meshes come in families of three, whose errors decrease at a known rate.
 """
 
 from collections.abc import Mapping, Sequence
@@ -83,7 +83,7 @@ def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
     """Return the part of a block that is solved [mm].
 
-    This is the quarter x, y >= 0 if the tips are centred on the block, and the half y >= 0 if they are not.
+    The solved part is the quarter x, y >= 0 if the tips are centred on the block, and the half y >= 0 if they are not.
     """
     return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
 

@@ -106,10 +106,10 @@ def _broadcast(value: float | Floats, elements: int) -> Floats:
 def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
     """Return the integrals of products of projected gradients [mm], for the B-bar method.
 
-    They replace P_abij in the lambda term of `_element_matrices`. Each derivative d_a N_i is
-    projected by least squares onto the functions 1, X, Y, Z of the unit cube. `G` (dim, elements, nodes, points) [1/mm]
-    are the gradients at the quadrature points, whose weights are `dx` (elements, points) [mm^3]. `points` (dim, points)
-    are their coordinates in the unit cube. The result has the shape (dim, dim, elements, nodes, nodes).
+    The integrals replace P_abij in the lambda term of `_element_matrices`. Each derivative d_a N_i is projected by
+    least squares onto the functions 1, X, Y, Z of the unit cube. `G` (dim, elements, nodes, points) [1/mm] are the
+    gradients at the quadrature points, whose weights are `dx` (elements, points) [mm^3]. `points` (dim, points) are
+    their coordinates in the unit cube. The result has the shape (dim, dim, elements, nodes, nodes).
     """
     # 1, X, Y and Z at the points, with coordinates from -1 to 1.
     linear = np.concatenate([np.ones((1, points.shape[1])), 2.0 * points - 1.0])
@@ -125,8 +125,8 @@ def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
     """Assemble the element matrices `blocks` (elements, n, n) into a sparse matrix (size, size).
 
     `dofs` (elements, n) are the indices of the rows and columns of each block. The columns of all blocks are sorted by
-    dof, and SciPy then sums duplicate entries within each column of the matrix. This is faster than assembly from
-    triplets, whose entries SciPy moves one by one.
+    dof, and SciPy then sums duplicate entries within each column of the matrix. Sorting whole columns is faster than
+    assembly from triplets, whose entries SciPy moves one by one.
     """
     n = dofs.shape[1]
     order = np.argsort(dofs, axis=None, kind="stable")  # sorts the columns of all elements by dof

@@ -68,9 +68,9 @@ class Factor:
     def solve_near(self, matrix: csc_matrix, load: Floats) -> Floats:
         """Return the displacements u [mm] for another `matrix` close to K, with the same fixed dofs held at 0.
 
-        This is cheaper than another factorisation. u and `load` [N] have the shape (dofs, loads). The method is
-        conjugate gradients, preconditioned by the factorisation of K: the closer the matrix is to K, the fewer
-        iterations it needs. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
+        An iterative solution is cheaper than another factorisation. u and `load` [N] have the shape (dofs, loads). The
+        method is conjugate gradients, preconditioned by the factorisation of K: the closer the matrix is to K, the
+        fewer iterations it needs. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
         """
         block = csc_matrix(matrix[:, self.free][self.free])
         preconditioner = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
@@ -143,7 +143,7 @@ def _check_condition(block: csc_matrix, back_substitute: Callable[[Floats], Floa
     """Raise SolveError if the condition number |K^-1| |K| is so large that round-off would leave too few digits.
 
     K is `block`, and `back_substitute` applies its inverse. |K^-1| is estimated from one right-hand side without zeros.
-    Its entries are at most 1, so the largest entry of the solution is a lower bound of |K^-1|.
+    The entries of this right-hand side are at most 1, so the largest entry of the solution is a lower bound of |K^-1|.
     """
     probe = np.cos(np.arange(block.shape[0], dtype=np.float64))
     inverse_norm = float(np.abs(back_substitute(probe)).max())

@@ -65,9 +65,9 @@ class TwoGrid:
     def _smooth(self, right_side: Floats, x: Floats) -> Floats:
         """Improve an approximate solution x of block x = right_side by a few Chebyshev iterations, and return it.
 
-        Both vectors are (free,). The matrix is scaled by its diagonal. The iteration reduces the error in the upper
-        part of the spectrum, where the coarse solve does not help. The names of the variables are taken from Y. Saad,
-        Iterative Methods for Sparse Linear Systems (2003), section 12.1.
+        `right_side` and x have the shape (free,). The matrix is scaled by its diagonal. The iteration reduces the error
+        in the upper part of the spectrum, where the coarse solve does not help. The names of the variables are taken
+        from Y. Saad, Iterative Methods for Sparse Linear Systems (2003), section 12.1.
         """
         high = _EIGENVALUE_MARGIN * self.largest  # upper end of the smoothed part of the spectrum
         low = _SMOOTHED_RATIO * self.largest  # lower end of this part
@@ -93,9 +93,9 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
 
     `basis` holds the displacements of the tetrahedra, and `matrix` [N/mm] is their stiffness matrix A before any dof is
     held. The coarse space consists of the piecewise linear functions on the same mesh. At the midpoint of an edge, such
-    a function is the mean of its values at the two ends. This defines the prolongation P, and the coarse matrix is the
-    Galerkin product P^T A P of the fine matrix A. Raises SolveError if the coarse matrix is singular or too large to
-    factorise.
+    a function is the mean of its values at the two ends. This interpolation defines the prolongation P, and the coarse
+    matrix is the Galerkin product P^T A P of the fine matrix A. Raises SolveError if the coarse matrix is singular or
+    too large to factorise.
     """
     corner_to_node = _corner_interpolation(basis.mesh)
     free = np.setdiff1d(np.arange(matrix.shape[0]), held)

@@ -43,8 +43,8 @@ class PartCompliance:
 
     The strains, `density` and `at_corners` have one entry per load, for a load of 1 N. `strain_per_N` [1/N] is the
     largest principal strain at round inner corners, extrapolated to element edges. `strain_inside_per_N` [1/N] is the
-    largest at points inside elements. Both are nan if the part has no round inner corner, or if the strain at another
-    wall is more than 1.2 times as large. `density` [N/mm^2] is twice the strain energy density in each element.
+    largest at points inside elements. The strains are nan if the part has no round inner corner, or if the strain at
+    another wall is more than 1.2 times as large. `density` [N/mm^2] is twice the strain energy density in each element.
     `at_corners` (loads, corners) [1] is the fraction of the strain energy in the elements at each sharp inner corner.
     `seconds` is the wall-clock time.
     """
@@ -77,8 +77,7 @@ def swept_compliance(
     """
     start = time.perf_counter()
     half = clamped_half(part.mesh, *material, layers)
-    # A column of `means` (dofs, loads) is a load of 1 N; its product with displacements is the mean over the face.
-    means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
+    means = _press_means(half.basis, presses)
     # If only half of the part is meshed, only half of each load acts on the mesh.
     u = half.factor.solve(part.meshed_fraction * means)
     C = means.T @ u
@@ -149,12 +148,12 @@ def tetrahedral_compliance(
     start = time.perf_counter()
     basis = vector_basis(mesh, ElementTetP2(), _TETRAHEDRA_ORDER)
     matrix = stiffness_matrix(basis, *material)
-    held = basis.get_dofs(HOLES).all()
     if layers:
         matrix = csc_matrix(matrix + layer_matrix(basis, layers, *material))
-        held = held[:0]  # only the layers support the part
-    # A column of `means` (dofs, loads) is a load of 1 N; its product with displacements is the mean over the face.
-    means = np.column_stack([press_mean(basis, name, direction) for name, direction in presses.items()])
+        held = np.zeros(0, dtype=np.int64)  # only the layers support the part
+    else:
+        held = basis.get_dofs(HOLES).all()
+    means = _press_means(basis, presses)
     C = means.T @ two_grid(basis, matrix, held).solve(means)
     _check_reciprocal(C)
     unknown = (np.nan,) * len(presses)
@@ -181,6 +180,14 @@ def extrapolate_to_size_zero(sizes: Sequence[float], values: Sequence[float]) ->
     slopes = np.diff(values[-3:]) / np.diff(sizes[-3:])
     steps = slopes * sizes[-1]
     return float(values[-1] - steps[-1]), float(np.abs(steps).max())
+
+
+def _press_means(basis: CellBasis, presses: Mapping[str, Direction]) -> Floats:
+    """Return vectors (dofs, loads) whose products with displacements are the mean displacements of the pressed faces.
+
+    `presses` maps the name of each pressed face to the unit vector along its load. Each vector is also a load of 1 N.
+    """
+    return np.column_stack([press_mean(basis, name, direction) for name, direction in presses.items()])
 
 
 def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:

@@ -44,7 +44,7 @@ def patch_inside(basis: CellBasis, elements: Ints, points: Floats, weights: Floa
     """Return the patch of the elements (e,) with quadrature at given points and with the weights (e, q) [mm^2].
 
     `points` [1] are positions in the reference cell. Points of shape (3, q) are the same in all elements; points of
-    shape (3, e, q) differ between elements. They may also lie inside the elements instead of on a facet.
+    shape (3, e, q) differ between elements. The points may also lie inside the elements instead of on a facet.
     """
     table = shape_table(basis.elem.elem, points)
     # The shape is (nodes, e, q), or (nodes, 1, q) if all elements have the same points.

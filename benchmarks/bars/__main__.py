@@ -1,7 +1,7 @@
 """Test of the error bars: each case must give an answer within its error bar, or an error message that names the cause.
 
 `python -m benchmarks.bars` runs all cases of bars.toml, writes docs/measurements.md and exits with 1 if one is wrong.
-With names of groups it runs and prints only those.
+With names of groups as arguments, it runs and prints only these groups.
 """
 
 import sys
@@ -34,7 +34,7 @@ def main() -> int:
     verdict_counts: Counter[str] = Counter()
     rows = []
     for name, case in CASES.items():
-        if groups and name.partition(":")[0] not in groups:  # a name is "group: case"
+        if groups and name.partition(":")[0] not in groups:  # the name of a case is "group: case"
             continue
         outcome = case_outcome(*case)
         verdict_counts[outcome.verdict] += 1

@@ -42,7 +42,7 @@ class ReferenceCheck:
     def excess(self) -> float:
         """Return the deviation from the reference, divided by the sum of both error bars [1].
 
-        Above 1, the value is wrong.
+        A value with an excess above 1 is wrong.
         """
         if self.reference is None:
             return 0.0

@@ -38,8 +38,8 @@ def compliance_checks(
 ) -> tuple[ReferenceCheck, ...]:
     """Return the checks of s11 - s12 and s11 [1/mm] against the finer solution from `contact_reference`.
 
-    The compliance is solved to a relative `tolerance` [1]. Raises InputError or SolveError if it cannot be solved. If
-    only the reference cannot be solved, the checks have no reference.
+    The compliance is solved to a relative `tolerance` [1]. Raises InputError or SolveError if the compliance cannot be
+    solved. If only the reference cannot be solved, the checks have no reference.
     """
     compliance = contact_compliance(fruit, tips, tolerance)
     return _check_pair(compliance, try_reference(partial(contact_reference, fruit, tips, compliance)))

@@ -17,7 +17,7 @@ from solve.fruit.compliance import FruitCompliance
 
 BALL = ROOT / "tests" / "designs" / "ball.toml"
 TRAVEL_MM, RADIUS_MM = 0.5, 35.0
-LOW, HIGH = 0.15, 1.6  # stiffness [N/mm]
+LOW, HIGH = 0.15, 1.6  # stiffness of the low and the high springs [N/mm]
 SPRINGS = np.diag([1.0 / LOW, 1.0 / HIGH] * 2)  # compliance [mm/N] of the four springs, in the order of `TIPS`
 TIPS = ("F_l1", "F_h1", "F_l2", "F_h2")
 SOLIDS = {press["name"]: press for press in stored("pressed_domes")}

@@ -29,7 +29,7 @@ CELLS, CELLS_ROLLED = (22, 32), (16, 24)  # cells per side in the independent so
 GRADING = 2.0
 ORDER = 1.5  # order of convergence of cells with constant pressure at the edge of a flat tip
 BLOCK, TIPS, PRESS = Fruit(), Tips(), PressMotion()
-SPRINGS = (0.9057, 20.831)  # [N/mm]
+SPRINGS = (0.9057, 20.831)  # stiffness of the low and the high spring [N/mm]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +93,7 @@ def direct_press_checks(press: PressMotion, truth: Reference, fruit: Fruit = BLO
 def _check_touching_tips(F: Floats, error: float, reference: Reference) -> tuple[ReferenceCheck, ...]:
     """Return the checks of the forces F (tips,) [N] on the tips that touch, in the product or in the reference.
 
-    A tip that touches in neither has no relative error. `error` [1] is the relative error bar of all forces.
+    If a tip touches in neither, its force has no relative error. `error` [1] is the relative error bar of all forces.
     """
     checks = make_checks(("F_l", "F_h"), F, (error,) * len(F), reference)
     round_off = ROUNDING * float(F.max())
@@ -117,7 +117,7 @@ def independent_forces(state: State, compliance: FruitCompliance, count: int) ->
 
     Only the influence coefficients of the cells are shared with the product. The compliance of the springs acts equally
     on all cells of a tip, and so does a correction. For flat tips, the correction is the difference between the fruit
-    and the cells in a level press. For other tips, it is the effect of the fruit's shape.
+    and the cells in a level press. For other tips, the correction is the effect of the fruit's shape.
     """
     scene = state.scene
     cells, interference = _cells_and_interference(scene, count)

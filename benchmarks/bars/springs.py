@@ -92,18 +92,26 @@ def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[Ref
     E, poisson = design.process.E_MPa, design.process.poisson
     solved = stiffness_on(DEFAULT, housing, HousingSolver(E, poisson))
     finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
-    # For each quantity: its values and relative errors, the values on the finer mesh, and the largest useful error bar.
-    quantities = {
-        "K": (solved.K, solved.error, finer.K, DEFAULT.least_tolerance),
-        "strain": (solved.strain_per_N, solved.strain_error, finer.strain_per_N, WIDEST_STRAIN_ERROR),
-        "sag": (solved.weight_sag, solved.weight_sag_error, finer.weight_sag, WIDEST_ERROR),
-    }
-    checks: list[ReferenceCheck] = []
-    for name, (values, errors, finer_values, widest) in quantities.items():
-        truth = Reference(values=finer_values, errors=(), source=f"finer mesh, {finer.dofs} dofs")
-        for check in make_checks((f"{name}_l", f"{name}_h"), values, errors, truth):
-            checks.append(dataclasses.replace(check, widest=widest))
-    return tuple(checks)
+    true_K, true_strain, true_sag = (
+        Reference(values=values, errors=(), source=f"finer mesh, {finer.dofs} dofs")
+        for values in (finer.K, finer.strain_per_N, finer.weight_sag)
+    )
+    return (
+        *_check_both_springs("K", solved.K, solved.error, true_K, DEFAULT.least_tolerance),
+        *_check_both_springs("strain", solved.strain_per_N, solved.strain_error, true_strain, WIDEST_STRAIN_ERROR),
+        *_check_both_springs("sag", solved.weight_sag, solved.weight_sag_error, true_sag, WIDEST_ERROR),
+    )
+
+
+def _check_both_springs(
+    quantity: str, values: Sequence[float], errors: Sequence[float], reference: Reference, widest: float
+) -> list[ReferenceCheck]:
+    """Return the checks of a quantity of the low and the high spring, given its values and their relative errors [1].
+
+    An error bar wider than `widest` [1] is useless, and therefore wrong.
+    """
+    checks = make_checks((f"{quantity}_l", f"{quantity}_h"), values, errors, reference)
+    return [dataclasses.replace(check, widest=widest) for check in checks]
 
 
 def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:

@@ -5,6 +5,7 @@ The fields are the sum of two parts. The field of a half-space has a closed form
 finite size of the block adds, is smooth and is solved on a mesh.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 from typing import NamedTuple
@@ -122,7 +123,7 @@ def _half_space_fields(poisson: float, loads: Sequence[_TipLoad], points: Floats
     stress_depth = STRESS_DEPTH * min(float(load.patches.sides.min()) for load in loads)
     potentials = _half_space_potentials(np.stack([x, y, np.maximum(z, stress_depth)]), loads)
     u = halfspace.displacement(potentials, 1.0, poisson)
-    # Replace the displacements of the points on the surface, which are now those at the depth for the stress.
+    # Replace the displacements of the points on the surface, which were computed at the depth for the stress.
     on_top = z == 0.0
     near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), DISPLACEMENT_DEPTH * stress_depth)])
     u[:, on_top] = halfspace.displacement(_half_space_potentials(near_top, loads), 1.0, poisson)
@@ -136,7 +137,7 @@ def _loaded_patches(pressure: FootprintPressure, tip: int) -> _Patches:
     potentials: there are at most 24 x 24 patches.
     """
     cells_per_side = len(pressure.edges) - 1
-    cells_per_patch = -(-cells_per_side // PATCHES)  # the quotient, rounded up
+    cells_per_patch = math.ceil(cells_per_side / PATCHES)
     first_cells = np.arange(0, cells_per_side, cells_per_patch)  # the first cell of each patch along a side
     edges = np.append(pressure.edges[first_cells], pressure.edges[-1])
     # Add the forces of the cells in each patch, first along x and then along y.

@@ -33,11 +33,11 @@ class SensorResponse(Record):
 
     All other arrays except `mean_pressure` have shape (moduli, travels). High springs are the stiff ones, and low
     springs the soft ones. P is the mean force on the tips with high springs divided by the mean force on the tips with
-    low springs [1]. `slope_ratio` is the same ratio for the derivatives of the forces with respect to the travel [1].
-    Both are nan if any tip is out of contact. `F_error` [1] is the relative error of the nonzero forces, nan if there
-    are none. `P_error` [1] is the relative error of P. `P_step` [1] is the relative increase of P from a coarser grid
-    of cells. `cells` is the number of contact cells. `cells` and `P_step` are 0 if no cells are needed. `mean_pressure`
-    [MPa] is the mean pressure under each dome, with the same shape as F. For other tips, it is None.
+    low springs [1]. `slope_ratio` is the same ratio for the derivatives of the forces with respect to the travel [1]. P
+    and `slope_ratio` are nan if any tip is out of contact. `F_error` [1] is the relative error of the nonzero forces,
+    nan if there are none. `P_error` [1] is the relative error of P. `P_step` [1] is the relative increase of P from a
+    coarser grid of cells. `cells` is the number of contact cells. `cells` and `P_step` are 0 if no cells are needed.
+    `mean_pressure` [MPa] is the mean pressure under each dome, with the same shape as F. For other tips, it is None.
     """
 
     E: Floats

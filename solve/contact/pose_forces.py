@@ -72,8 +72,8 @@ class Pose:
 class PoseForces(Record):
     """The tip forces in many poses, with their errors and contacts; arrays are (poses, tips) or (poses,).
 
-    `F` [N] holds the forces. They are nan in a pose whose contact reaches the edge of a dome's face. `F_error` [N]
-    bounds the error of each force. `common_error` [N] is the error of each force if the errors of all tips have the
+    `F` [N] holds the forces. The forces are nan in a pose whose contact reaches the edge of a dome's face. `F_error`
+    [N] bounds the error of each force. `common_error` [N] is the error of each force if the errors of all tips have the
     same sign. Neither includes `F_flesh` [N], the effect of the material law on forces under domes. By this amount, the
     forces are larger with Hencky's law than with the neo-Hookean law, and smaller with Storakers's law. `error` [1] is
     the largest relative error of a nonzero force in a pose. `touching` marks the tips in contact. `contact_radius`

@@ -97,8 +97,8 @@ def contact_cells(
 def _nodes_to_cells(footprints: Sequence[Footprint], edges: Floats) -> Floats:
     """Return the matrix (cells, nodes) that converts values at the nodes of all footprints to means over their cells.
 
-    The nodes are those of a punch table, whose nodal polynomials interpolate the values. `edges` [1] are the grid lines
-    of the cells, as fractions of the side of a footprint.
+    The nodes belong to a punch table, whose nodal polynomials interpolate the values. `edges` [1] are the grid lines of
+    the cells, as fractions of the side of a footprint.
     """
     cell_means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
     to_cells_of_tip = np.kron(cell_means, cell_means)  # x and y have the same nodes and grid lines
@@ -143,8 +143,8 @@ def _cell_means(nodes: Floats, edges: Floats) -> Floats:
 def half_cells(cells: ContactCells) -> ContactCells:
     """Return the cells at y > 0, in the same order, each combined with its mirror image at y < 0.
 
-    They are used if the contact is symmetric about y = 0. All footprints must be centred at y = 0, and the number of
-    cells per side must be even. The area of a combined cell is the area of both cells.
+    Combined cells are used if the contact is symmetric about y = 0. All footprints must be centred at y = 0, and the
+    number of cells per side must be even. The area of a combined cell is the area of both cells.
     """
     is_kept = cells.points[:, 1] > 0.0
     # Each row of `rows` holds the indices of the cells with the same x, in the order of y. The reversed row therefore

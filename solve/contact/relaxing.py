@@ -1,7 +1,7 @@
 """Forces of level tips as functions of time, on flesh that relaxes.
 
-They are exact for flat faces and for growing contacts. Let n(t) be the forces that elastic flesh would exert at the
-indentation of the tips at time t. On viscoelastic flesh, the forces are
+The forces are exact for flat faces and for growing contacts. Let n(t) be the forces that elastic flesh would exert at
+the indentation of the tips at time t. On viscoelastic flesh, the forces are
 
     F(t) = n(t) - sum_i g_i m_i(t),    tau_i dm_i/dt = n - m_i,
 

@@ -35,10 +35,11 @@ def scene_response(
     """Return the forces, their ratio P and their slope ratio at all moduli E [MPa] and travels x [mm].
 
     `compliance` is the compliance of the fruit, and C (tips, tips) [mm/N] is the compliance of the springs. The error
-    estimates cover the compliance of the fruit, and the grid of cells or the dome law. They exclude the error of the
-    small-slope approximation, which the status reports. Raises InputError if a tip meets the fruit at more than 20 deg,
-    or the scene is outside the domain of the contact solver. Also raises InputError if a contact reaches the edge of a
-    dome's face, or the skin is too stiff or too soft for the model. Raises SolveError if a solve does not converge.
+    estimates cover the compliance of the fruit, and the grid of cells or the dome law. The estimates exclude the error
+    of the small-slope approximation, which the status reports. Raises InputError if a tip meets the fruit at more than
+    20 deg, or the scene is outside the domain of the contact solver. Also raises InputError if a contact reaches the
+    edge of a dome's face, or the skin is too stiff or too soft for the model. Raises SolveError if a solve does not
+    converge.
     """
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)
@@ -177,8 +178,9 @@ def _dome_status(scene: Scene) -> str:
 def _check_faces(scene: Scene, face_diameters: Floats) -> None:
     """Raise InputError if a contact needs a wider tip face than the domes have.
 
-    `face_diameters` (presses, tips) [mm] are the face diameters that the contacts need. They should include only moduli
-    in the fruit's range, because softer flesh is pressed only to find a limit. The message states a sufficient face.
+    `face_diameters` (presses, tips) [mm] are the face diameters that the contacts need. The diameters should include
+    only moduli in the fruit's range, because softer flesh is pressed only to find a limit. The message states a
+    sufficient face.
     """
     needed_diameter = float(face_diameters.max(initial=0.0))
     if needed_diameter > scene.tips.side_mm:

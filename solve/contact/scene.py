@@ -22,6 +22,9 @@ Point = tuple[float, float]  # along the tips, across
 
 # Largest slope at which the small-slope approximation is used for gaps and forces. 1 / cos(slope) - 1 is then 6 %.
 STEEPEST_DEG = 20.0
+# Tolerances in the search for the smallest gap under a tip, in units of the tip's side.
+POSITION_TOLERANCE = 1e-9
+GAP_TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +189,7 @@ def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
         relative_gap,
         towards_apex,
         method="Nelder-Mead",
-        options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},
+        options={"initial_simplex": simplex, "xatol": POSITION_TOLERANCE, "fatol": GAP_TOLERANCE},
     )
     return side * float(minimum.fun)
 

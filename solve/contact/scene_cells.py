@@ -130,7 +130,7 @@ def scene_cells(
 
 
 def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_GridLayout]:
-    """Return the layouts of the coarse and the fine grid of cells, in this order. They are the same for all tips.
+    """Return the layouts of the coarse and the fine grid of cells, in this order. All tips share these layouts.
 
     With `is_half`, only the cells at y > 0 are solved. Half as many unknowns allow more cells per side. A rough
     compliance does not justify a fine grid, so it uses fewer cells in both cases.
@@ -244,8 +244,8 @@ def _bisect_ratio(
 def scene_footprints(scene: Scene, largest_travel: float) -> tuple[Footprint, ...]:
     """Return square footprints that contain the contact of each tip at all travels up to `largest_travel` [mm].
 
-    They follow from the geometry only, before any contact is solved. Raises InputError if a tip meets the fruit at more
-    than 20 deg, or its footprint is too large or too near an edge (`check_domain`).
+    The footprints follow from the geometry only, before any contact is solved. Raises InputError if a tip meets the
+    fruit at more than 20 deg, or its footprint is too large or too near an edge (`check_domain`).
     """
     check_scene(scene)
     centres: Sequence[Point]

@@ -117,9 +117,9 @@ class UnilateralContact:
     def _closing_forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return the forces f (cells,) [mm^2], divided by E, that close the gap of the active cells; all others are 0.
 
-        They solve A f = b - E C F for the active cells, where F holds the sums of f over the tips. `b` (cells,) [mm] is
-        the interference, and `compliance` (tips, tips) [1/mm] is E C. By the Woodbury formula, one factor of A serves
-        all springs and moduli.
+        The forces solve A f = b - E C F for the active cells, where F holds the sums of f over the tips. `b` (cells,)
+        [mm] is the interference, and `compliance` (tips, tips) [1/mm] is E C. By the Woodbury formula, one factor of A
+        serves all springs and moduli.
         """
         f = np.zeros(len(b))
         if not active.any():
@@ -164,8 +164,9 @@ class UnilateralContact:
 def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
     """Raise SolveError if a cell violates the contact conditions by more than 1e-8.
 
-    The possible violations are a negative force, a negative gap, and a force across an open gap. They are relative to
-    the largest force in `f` [mm^2] and the largest interference in `b` [mm]. Like both, `gap` [mm] has shape (cells,).
+    The possible violations are a negative force, a negative gap, and a force across an open gap. Each violation is
+    relative to the largest force in `f` [mm^2] and the largest interference in `b` [mm]. Like both, `gap` [mm] has
+    shape (cells,).
     """
     # If all values are 0, the scale is 1, which avoids 0 / 0.
     largest_length = float(np.abs(b).max()) or 1.0

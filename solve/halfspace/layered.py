@@ -170,7 +170,7 @@ class RoundContact:
 
         `depth` [mm^2] is the indentation times the radius of curvature.
         """
-        # Contacts smaller than those in the table follow the power laws of Hertz.
+        # Contacts smaller than the smallest one in the table follow the power laws of Hertz.
         radius = _interpolate(self.depth, self.radius, depth, 0.5)
         force = _interpolate(self.radius, self.force, radius, 3.0)
         return radius, force, _interpolate(self.radius, self.stiffness, radius, 1.0)

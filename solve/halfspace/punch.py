@@ -125,7 +125,7 @@ def _disc_quadrature(n: int) -> tuple[Floats, Floats, Floats]:
 
     The arrays have shape (8 n^2,). Integrals with this weight are integrals over the hemisphere above the disc, where
     the integrands are smooth. The quadrature has 2 n Gauss points along the height and 4 n equal steps of the angle.
-    This is exact for a product of a polynomial and a harmonic in a table with n nodes per side.
+    The quadrature is exact for a product of a polynomial and a harmonic in a table with n nodes per side.
     """
     point, weight = legendre.leggauss(2 * n)
     # The Gauss points lie between -1 and 1, so the height is (point + 1) / 2, and r^2 = 1 - height^2.
@@ -258,8 +258,8 @@ def _gauss_points(weight: Floats, n: int) -> Floats:
     edges = graded_edges(len(weight))
     points = 0.5 * (edges[1:] + edges[:-1])
     # The vectors are values of polynomials times the square root of the weight, so that their products are integrals.
-    root = np.sqrt(weight)
-    basis = [root / np.linalg.norm(root)]
+    root_weight = np.sqrt(weight)
+    basis = [root_weight / np.linalg.norm(root_weight)]
     off_diagonal: list[float] = []
     for _ in range(n - 1):
         vector = points * basis[-1]

@@ -142,8 +142,8 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
         area = sum(float(patch.weights.sum()) for patch in patches)
         centre = sum(float((patch.points[LENGTH_AXIS] * patch.weights).sum()) for patch in patches) / area
 
-    # The mean of u is int u / int 1. The slope of u is int u (x - centre) / int (x - centre)^2. Both have the form
-    # int u lever / int lever^2, with a lever of 1 for the mean and of x - centre for the slope.
+    # The mean of u is int u / int 1. The slope of u is int u (x - centre) / int (x - centre)^2. Both quotients have the
+    # form int u lever / int lever^2, with a lever of 1 for the mean and of x - centre for the slope.
     integral = np.zeros(basis.N)
     norm = 0.0
     for patch in patches:

@@ -1,7 +1,7 @@
 """Elastic layers between a housing and a rigid ground: a cover, or the outer layer of a print under a washer.
 
-A thin layer bonded to the ground acts like an elastic foundation. Its stiffness per area is G / thickness parallel to
-the layer and E / thickness normal to it.
+A thin layer bonded to the ground acts like an elastic foundation. The stiffness of the layer per area is G / thickness
+parallel to the layer and E / thickness normal to it.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ _ACROSS = 1  # index of the y axis, which is normal to all layers
 _SIDE = (np.arange(8) + 0.5) / 8
 _POINTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)])
 _WEIGHT = 1.0 / 64
-# A triangular facet is sampled at the centroids of 64 equal triangles, eight along each side. Of these, 36 have the
-# orientation of the facet, and 28 are rotated by 180 deg.
+# A triangular facet is sampled at the centroids of 64 equal triangles, eight along each side. Of these triangles, 36
+# have the orientation of the facet, and 28 are rotated by 180 deg.
 _TRIANGLE_POINTS = np.array(
     [((i + t) / 8, (j + t) / 8) for t, n in ((1 / 3, 8), (2 / 3, 7)) for i in range(n) for j in range(n - i)]
 ).T

@@ -1,7 +1,7 @@
 """Displacement, strain and stress of the loaded housing for viewing, at the nodes of its 20-node hexahedra.
 
-Strain is extrapolated from the points where it is most accurate. They are the 2^3 Gauss points of a cell or, on an
-unloaded surface, the 2^2 Gauss points of a facet. See J. Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243,
+Strain is extrapolated from the points where it is most accurate. These points are the 2^3 Gauss points of a cell or, on
+an unloaded surface, the 2^2 Gauss points of a facet. See J. Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243,
 doi:10.1002/nme.1620100202. The extrapolation is linear along each axis of the cell or facet. The values at a node are
 averaged over the adjacent cells or facets.
 """
@@ -41,7 +41,7 @@ def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
 def nodes_of_cells(mesh: Mesh) -> Ints:
     """Return the indices of the nodes of each cell that the solver uses, shape (20, cells).
 
-    They are the first 20 of the 27 nodes that the mesh has in each cell.
+    The solver uses the first 20 of the 27 nodes that the mesh has in each cell.
     """
     return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().doflocs)])
 

@@ -234,32 +234,43 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     a face about the press axis is neglected. `half` is factorised for loads along the press. Raises SolveError if the
     linear solve fails or the reciprocity of the loads is violated.
     """
-    compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
-    # Loads along x and along the press are symmetric about y = 0, and loads along y are antisymmetric. They need
-    # different boundary conditions on the plane of symmetry, so they are solved separately. Entries that would couple
-    # the two kinds remain 0.
+    # Loads along x and along the press are symmetric about y = 0, and loads along y are antisymmetric. The two kinds of
+    # load need different boundary conditions on the plane of symmetry, so they are solved separately.
     antisymmetric_half = with_symmetry(half, CROSS_AXIS)
-    for held_half, lateral_axis in ((half, LENGTH_AXIS), (antisymmetric_half, CROSS_AXIS)):
-        point_means = {lateral_axis: _lateral_point_means(held_half.basis, lateral_axis, lever)}
-        if lateral_axis == LENGTH_AXIS:
-            # Along the press, a point moves by the displacement of its face.
-            point_means[PRESS_AXIS] = tip_means(held_half.basis, PRESS_AXIS)
+    symmetric_means = {
+        LENGTH_AXIS: _lateral_point_means(half.basis, LENGTH_AXIS, lever),
+        PRESS_AXIS: tip_means(half.basis, PRESS_AXIS),  # along the press, a point moves with the middle of its face
+    }
+    antisymmetric_means = {CROSS_AXIS: _lateral_point_means(antisymmetric_half.basis, CROSS_AXIS, lever)}
+
+    compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))  # entries that couple the two kinds of load remain 0
+    tips = range(len(SPRINGS))
+    for held_half, point_means in ((half, symmetric_means), (antisymmetric_half, antisymmetric_means)):
         axes = tuple(point_means)
-        vectors = np.column_stack(list(point_means.values()))  # (dofs, axes times tips)
-        # Each vector is also a load of 1 N at a point, of which half acts on the half mesh.
-        u = held_half.factor.solve(0.5 * vectors)
-        check_tip_loads(0.5 * vectors.T @ u, None)
-        # Reorder the array axes from (axis, tip, axis, tip) to (tip, tip, axis, axis).
-        shape = (len(axes), len(SPRINGS))
-        entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
-        compliance[entries] += (vectors.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
+        compliance[np.ix_(tips, tips, axes, axes)] += _point_compliance(held_half, list(point_means.values()))
     return compliance
 
 
-def _lateral_point_means(basis: CellBasis, axis: int, lever: float) -> Floats:
-    """Return vectors (dofs, tips) whose products with displacements are those of points above the tips along `axis`.
+def _point_compliance(half: ClampedHalf, point_means: Sequence[Floats]) -> Floats:
+    """Return the compliance between points on the tips along several axes [mm/N], shape (tips, tips, axes, axes).
 
-    `axis` is LENGTH_AXIS or CROSS_AXIS. A point lies at a distance `lever` [mm] along the press from the middle of its
+    For each axis, `point_means` holds the vectors (dofs, tips) whose products with displacements are the displacements
+    of the points along this axis. Raises SolveError if the linear solve fails or the reciprocity of the loads is
+    violated.
+    """
+    vectors = np.column_stack(list(point_means))  # (dofs, axes times tips)
+    # Each vector is also a load of 1 N at a point, of which half acts on the half mesh.
+    u = half.factor.solve(0.5 * vectors)
+    check_tip_loads(0.5 * vectors.T @ u, None)
+    # Reorder the array axes from (axis, tip, axis, tip) to (tip, tip, axis, axis).
+    shape = (len(point_means), len(SPRINGS))
+    return np.asarray((vectors.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2))
+
+
+def _lateral_point_means(basis: CellBasis, axis: int, lever: float) -> Floats:
+    """Return vectors (dofs, tips) whose products with displacements are the displacements of points along `axis`.
+
+    `axis` is LENGTH_AXIS or CROSS_AXIS. Each point lies at a distance `lever` [mm] along the press from the middle of a
     tip's face. It moves by the displacement of the face, minus the rotation of the face times the lever.
     """
     tilts = np.column_stack([face_mean(basis, tip_face(spring), PRESS_AXIS, slope=axis) for spring in SPRINGS])

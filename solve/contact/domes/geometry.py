@@ -35,8 +35,8 @@ class DomeApproach:
     [mm] is the point of the fruit nearest to the centre of the dome, and `normal` [1] the outward normal there.
     `direction` [1] is the same normal in the sensor frame. `radius` [mm] is the relative radius of curvature, the
     geometric mean of the two principal values. `depth_ratio` [1] is the depth of an elliptical contact divided by the
-    depth of a circular contact with the same force. It is 1 - ln(ratio of the principal radii)^2 / 72. This agrees with
-    K. L. Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to a ratio of 3 : 1.
+    depth of a circular contact with the same force. It is 1 - ln(ratio of the principal radii)^2 / 72. This formula
+    agrees with K. L. Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to a ratio of 3 : 1.
     """
 
     interference: Floats
@@ -206,12 +206,11 @@ def _zero_travel_touches(scenes: Sequence[Scene]) -> Floats:
     along the axis from this point down to the middle of the level faces; it is negative if they are above the skin.
     """
     # Many poses share a scene, and many scenes share a first touch, so each first touch is computed only once.
-    scenes_by_id = {id(scene): scene for scene in scenes}
-    touch_scenes = {key: _touch_scene(scene) for key, scene in scenes_by_id.items()}
-    distinct_scenes = {_touch_key(scene): scene for scene in touch_scenes.values()}
-    distinct_touches = _first_touches(list(distinct_scenes.values()))
-    touch_by_key = dict(zip(distinct_scenes, distinct_touches, strict=True))
-    return np.array([touch_by_key[_touch_key(touch_scenes[id(scene)])] for scene in scenes])
+    distinct_scenes, scene_index = _distinct_scenes(scenes)
+    touch_scenes = [_touch_scene(scene) for scene in distinct_scenes]
+    scene_by_key = {_touch_key(scene): scene for scene in touch_scenes}
+    touch_by_key = dict(zip(scene_by_key, _first_touches(list(scene_by_key.values())), strict=True))
+    return np.array([touch_by_key[_touch_key(scene)] for scene in touch_scenes])[scene_index]
 
 
 def _touch_scene(scene: Scene) -> Scene:
@@ -295,8 +294,8 @@ def _distinct_scenes(scenes: Sequence[Scene]) -> tuple[list[Scene], Ints]:
 def _lateral_directions(axis: Floats) -> Floats:
     """Return the directions along the tips and across them (poses, 2, 3), given the axes of sensors (poses, 3).
 
-    They are the images of the x and y directions under the smallest rotation from the vertical z to the axis a. This
-    rotation maps a horizontal direction v to v - (a . v) (a + z) / (1 + a . z).
+    The two directions are the images of the x and y directions under the smallest rotation from the vertical z to the
+    axis a. This rotation maps a horizontal direction v to v - (a . v) (a + z) / (1 + a . z).
     """
     bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     return np.asarray(np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None])

@@ -120,15 +120,15 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) 
     cosine = state.approach.cosine  # the force along the spring divided by the normal force
     is_touching = state.N > 0.0
     contact_radius = state.contact_radius * state.strain.edge  # corrected for large strain
-    # Derivative of the force along spring i with respect to the interference of dome j [N/mm].
+    # All errors and changes are expressed as interferences [mm], and converted to forces by this derivative [N/mm] of
+    # the force along spring i with respect to the interference of dome j.
     force_per_interference = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
-    # All errors and changes are expressed as interferences [mm], and converted to forces by this derivative.
     interference_bound = law.bound_interference_error(state)
     # Interference that changes the forces as much as another material law does.
     law_spread_interference = law.depth_change(state, state.strain.law_spread)
     # Per unit of vertical travel, each interference increases by the vertical component of its normal.
     rates = np.einsum("pij,pj->pi", force_per_interference, state.approach.normal[..., 2])
-    # A face that contains the contact must reach its farthest edge.
+    # A face that contains the contact must reach the farthest edge of the contact.
     face = 2.0 * (poses.distance_from_face_middle(state.approach) + law.rim_radius(state))
     return DomeForces(
         F=cosine * state.N,
@@ -386,7 +386,7 @@ class _Law:
 
         `skin_contact` is the table of contacts on the layered half-space, which is solved at small strain. The
         large-strain corrections of flesh without a skin, of the force (`factor`) and of the contact radius (`edge`),
-        are therefore not applied. Their full sizes are taken as the errors.
+        are therefore not applied. The full sizes of these corrections are taken as the errors.
         """
         # With the radius of curvature R, the table takes depth * R. It returns force * R / E and stiffness / E.
         radius, scaled_force, scaled_stiffness = skin_contact.press(approach.radius * depth)
@@ -410,7 +410,7 @@ class _Law:
         """Return minus the Jacobian of the residual with respect to q [1], (poses, tips, tips), without small terms.
 
         It is I + (C + (B + k) / E) diag(dN/dq), where C is the compliance of the springs along the normals. The
-        neglected terms are due to the motion of the contacts. They do not affect the equilibrium that Newton's method
+        neglected terms are due to the motion of the contacts, and do not affect the equilibrium that Newton's method
         finds.
         """
         compliance = (
