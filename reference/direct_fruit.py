@@ -133,6 +133,7 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[s
     tip_dofs = [basis.get_dofs(face).all("u^3") for face in faces]
     clamped_dofs = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
     factor = factorise(K, np.concatenate([*clamped_dofs, *tip_dofs]))
+    # For each face, a displacement of 1 on its dofs, and of 0 on all other held dofs.
     prescribed = np.column_stack([np.isin(factor.fixed, dofs) for dofs in tip_dofs]).astype(np.float64)
     reactions = K @ factor.solve(np.zeros((basis.N, len(faces))), prescribed)
     stiffness = np.array([reactions[dofs].sum(axis=0) for dofs in tip_dofs])
@@ -180,5 +181,5 @@ def outline_size(mesh: Mesh) -> float:
     for plane in (MIDDLE, SIDE):
         if plane in mesh.boundaries:
             outline = np.setdiff1d(outline, mesh.f2e[:, mesh.boundaries[plane]])
-    start, end = mesh.p[:, mesh.edges[:, outline]].transpose(1, 0, 2)
+    start, end = mesh.p[:, mesh.edges[:, outline]].transpose(1, 0, 2)  # the ends of the edges, both (3, edges) [mm]
     return float(np.linalg.norm(end - start, axis=0).mean())

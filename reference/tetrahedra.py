@@ -146,7 +146,8 @@ def _read_mesh(surfaces: dict[str, list[int]]) -> MeshTet2:
     edge = index_by_nodes(linear_mesh.edges, edge_ends).reshape(len(_EDGES), -1)
     nodes = straight_mesh.doflocs.copy()
     # In scikit-fem, the midside nodes follow the corners, in the order of the edges.
-    nodes[:, corners.points.shape[1] + edge] = (midside.points * stretch)[:, midside.index[tags[4:]]]
+    corner_count = corners.points.shape[1]
+    nodes[:, corner_count + edge] = (midside.points * stretch)[:, midside.index[tags[4:]]]
     curved_mesh = MeshTet2(nodes, straight_mesh.t)
     boundaries = _boundary_facets(surfaces, linear_mesh, corners.index)
     return _straighten_folded(curved_mesh, straight_mesh).with_boundaries(boundaries)

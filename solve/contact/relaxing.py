@@ -132,24 +132,33 @@ def forces_over_time(
     (presses, times, tips) [mm] is the travel of each tip since its own first touch. The result is valid only if
     contacts grow, which the caller must check. Raises SolveError if no equilibrium is found.
     """
-    C = np.array(law.C)
     F = np.zeros_like(tip_travel)  # at the first touch, all forces are 0
     elastic = np.zeros_like(tip_travel)
     memory = Memory(relaxation)
-    # At the end of a step, F = modulus_factor * n - relaxed_force, where `relaxed_force` is known from the previous
-    # steps. So modulus_factor * n is the force of an elastic press on flesh of modulus modulus_factor * E. In that
-    # press, the travel is larger by C times `relaxed_force`, because the true force F deflects the springs less.
     for k in range(1, times.shape[1]):
+        # At the end of a step, F = modulus_factor * n - relaxed_force, where `relaxed_force` is known from the previous
+        # steps. The first term is the force of elastic flesh whose modulus is E times the same factor.
         modulus_factor, relaxed_force = memory.step(times[:, k] - times[:, k - 1])
-        largest_travel = tip_travel[:, k].max(axis=-1)
-        # `elastic_forces` expects one travel per press, from which it subtracts the gaps and `travel_reduction`.
-        travel_reduction = largest_travel[:, None] - np.array(law.gaps) - tip_travel[:, k]
-        spring_recovery = np.broadcast_to(relaxed_force, travel_reduction.shape) @ C.T
-        elastic_part = elastic_forces(law, E * modulus_factor[:, 0], largest_travel, travel_reduction - spring_recovery)
-        elastic[:, k] = elastic_part / modulus_factor
+        first_term = _unrelaxed_forces(law, E * modulus_factor[:, 0], tip_travel[:, k], relaxed_force)
+        elastic[:, k] = first_term / modulus_factor
         memory.keep(elastic[:, k])
-        F[:, k] = elastic_part - np.where(elastic_part > 0.0, relaxed_force, 0.0)
+        F[:, k] = first_term - np.where(first_term > 0.0, relaxed_force, 0.0)
     return F, elastic
+
+
+def _unrelaxed_forces(law: ContrastLaw, modulus: Floats, tip_travel: Floats, relaxed_force: Floats) -> Floats:
+    """Return the forces on flesh at the end of a time step, before `relaxed_force` is subtracted [N], (presses, tips).
+
+    The result is the force on elastic flesh with the `modulus` (presses,) [MPa], under a travel that is increased by C
+    times `relaxed_force`. The true forces are smaller by `relaxed_force`, and therefore deflect the springs less.
+    `tip_travel` (presses, tips) [mm] is the travel of each tip since its own first touch. `relaxed_force` [N] is
+    (presses, tips) or (presses, 1).
+    """
+    largest_travel = tip_travel.max(axis=-1)
+    # `elastic_forces` expects one travel per press, from which it subtracts the gaps and `travel_reduction`.
+    travel_reduction = largest_travel[:, None] - np.array(law.gaps) - tip_travel
+    spring_recovery = np.broadcast_to(relaxed_force, travel_reduction.shape) @ np.array(law.C).T
+    return elastic_forces(law, modulus, largest_travel, travel_reduction - spring_recovery)
 
 
 def _forces_of_growing_contacts(

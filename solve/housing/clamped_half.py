@@ -174,8 +174,8 @@ def check_tip_loads(work: Floats, support: Floats | None, round_off: float = 0.0
     # Both comparisons are negated, so that nan is rejected too.
     if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):
         msg = (
-            f"flexure: the mutual works of two loads differ by {asymmetry:.1e} N mm but must be equal. Check that the "
-            "matrix is symmetric."
+            f"flexure: the work of one load on the displacements due to another differs by {asymmetry:.1e} N mm from "
+            "the reverse, but both must be equal. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
     imbalance = 0.0 if support is None else float(np.abs(support + 0.5).max())

@@ -252,7 +252,8 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
         lowering = lowering - overlap
         if np.abs(overlap).max() <= TOUCH_LIMIT:
             return np.column_stack([skin_points, lowering])
-    msg = f"first touch of domes: error of {np.abs(overlap).max():.1e} mm must be at most {TOUCH_LIMIT:g} mm"
+    error = np.abs(overlap).max()
+    msg = f"first touch of domes: error of {error:.1e} mm must be at most {TOUCH_LIMIT:g} mm. Press more level."
     raise SolveError(msg)
 
 
