@@ -90,5 +90,6 @@ def accuracy_rows() -> Iterator[str]:
             ratios = [f"{deep_press.ratio(K_m, travel):.3f}" for travel in (FIRST, TRAVELS[-1])]
             drift = f"{100.0 * deep_press.drift(K_m, (FIRST, TRAVELS[-1])):+.1f} %"
             biases = [f"{100.0 * deep_press.bias(K_m, travel):+.1f} %" for travel in TRAVELS]
-            cells = [f"{poisson:g}", law, f"{linear_ratio:.3f}", *ratios, "0", drift, "0", *biases]
+            linear_drift = linear_bias = "0"  # by the linear law, P does not change, and E has no error
+            cells = [f"{poisson:g}", law, f"{linear_ratio:.3f}", *ratios, linear_drift, drift, linear_bias, *biases]
             yield f"| {' | '.join(cells)} |"

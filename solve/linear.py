@@ -20,7 +20,7 @@ from solve.solve_error import SolveError as SolveError
 RESIDUAL_LIMIT = 1e-9  # largest relative residual
 CG_TOLERANCE = 1e-9  # residual divided by the norm of the load; the error of a compliance is of the order of its square
 MOST_CG_STEPS = 200  # maximum number of iterations; a bent mesh usually takes 20
-DIGITS = 1e-4  # largest allowed round-off error divided by the largest displacement
+MOST_ROUND_OFF = 1e-4  # largest allowed round-off error divided by the largest displacement
 EPSILON = float(np.finfo(np.float64).eps)
 MOST_BYTES = 4.0 * 2**30  # largest allowed memory of a factorisation; a larger one would take minutes
 # Bytes of a factorisation divided by n^(4/3), where n is the number of unknowns. Each nonzero takes 14 bytes. A housing
@@ -149,7 +149,7 @@ def _check_condition(block: csc_matrix, back_substitute: Callable[[Floats], Floa
     inverse_norm = float(np.abs(back_substitute(probe)).max())
     norm = float(magnitude(block).sum(axis=0).max())
     condition = inverse_norm * norm
-    limit = DIGITS / EPSILON
+    limit = MOST_ROUND_OFF / EPSILON  # the relative round-off error is about the condition number times epsilon
     # The comparison is negated, so that nan is rejected too.
     if not condition <= limit:
         raise SolveError(_singular(f"condition number {condition:.0e} must be at most {limit:.0e}"))

@@ -26,7 +26,7 @@ from solve.halfspace.punch import graded_edges
 
 ROUNDING = 1e-9  # relative tolerance for closed formulas
 CELLS, CELLS_ROLLED = (22, 32), (16, 24)  # cells per side in the independent solution, other than the product's
-GRADING = 2.0
+GRADING = 2.0  # exponent with which the cells become smaller towards the edges of a tip
 ORDER = 1.5  # order of convergence of cells with constant pressure at the edge of a flat tip
 BLOCK, TIPS, PRESS = Fruit(), Tips(), PressMotion()
 SPRINGS = (0.9057, 20.831)  # stiffness of the low and the high spring [N/mm]
@@ -54,7 +54,7 @@ def level_checks(
 ) -> tuple[ReferenceCheck, ...]:
     """Return the check of the force ratio P of level flat tips by law (3) of the paper; E in MPa, springs in N/mm.
 
-    By this law, each spring is in series with the stiffness K_m of the fruit. The force is the travel divided by the
+    By law (3), each spring is in series with the stiffness K_m of the fruit. The force is the travel divided by the
     sum of their compliances, so P does not depend on the travel.
     """
     compliance = contact_compliance(BLOCK, TIPS)

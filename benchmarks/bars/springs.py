@@ -38,8 +38,8 @@ TARGET_TOLERANCE = 5e-3  # largest relative difference of a fitted stiffness fro
 LEAST_QUALITY = 0.05  # smallest scaled Jacobian of the elements with which a mesh with moved nodes is solved
 # Largest useful relative error bar of a strain; strains are less exact, because they are extrapolated to element edges.
 WIDEST_STRAIN_ERROR = 0.15
-NO_TRAVEL = (0.1, 0.1)  # deflections [mm] that place the stops; they do not affect the stiffness
-DIGITS = 1e-4  # relative tolerance: a tenth of the tolerance of fitted springs
+STOP_DEFLECTIONS = (0.1, 0.1)  # deflections [mm] at which the stops are placed; they do not affect the stiffness
+SHIFT_TOLERANCE = 1e-4  # largest relative error of a rigid-body shift: a tenth of the tolerance of fitted springs
 BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
 
 
@@ -88,7 +88,7 @@ def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[Ref
     """
     design = load_design(preset, {"print.mount": mount})
     low, high = lengths
-    housing = housing_for(design, design.process, (low, high), NO_TRAVEL)
+    housing = housing_for(design, design.process, (low, high), STOP_DEFLECTIONS)
     E, poisson = design.process.E_MPa, design.process.poisson
     solved = stiffness_on(DEFAULT, housing, HousingSolver(E, poisson))
     finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
@@ -187,8 +187,8 @@ def grounded_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
     """Return the check that a block on weak springs moves as a rigid body, under a matrix that is nearly singular.
 
     Each dof of the block has a spring of the stiffness k, and each vertical dof is loaded with the force k. All
-    vertical displacements are then 1. k is a `fraction` [1] of the largest diagonal entry of the stiffness matrix, so
-    that the block is nearly free.
+    vertical displacements are then 1. The stiffness k is a small `fraction` [1] of the largest diagonal entry of the
+    stiffness matrix, so that the block is nearly free.
     """
     basis = element_basis(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, 1.0), "tet P2")
     K = stiffness_matrix(basis, 1.0, BLOCK.poisson)
@@ -197,7 +197,8 @@ def grounded_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
     load = np.zeros(basis.N)
     vertical_dofs = np.concatenate([basis.nodal_dofs[2], basis.edge_dofs[2]])
     load[vertical_dofs] = k
-    shifts = factorise(K, np.zeros(0, dtype=np.int64)).solve(load)[vertical_dofs]
+    no_fixed_dofs = np.zeros(0, dtype=np.int64)
+    shifts = factorise(K, no_fixed_dofs).solve(load)[vertical_dofs]
     worst_shift = shifts[np.argmax(np.abs(shifts - 1.0))]
     truth = Reference(values=(1.0,), errors=(), source="rigid body on springs")
-    return make_checks(("shift",), (worst_shift,), (DIGITS,), truth)
+    return make_checks(("shift",), (worst_shift,), (SHIFT_TOLERANCE,), truth)

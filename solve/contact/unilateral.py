@@ -95,7 +95,8 @@ class UnilateralContact:
         """Return the forces of the cells divided by E (cells,) [mm^2], or None if the active-set method cycles.
 
         The active cells are assumed to touch. In each step, the cells whose force or gap contradicts this assumption
-        change sides, until none is left. The method starts from the cells that touched in the last solve.
+        switch between active and inactive, until no cell does. The method starts from the cells that touched in the
+        last solve.
         `is_on_face` (cells,) marks the cells on the faces of tips. `b` (cells,) [mm] is the interference, and
         `compliance` (tips, tips) [1/mm] is the compliance of the springs times E.
         """
