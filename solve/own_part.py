@@ -82,7 +82,7 @@ def swept_compliance(
     u = half.factor.solve(part.meshed_fraction * means)
     C = means.T @ u
     _check_reciprocal(C)
-    # The following lists have one entry per load.
+    # These tuples have one entry per load.
     strains_at_edges, strains_inside = zip(*[_corner_strain(half.basis, column) for column in u.T], strict=True)
     densities, energies = zip(*[_doubled_strain_energies(half, material, column) for column in u.T], strict=True)
     return PartCompliance(
