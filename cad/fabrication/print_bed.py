@@ -38,7 +38,7 @@ def write_plate(
 
 
 def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, int]) -> dict[str, trimesh.Trimesh]:
-    """Arrange all copies of the parts in rows on a square bed that is as small as possible [mm].
+    """Arrange all copies of the parts in rows on a square bed [mm], and return the copies by name.
 
     `meshes` are the parts in print pose [mm] and `counts` the numbers of their copies, both keyed by name. The longer
     side of each part is along y, and the longest part comes first. Several row widths are tried: the total width of the
@@ -49,8 +49,8 @@ def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, i
         # The bracket has no overhangs if it rests on its flange.
         mesh = rest_on_flange(meshes[name]) if name == "mount" else meshes[name]
         rotated[name] = _rotate_lengthwise(mesh)
-    # `extents` holds the sizes along x, y and z. The minus sign puts the longest part first.
-    names_by_length = sorted(counts, key=lambda name: -float(rotated[name].extents[1]))
+    # The array `extents` of a mesh holds its sizes along x, y and z.
+    names_by_length = sorted(counts, key=lambda name: float(rotated[name].extents[1]), reverse=True)
     copies = []
     for name in names_by_length:
         for number in range(1, counts[name] + 1):

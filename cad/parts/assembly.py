@@ -16,7 +16,7 @@ from cad.parts.cover import COVER_MM, WASHER_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.fruit import whole_fruit
 from cad.parts.hall_seats import HallSeats, required_seats
-from cad.parts.housing import DOWEL_MM, SETBACK_MM, BackToBack, Housing
+from cad.parts.housing import DOWEL_MM, SETBACK_MM, BackToBack, Housing, Pin
 from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import cut_pin_sockets, pin_locations, pin_solid
@@ -145,11 +145,9 @@ def assemble_sensor(sensor: SensorSolids) -> cq.Assembly:
     CadQuery's selectors such as `front_cover?rim` do not allow them.
     """
     housing = sensor.housing
-    plates = plate_locations(housing)
-    suffixes = ("_1", "_2") if housing.back_to_back else ("",)  # one for each plate, for the names of its parts
     assembly = cq.Assembly(name="sensor")
     printed_part = tagged_workplane(sensor.part)
-    for suffix, plate in zip(suffixes, plates, strict=True):
+    for suffix, plate in _plates_by_suffix(housing).items():
         name = f"plate{suffix}" if housing.back_to_back else "housing"
         assembly.add(printed_part, name=name, loc=plate, color=PRINTED_COLOUR)
     if housing.mount == "covers":
@@ -157,10 +155,7 @@ def assemble_sensor(sensor: SensorSolids) -> cq.Assembly:
         for side, location in zip(("front", "back"), cover_locations(housing), strict=True):
             assembly.add(cover, name=f"{side}_cover", loc=location, color=COVER_COLOUR)
     if housing.pin:
-        pin = pin_solid(housing.pin, sensor.tips)
-        for name, location in pin_locations(housing).items():  # locations in a plate
-            for suffix, plate in zip(suffixes, plates, strict=True):
-                assembly.add(pin, name=f"{name}{suffix}", loc=plate * location, color=STEEL_COLOUR)
+        _add_pins(assembly, sensor, housing.pin)
     _add_fasteners(assembly, sensor)
     # The origin of the fruit is its apex. The faces that touch the fruit are above it by the gap before the press, and
     # the sensor is offset from it along x.
@@ -214,6 +209,23 @@ def dowel_length(housing: Housing) -> int | None:
     return max((length for length in DOWEL_LENGTHS_MM if length <= housing.stack), default=None)
 
 
+def _plates_by_suffix(housing: Housing) -> dict[str, cq.Location]:
+    """Return the location of each plate [mm], keyed by the suffix that the names of its parts have in the assembly.
+
+    The suffix of a single plate is empty.
+    """
+    suffixes = ("_1", "_2") if housing.back_to_back else ("",)
+    return dict(zip(suffixes, plate_locations(housing), strict=True))
+
+
+def _add_pins(assembly: cq.Assembly, sensor: SensorSolids, pin: Pin) -> None:
+    """Add the glued pins of all plates to an assembly."""
+    solid = pin_solid(pin, sensor.tips)
+    for name, location_in_plate in pin_locations(sensor.housing).items():
+        for suffix, plate in _plates_by_suffix(sensor.housing).items():
+            assembly.add(solid, name=f"{name}{suffix}", loc=plate * location_in_plate, color=STEEL_COLOUR)
+
+
 def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
     """Add screws, nuts, washers and dowels to an assembly. The heads of the screws are on the front, at -y.
 
@@ -242,7 +254,7 @@ def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
     """
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm
-    length = screw_length(back - front) or math.ceil(back - front + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
+    length = screw_length(grip_mm) or math.ceil(grip_mm + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
     head_y = front - WASHER_THICKNESS_MM  # y of the lower face of the head, which is also the front of its washer
     shank = _cylinder(SCREW_MM, head_y, float(length))
     head = _cylinder(HEAD_MM, head_y - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)

@@ -1,5 +1,7 @@
 """The solid of a coupon in the axes of the housing. The centre of the clamped block is at x = 0 and z = 0."""
 
+import itertools
+
 import cadquery as cq
 
 from cad.parts.coupon import (
@@ -11,7 +13,7 @@ from cad.parts.coupon import (
     PAD_MM,
     WEIGHT_HOLE_MM,
 )
-from cad.parts.housing import Arm, Housing
+from cad.parts.housing import Arm, Housing, Point
 from cad.parts.part import FaceTest, Part, fillet_edges_along_y, is_hole, named_part
 
 
@@ -27,7 +29,7 @@ def coupon_part(housing: Housing) -> Part:
     back_plane = cq.Workplane("XZ", origin=(0.0, 0.5 * depth, 0.0))
     body = back_plane.rect(BLOCK_WIDTH_MM, BLOCK_HEIGHT_MM).extrude(depth)
     weight_holes = []  # centres (x, z)
-    leaf_corners = []  # edges (x, z) to which fillets are added
+    leaf_corners: list[Point] = []  # (x, z) of the edges along y that get fillets
     for arm in housing.arms:
         root = arm.sign * half_block  # x of the leaf at the block
         end = arm.sign * (half_block + arm.flexure.length)  # x of the leaf at the pad
@@ -38,7 +40,7 @@ def coupon_part(housing: Housing) -> Part:
         body = body.union(leaf).union(pad)
         weight_holes.append((hole_x, 0.0))
         half_thickness = 0.5 * arm.flexure.thickness
-        leaf_corners += [(root, -half_thickness), (root, half_thickness), (end, -half_thickness), (end, half_thickness)]
+        leaf_corners += itertools.product((root, end), (-half_thickness, half_thickness))
 
     clamp_holes = [(CLAMP_INSET_MM - half_block, 0.0), (half_block - CLAMP_INSET_MM, 0.0)]
     body = body.cut(back_plane.pushPoints(clamp_holes).circle(0.5 * CLAMP_HOLE_MM).extrude(depth))

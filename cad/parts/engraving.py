@@ -41,23 +41,31 @@ def engrave_name(part: Part, housing: Housing, name: str) -> Part:
     long, it is truncated. A panel that is too small for letters of 3 mm is left blank. The named faces of the part are
     kept.
     """
-    panels = [(name, _name_panel(housing))]
-    for letter, arm in zip(("L", "H"), housing.arms, strict=True):
-        # The letter is between the two screw holes of the wall, at least the inset of a hole away from their centres.
-        (x, lower_z), (_, upper_z) = arm.holes
-        panel_height = upper_z - lower_z - 2.0 * housing.hole_inset
-        panels.append((letter, _Panel(x, 0.5 * (lower_z + upper_z), housing.wall_width, panel_height)))
+    left_wall, right_wall = _wall_panels(housing)
     cutters: list[cq.Solid] = []
-    for text, panel in panels:
+    for text, panel in ((name, _name_panel(housing)), ("L", left_wall), ("H", right_wall)):
         # The strokes are wider than their centre lines by half a pen on each side, and a margin remains beside them.
         letter_height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if letter_height >= SMALLEST_MM:
-            visible_text = truncate_to_width(text, letter_height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
-            areas = outlines(visible_text, letter_height, PEN_MM)
+            text_width = panel.width - PEN_MM - 2.0 * _EDGE_MM
+            areas = outlines(truncate_to_width(text, letter_height, text_width), letter_height, PEN_MM)
             cutters += [_engraving_cutter(area, panel, housing) for area in areas]
     if not cutters:
         return part
     return named_housing(part.shape.cut(*cutters), housing)
+
+
+def _wall_panels(housing: Housing) -> list[_Panel]:
+    """Return the panels on the left and the right wall. Each is between the two screw holes of its wall.
+
+    The distance of a panel from the centres of the holes is the distance of the holes from the edges of the frame.
+    """
+    panels = []
+    for arm in housing.arms:
+        (x, lower_z), (_, upper_z) = arm.holes
+        height = upper_z - lower_z - 2.0 * housing.hole_inset
+        panels.append(_Panel(x, 0.5 * (lower_z + upper_z), housing.wall_width, height))
+    return panels
 
 
 def _name_panel(housing: Housing) -> _Panel:
@@ -78,8 +86,8 @@ def _name_panel(housing: Housing) -> _Panel:
 def _engraving_cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
     """Return the solid that is cut from the frame to engrave an area [mm].
 
-    `area` is given in x and z, relative to the centre of its panel. On the back of a plate, x is mirrored, so that the
-    text can be read from behind. The solid extends as far out of the face as into it, because a cutter that ends
+    `area` is given in x and z, relative to the centre of the `panel`. On the back of a plate, x is mirrored, so that
+    the text can be read from behind. The solid extends as far out of the face as into it, because a cutter that ends
     exactly in the face could leave a thin layer.
     """
     if housing.back_to_back:

@@ -31,8 +31,8 @@ def housing_for(
 ) -> Housing:
     """Determine all dimensions of the housing of a design.
 
-    `lengths` are the leaf lengths and `deflections` the deflections of the springs at full travel [mm]. Each holds the
-    value of the low spring and then the value of the high spring.
+    `lengths` [mm] are the leaf lengths of the low and the high spring, and `deflections` [mm] are their deflections at
+    full travel.
 
     The tips protrude from the frame, so that it clears the fruit at full travel even if the sensor is tilted. The
     levels are stacked from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The springs reach their stops
@@ -131,8 +131,9 @@ def _back_to_back(process: Process) -> BackToBack:
 class _ShuttleEnd(NamedTuple):
     """The printed end of a shuttle [mm]: a tip, or a foot with a pocket for a pin.
 
-    `beyond_face` is the distance from the printed face down to the face that touches the fruit. It is 0 for printed
-    tips. `pocket_side` is the width of the pocket, or None for printed tips.
+    `side` and `height` are the sizes of the straight part of the tip or foot. `beyond_face` is the distance from the
+    printed face down to the face that touches the fruit. It is 0 for printed tips. `pocket_side` is the width of the
+    pocket, or None for printed tips.
     """
 
     side: float
@@ -158,21 +159,29 @@ def _pin(tips: Tips, shuttle_end: _ShuttleEnd, max_pocket_depth: float) -> Pin |
 
 
 def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
-    """Return the dimensions of the end of a shuttle, a printed tip or a foot with a pin, in a plate of this depth [mm].
+    """Return the dimensions of the printed end of a shuttle, in a plate of this depth [mm].
 
-    The length of a tip or a pin is at least 1.5 times the travel, so that no other part of the arm touches the fruit.
-    It is also at least the height of its dome or other end shape, and at least its side or `LEDGE`, whichever is
-    smaller.
+    The end is the tip itself or, if the tips are pins, a foot with a pocket for a pin.
     """
     tips = design.tips
     mount = tip_mount(design, process)
-    smallest_length = max(min(tips.side_mm, LEDGE), _MIN_TIP_TRAVELS * design.press.travel_mm)
-    if mount.pocket_side is not None:  # the tips are pins
-        pin_length = max(smallest_length, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
-        return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=pin_length, pocket_side=mount.pocket_side)
-    side = _tip_side(tips, depth)
-    tip_length = max(smallest_length, _cap_height(tips, side))
-    return _ShuttleEnd(side=side, height=tip_length)
+    if mount.pocket_side is None:  # without pockets, the tips are printed
+        side = _tip_side(tips, depth)
+        return _ShuttleEnd(side=side, height=_least_tip_length(design, side))
+    pin_length = max(_least_tip_length(design, tips.side_mm), tips.tip_shape.height_mm)
+    # The straight part of a foot is a ledge, because the pin provides the distance from the fruit.
+    return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=pin_length, pocket_side=mount.pocket_side)
+
+
+def _least_tip_length(design: Design, side: float) -> float:
+    """Return the smallest length [mm] of a printed tip or a pin with this side [mm].
+
+    The tip is long enough that no other part of the arm touches the fruit at full travel. It is also at least as long
+    as its dome is high, and at least as long as `LEDGE` or the side in the design, whichever is smaller.
+    """
+    tips = design.tips
+    length_for_travel = _MIN_TIP_TRAVELS * design.press.travel_mm
+    return max(min(tips.side_mm, LEDGE), length_for_travel, _cap_height(tips, side))
 
 
 def _tip_side(tips: Tips, depth: float) -> float:

@@ -60,15 +60,23 @@ class BentBlock:
             for load_index, load in enumerate(self.loads):
                 # Start with the force component of the load, and multiply by its fraction along x and along y.
                 nodal_forces = np.full(len(top_dofs), -normals[load_index][component])
-                for axis, centre in enumerate((load.x, load.y)):
+                for axis in (0, 1):
                     # The mirror image of the component normal to the plane has the opposite sign.
                     sign = -parity[axis] if axis == component else parity[axis]
-                    nodes, fractions = line_fractions(self.lines[axis], centre, load.deviation, sign)
-                    # Each dof on the top face is at a node of the line. The nearest one is taken because of round-off.
-                    node_of_dof = np.abs(self.flat.doflocs[axis, top_dofs, None] - nodes).argmin(axis=1)
-                    nodal_forces *= fractions[node_of_dof]
+                    nodal_forces *= self._fractions(top_dofs, load, axis, sign)
                 forces[top_dofs, load_index] = nodal_forces
         return forces
+
+    def _fractions(self, dofs: Ints, load: SmoothLoad, axis: int, sign: int) -> Floats:
+        """Return the fraction of a unit load on each of some `dofs` [1], in its distribution along x or y, axis 0 or 1.
+
+        `sign` is the sign of the load's mirror image, or 0 if there is no mirror plane.
+        """
+        centre = (load.x, load.y)[axis]
+        nodes, fractions = line_fractions(self.lines[axis], centre, load.deviation, sign)
+        # Each dof is at a node of the line up to round-off, and therefore belongs to the nearest node.
+        node_of_dof = np.abs(self.flat.doflocs[axis, dofs, None] - nodes).argmin(axis=1)
+        return np.asarray(fractions[node_of_dof])
 
 
 def bent_block(
@@ -85,11 +93,11 @@ def bent_block(
     if fruit.is_symmetric:
         mirrored = [bool(images) for images in mirror_images(footprints)]  # at x = 0, and at y = 0
         parities = level_parities(footprints)
-        lines = body_lines(shape, loads, mirrored, steps)
-    else:  # the fruit is rotated about z, so the whole block is meshed, with more dofs
-        parities = [(0, 0)]  # no mirror planes
-        more_dofs = replace(steps, most_dofs=ROTATED_DOFS_FACTOR * steps.most_dofs)
-        lines = body_lines(shape, loads, (False, False), more_dofs)
+    else:  # the fruit is rotated about z, so it has no mirror planes, and the whole block is meshed with more dofs
+        mirrored = [False, False]
+        parities = [(0, 0)]
+        steps = replace(steps, most_dofs=ROTATED_DOFS_FACTOR * steps.most_dofs)
+    lines = body_lines(shape, loads, mirrored, steps)
     box = box_mesh(lines)
     mesh = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
     flat = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)

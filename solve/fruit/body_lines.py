@@ -63,11 +63,11 @@ def _lines_for_steps(
     for axis, extent in enumerate((fruit.length_mm, fruit.width_mm)):
         required_marks = _required_marks(shape, centres[:, axis], axis, is_mirrored=mirrored[axis])
         marks = _drop_close_marks(required_marks, LEAST_STEP * smallest_deviation)
-        step_size = _step_size(centres[:, axis], extent, smallest_deviation, steps)
+        step_size = _make_step_size(centres[:, axis], extent, smallest_deviation, steps)
         lines.append(_line_through(marks, step_size, steps.fraction))
     # The loads act at z = 0, the top of the block, and z points downwards.
     skin_thickness = fruit.skin_mm or 0.0
-    step_size = _step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)
+    step_size = _make_step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)
     z_line = graded_line(skin_thickness, fruit.depth_mm, step_size, steps.fraction)
     if skin_thickness:  # the skin is one layer of elements
         z_line = np.concatenate([[0.0], z_line])
@@ -115,12 +115,14 @@ def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:
     return [*distant_marks, marks[-1]]
 
 
-def _step_size(loads: Floats, extent: float, smallest_deviation: float, steps: BodySteps) -> Callable[[Floats], Floats]:
+def _make_step_size(
+    loads: Floats, extent: float, smallest_deviation: float, steps: BodySteps
+) -> Callable[[Floats], Floats]:
     """Return the function that maps coordinates on one axis [mm] to the step size there [mm].
 
-    The step increases with the distance from the nearest of the `loads` (n,) [mm], up to a fraction of `extent`.
-    `extent` [mm] is the length of the block along the axis. `smallest_deviation` [mm] is the smallest standard
-    deviation of a load.
+    The step increases with the distance from the nearest load, up to a fraction of `extent`. `loads` (n,) [mm] are the
+    coordinates of the loads on the axis, and `extent` [mm] is the length of the block along it. `smallest_deviation`
+    [mm] is the smallest standard deviation of a load.
     """
 
     def step_size(s: Floats) -> Floats:

@@ -117,23 +117,23 @@ def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Fl
     An image load is the mirror image of a load in a face of the block. `extent` (3,) [mm] is the size of the block.
     `points` (n, 2) [mm] are the positions of the loads on its top, relative to the centre of the top.
     """
+    # Signed distance along this axis from each load to each coordinate, (samples, loads). The loads lie at z = 0.
+    along = s[:, None] if axis == UP else s[:, None] - points[:, axis]
+    # First, the images below the base.
     height = extent[UP]
-    # First, the images below the base. `along` is the signed distance from each load along this axis, (samples, loads).
     if axis == UP:
-        along = s[:, None]  # the loads lie at z = 0, and their images at z = 2 height
-        # In a slender column, the distance over which the clamped base acts depends on the width, not on the height.
+        # The images lie at z = 2 height. In a slender column, the distance over which the clamped base acts depends on
+        # the width, not on the height.
         distance = np.minimum(DEPTH * (2.0 * height - s), SLENDER * min(extent[:UP]) + height - s)
     else:
-        along = s[:, None] - points[:, axis]
         # The height is the distance to the base itself, which is smaller than the distance to the image.
         distance = np.hypot(along, height).min(axis=1)
     # Then, the images behind the four side faces, which are normal to the axis `face_axis`.
     for face_axis in range(UP):
         for end in (-1.0, 1.0):  # the face at the negative or at the positive end of this axis
             to_face = 0.5 * extent[face_axis] - end * points[:, face_axis]  # from each load
-            to_image = np.abs(2.0 * to_face - end * along)
-            if face_axis != axis:  # the distance to the face is used again instead of the distance to the image
-                to_image = np.hypot(along, to_face)
+            # Beside a face, as above the base, the distance to the face itself is used.
+            to_image = np.abs(2.0 * to_face - end * along) if face_axis == axis else np.hypot(along, to_face)
             distance = np.minimum(distance, to_image.min(axis=1))
     return distance
 

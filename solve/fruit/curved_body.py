@@ -107,16 +107,15 @@ def curved_compliance(
 def _solve_coarsest_change(
     block: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool, tolerance: float
 ) -> tuple[ShapeChange, Errors]:
-    """Return the change due to the shape from the coarsest sufficient mesh, and the relative errors [1] of the sum.
+    """Return the change due to the shape, from the coarsest sufficient mesh, and the relative errors [1] due to it.
 
-    The sum is the compliance of the curved fruit. If the block is rough or the `tolerance` [1] is above 1e-3, a coarser
-    mesh is tried first, which takes a tenth of the time. It is sufficient if its errors are within the tolerance, or if
-    the block is rough. Otherwise the normal mesh is used, whatever its errors are. Raises SolveError if a solve does
-    not converge.
+    The errors are relative to the compliance of the curved fruit. If the compliance `block` is rough or the `tolerance`
+    [1] is above 1e-3, a coarser mesh is tried first, which takes a tenth of the time. The coarser mesh is sufficient if
+    its errors are within the tolerance, or if `block` is rough. Otherwise the normal mesh is used, whatever its errors
+    are. Raises SolveError if a solve does not converge.
     """
     may_be_rough = block.rough or tolerance > LARGEST_ERROR
-    tried_steps = (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,)  # from coarse to fine
-    for steps in tried_steps:
+    for steps in (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,):
         shape = shape_change(fruit, footprints, steps, along_normals)
         S = block.S + shape.change
         mesh_errors = SAFETY * relative_changes(shape.mesh_difference, S)
@@ -151,7 +150,7 @@ def shape_change(
     """
     # Under domes, the loads are inclined, and their effect on a neighbour depends on their width. They therefore have
     # the smallest width, which is the width of the contact.
-    loads = smooth_loads(fruit, footprints, 1.0) if along_normals else smooth_loads(fruit, footprints)
+    loads = smooth_loads(fruit, footprints, largest_ratio=1.0) if along_normals else smooth_loads(fruit, footprints)
     fine_change, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
     coarser_steps = replace(steps, fraction=COARSER * steps.fraction)
     coarse_change, _ = curvature_correction(fruit, footprints, loads, coarser_steps, along_normals)
@@ -284,14 +283,23 @@ def _solve_compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floa
     The function `solve` multiplies its argument (dofs, n) by K^-1. On a mesh that ends at mirror planes, loads often
     differ only in sign. Such loads are solved only once, and the signs are restored in the result.
     """
+    representative, relative_sign = _match_loads(forces)
+    distinct_loads = sorted(set(representative))
+    distinct_compliance = forces[:, distinct_loads].T @ solve(forces[:, distinct_loads])
+    rows = [distinct_loads.index(load) for load in representative]  # row of each load in `distinct_compliance`
+    return np.asarray(np.outer(relative_sign, relative_sign) * distinct_compliance[np.ix_(rows, rows)])
+
+
+def _match_loads(forces: Floats) -> tuple[list[int], Floats]:
+    """Return the index of the first load that is equal or opposite to each load, and its sign relative to that load.
+
+    `forces` (dofs, loads) are the nodal forces. A relative sign, of shape (loads,), is 1 for an equal load and -1 for
+    an opposite one.
+    """
     # Each load is multiplied by the sign of its first nonzero component, which makes opposite loads equal.
     first_nonzero = np.argmax(forces != 0.0, axis=0)[None]
     signs = np.sign(np.take_along_axis(forces, first_nonzero, axis=0))[0]
     # Loads are compared by their bytes. Adding 0 removes the sign of zeros, which would make equal loads differ.
     normalised_loads = [column.tobytes() for column in (forces * signs + 0.0).T]
-    representative = [normalised_loads.index(column) for column in normalised_loads]  # index of the first equal load
-    distinct_loads = sorted(set(representative))
-    distinct_compliance = forces[:, distinct_loads].T @ solve(forces[:, distinct_loads])
-    rows = [distinct_loads.index(load) for load in representative]  # row of each load in `distinct_compliance`
-    relative_sign = signs * signs[representative]  # -1 if a load is opposite to its representative
-    return np.asarray(np.outer(relative_sign, relative_sign) * distinct_compliance[np.ix_(rows, rows)])
+    first_equal = [normalised_loads.index(column) for column in normalised_loads]
+    return first_equal, signs * signs[first_equal]

@@ -93,17 +93,19 @@ def nodes_within(fruit: Fruit, footprints: Sequence[Footprint]) -> int:
 def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]]:
     """Return the index of each footprint's mirror image in the plane x = 0, and in the plane y = 0.
 
-    A list is empty if any footprint has no image among the footprints.
+    A list is empty if the mirror image of any footprint is not among the footprints.
     """
+    images_at_x = [replace(each, x=-each.x) for each in footprints]
+    images_at_y = [replace(each, y=-each.y) for each in footprints]
+    return _indices_of(images_at_x, footprints), _indices_of(images_at_y, footprints)
+
+
+def _indices_of(images: Sequence[Footprint], footprints: Sequence[Footprint]) -> list[int]:
+    """Return the index of each image among the footprints, or an empty list if an image is not among them."""
     index = {footprint: i for i, footprint in enumerate(footprints)}
-    # An index of -1 means that a footprint has no image.
-    images_at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
-    images_at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
-    if -1 in images_at_x:
-        images_at_x = []
-    if -1 in images_at_y:
-        images_at_y = []
-    return images_at_x, images_at_y
+    if any(image not in index for image in images):
+        return []
+    return [index[image] for image in images]
 
 
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
@@ -113,13 +115,13 @@ def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
     the footprints have no such mirror plane. If all centres lie in the plane, loads can only be even.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
-    signs: list[tuple[int, ...]] = []
-    for images, centre in zip(mirror_images(footprints), centres.T, strict=True):
+    signs: list[tuple[int, ...]] = []  # the possible signs for x, and for y
+    for images, coordinates in zip(mirror_images(footprints), centres.T, strict=True):
         if not images:
             signs.append((0,))
-        elif centre.any():
+        elif coordinates.any():
             signs.append((1, -1))
-        else:
+        else:  # all centres lie in the mirror plane
             signs.append((1,))
     return [(x, y) for x in signs[0] for y in signs[1]]
 
@@ -152,18 +154,17 @@ def node_remainder(
     # A node outside the meshed part is replaced by its mirror image, which lies inside.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
     mirrored = np.abs(parities[0])  # for x and y: 1 if there is a mirror plane, otherwise 0
-    is_beyond = mirrored * nodes < 0.0  # (nodes, 2), for x and y
-    nodes = np.where(is_beyond, -nodes, nodes)
+    is_replaced = mirrored * nodes < 0.0  # (nodes, 2), for x and y
+    nodes = np.where(is_replaced, -nodes, nodes)
     first_node, load_of_node = _merge_coincident(nodes, max(footprint.side for footprint in footprints))
     load_compliances, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first_node], parities)
 
-    # A single force is the mean of an even and an odd pair of forces about each mirror plane.
     compliance = np.zeros((len(nodes), len(nodes)))
     for parity, load_compliance in zip(parities, load_compliances, strict=True):
         # A node that was replaced by its mirror image has the sign of the parity.
-        sign = np.where(is_beyond, parity, 1).prod(axis=1)
+        sign = np.where(is_replaced, parity, 1).prod(axis=1)
         compliance += np.outer(sign, sign) * load_compliance[np.ix_(load_of_node, load_of_node)]
-    compliance /= 2 ** mirrored.sum()  # a factor of one half for each mirror plane
+    compliance /= 2 ** mirrored.sum()  # the mean of even and odd parts is half their sum for each mirror plane
 
     interpolation = _interpolation_matrix(footprints, counts)
     return interpolation @ compliance @ interpolation.T, dofs

@@ -126,24 +126,30 @@ def remainder_compliance(
         raise ValueError(msg)
     mirror_planes = [plane for plane, has_plane in zip(PLANES, mirrored, strict=True) if has_plane]
     problem = _boundary_problem(mesh, poisson, mirror_planes)
-
-    # Half-space fields of each load and of each of its mirror images. An image is identified by the signs of x and y:
-    # (1, -1) is the reflection in the plane y = 0, and (1, 1) the load itself.
-    signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
-    images = np.array(list(itertools.product(*signs)))
+    images = _image_signs(mirrored)
     side_fields = [_half_space(load_points * image, poisson, problem.side) for image in images]
     base_fields = [_half_space(load_points * image, poisson, problem.base) for image in images]
 
     compliances = []
     for parity in parities:
-        # An image that is reflected in a plane has the sign of the parity for this plane.
-        image_signs = np.where(images < 0, parity, 1).prod(axis=1)
-        side_sum = _signed_sum(image_signs, side_fields)
-        base_sum = _signed_sum(image_signs, base_fields)
+        # The force of an image that is reflected in a plane has the sign of the parity for this plane.
+        force_signs = np.where(images < 0, parity, 1).prod(axis=1)
+        side_sum = _signed_sum(force_signs, side_fields)
+        base_sum = _signed_sum(force_signs, base_fields)
         compliances.append(_solve_compliance(problem, side_sum, base_sum, mirror_dofs(problem.basis, parity)))
     _check_reciprocity(compliances)
     # The mean of a compliance and its transpose removes the small asymmetry that the check has accepted.
     return [0.5 * (compliance + compliance.T) for compliance in compliances], int(problem.basis.N)
+
+
+def _image_signs(mirrored: Ints) -> Ints:
+    """Return the signs of x and y for a load and each of its mirror images, shape (images, 2).
+
+    The signs (1, 1) are the load itself, and (1, -1) is its reflection in the plane y = 0. `mirrored` holds 1 for x and
+    for y if the mesh ends at the mirror plane, and otherwise 0.
+    """
+    signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
+    return np.array(list(itertools.product(*signs)))
 
 
 def _solve_compliance(

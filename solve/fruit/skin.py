@@ -142,11 +142,7 @@ def _solve_local_change(
     Raises SolveError if the nodal forces have a large residual.
     """
     # All layers have the same thickness, and all footprints have the same side and shape.
-    thickness = layers[0].thickness
-    if footprints[0].punch is circle_punch:
-        per_side = ROUND_NODES
-    else:
-        per_side = next(nodes for smallest, nodes in NODES if thickness >= smallest * footprints[0].side)
+    per_side = _nodes_on_skin(footprints[0], layers[0].thickness)
     rigid = layered_change(footprints, layers, per_side)
     fewer_nodes = layered_change(footprints, layers, (per_side + 1) // 2)  # half as many, rounded up
     smooth = smooth_change(loads, layers)
@@ -159,6 +155,13 @@ def _solve_local_change(
         rigid[:, tips, tips] *= rigid_factors
         smooth[:, tips, tips] *= smooth_factors
     return _LocalChange(rigid=rigid, fewer_nodes=fewer_nodes, smooth=smooth, shell=shell)
+
+
+def _nodes_on_skin(footprint: Footprint, thickness: float) -> int:
+    """Return the number of nodes per side that the pressure of a tip requires on a skin of this thickness [mm]."""
+    if footprint.punch is circle_punch:
+        return ROUND_NODES
+    return next(nodes for smallest, nodes in NODES if thickness >= smallest * footprint.side)
 
 
 def _shell_effects(
@@ -277,13 +280,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> F
     (layers, loads, loads). The layers must differ only in their modulus. Displacement fields are solved for
     `solve_count` moduli, and form the reduced basis for all moduli. Raises SolveError if a solve does not converge.
     """
-    poisson = layers[0].poisson_below
-    # Elements of the skin are marked by 1, and elements of the flesh by 0. In the flat block, where z points downwards,
-    # the centre of a skin element is above the base of the skin.
-    in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
-    flesh_matrix = stiffness_matrix(body.bent, 1.0 - in_skin, poisson, b_bar=True)
-    skin_matrix = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
-    matrix_without_skin = flesh_matrix + stiffness_matrix(body.bent, in_skin, poisson, b_bar=True)
+    flesh_matrix, skin_matrix, matrix_without_skin = _body_matrices(body, layers[0])
     moduli = np.array([layer.modulus for layer in layers])
     solved_moduli = np.geomspace(moduli.min(), moduli.max(), solve_count)  # relative moduli of the skin
 
@@ -298,6 +295,21 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> F
         # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
         change += (compliances - compliance_without_skin) / 2.0 ** np.abs(parity).sum()
     return change
+
+
+def _body_matrices(body: BentBlock, layer: Layer) -> tuple[csc_matrix, csc_matrix, csc_matrix]:
+    """Return the stiffness matrices K_flesh and K_skin of a body, and its matrix K_0 if the skin consists of flesh.
+
+    All moduli are 1, so K_skin is the matrix of a skin with the modulus of the flesh. The `layer` determines the
+    thickness of the skin and both Poisson's ratios.
+    """
+    # Elements of the skin are marked by 1, and elements of the flesh by 0. In the flat block, where z points downwards,
+    # the centre of a skin element is above the base of the skin.
+    in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layer.thickness).astype(np.float64)
+    flesh_matrix = stiffness_matrix(body.bent, 1.0 - in_skin, layer.poisson_below, b_bar=True)
+    skin_matrix = stiffness_matrix(body.bent, in_skin, layer.poisson, b_bar=True)
+    skin_of_flesh = stiffness_matrix(body.bent, in_skin, layer.poisson_below, b_bar=True)
+    return flesh_matrix, skin_matrix, flesh_matrix + skin_of_flesh
 
 
 def _solve_reduced(

@@ -65,19 +65,26 @@ def line_fractions(line: Floats, centre: float, deviation: float, sign: int) -> 
     nodes[::2] = line
     nodes[1::2] = 0.5 * (line[1:] + line[:-1])
 
-    # Integrals of the density times the three shape functions of each element, by Gauss quadrature.
+    element_forces = _element_forces(line, centre, deviation, sign)
+    fractions = np.zeros(len(nodes))
+    for node in range(3):
+        # Element e has the nodes 2 e, 2 e + 1 and 2 e + 2 of the line. Neighbouring elements share a node, so their
+        # contributions are added.
+        fractions[node : node + 2 * len(element_forces) : 2] += element_forces[:, node]
+    return nodes, fractions
+
+
+def _element_forces(line: Floats, centre: float, deviation: float, sign: int) -> Floats:
+    """Return the integrals of the load's density times the shape functions of each element [1], (elements, 3).
+
+    The arguments are those of `line_fractions`. The integrals are computed by Gauss quadrature.
+    """
     t = 0.5 * (GAUSS_POINTS + 1.0)  # coordinate within an element, from 0 to 1
     element_lengths = np.diff(line)[:, None]
     s = line[:-1, None] + element_lengths * t  # Gauss points of all elements [mm], (elements, points)
     density = _normal_density(s - centre, deviation) + sign * _normal_density(s + centre, deviation)
     shapes = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
-    element_forces = (0.5 * element_lengths * GAUSS_WEIGHTS * density) @ shapes.T
-    fractions = np.zeros(len(nodes))
-    for node in range(3):
-        # Element e has the nodes 2 e, 2 e + 1 and 2 e + 2 of the line. Neighbouring elements share a node, so their
-        # contributions are added.
-        fractions[node : node + 2 * len(element_lengths) : 2] += element_forces[:, node]
-    return nodes, fractions
+    return np.asarray((0.5 * element_lengths * GAUSS_WEIGHTS * density) @ shapes.T)
 
 
 def _normal_density(distance: Floats, deviation: float) -> Floats:

@@ -287,18 +287,23 @@ def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
         hint = "Poisson's ratio of fruit flesh is 0.2 to 0.49"
         raise validation_error("fruit.poisson", fruit.poisson, "1", bound, hint)
     for footprint in footprints:
-        side = footprint.side
-        if side > fruit.height_mm * ROUNDING_FACTOR:
-            bound = f"at most fruit.height_mm = {fruit.height_mm:g} mm"
-            raise validation_error("tips.side_mm", side, "mm", bound, "use smaller tips or a taller fruit")
-        gap = footprint.distance_to_edge(fruit) - 0.5 * side
-        if gap * ROUNDING_FACTOR < MIN_EDGE_GAP * side:
-            bound = f"at least one side of the tip, {MIN_EDGE_GAP * side:g} mm"
-            hint = "move the tips inwards, or use smaller tips or a larger fruit"
-            rounded_gap = float(f"{gap:.6g}")  # for the message
-            raise validation_error("gap from tip to side face", rounded_gap, "mm", bound, hint)
+        _check_footprint(fruit, footprint)
     closest = closest_spacing(footprints)
     if closest * ROUNDING_FACTOR < MIN_SPACING:
         hint = "move the tips apart, or use smaller tips"
         rounded_spacing = float(f"{closest:.6g}")  # for the message
         raise validation_error("tips.spacing_mm / side_mm", rounded_spacing, "1", f"at least {MIN_SPACING:g}", hint)
+
+
+def _check_footprint(fruit: Fruit, footprint: Footprint) -> None:
+    """Raise InputError if a footprint is too wide for the height of the block, or too close to a side face."""
+    side = footprint.side
+    if side > fruit.height_mm * ROUNDING_FACTOR:
+        bound = f"at most fruit.height_mm = {fruit.height_mm:g} mm"
+        raise validation_error("tips.side_mm", side, "mm", bound, "use smaller tips or a taller fruit")
+    gap = footprint.distance_to_edge(fruit) - 0.5 * side
+    if gap * ROUNDING_FACTOR < MIN_EDGE_GAP * side:
+        bound = f"at least one side of the tip, {MIN_EDGE_GAP * side:g} mm"
+        hint = "move the tips inwards, or use smaller tips or a larger fruit"
+        rounded_gap = float(f"{gap:.6g}")  # for the message
+        raise validation_error("gap from tip to side face", rounded_gap, "mm", bound, hint)

@@ -61,8 +61,8 @@ class Grids:
         """Prepare the interpolation between cells and Chebyshev nodes, and the compliance between nodes of two grids.
 
         `centres` (tips, 2) [mm] and `half_widths` (tips,) [mm] describe the grids, each with `cells` cells per side.
-        `kernel` is `love_transform(cells)`. `fruit` provides the local compliance under each dome, and its layer if it
-        has one. Without `fruit`, the flesh is a homogeneous half-space.
+        `kernel` is `love_transform(cells)`. `fruit` determines the local compliance under each dome, and may have a
+        layer. Without `fruit`, the flesh is a homogeneous half-space.
         """
         self.centres = centres
         self.half_widths = half_widths
@@ -74,7 +74,8 @@ class Grids:
         self.node_polynomials = _lagrange_polynomials(nodes, self.cell_coordinates)  # (nodes, cells)
         distance = self._node_distances(nodes)
         self.node_compliance = 1.0 / distance  # times pi E* [1/mm]; 0 within a grid, where the distance is infinite
-        fruit = fruit or EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)
+        if fruit is None:
+            fruit = EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)  # a half-space; results do not depend on its E
         # The local compliance under each dome: a factor on the kernel, and a constant added to the deflection.
         factor, constant = fruit.local_compliance
         self.softness = np.broadcast_to(factor, len(centres))

@@ -35,7 +35,8 @@ class _Memory:
 
     def __init__(self, arms: Arms, tips: int) -> None:
         """Start with all m_i and all forces equal to 0."""
-        self.shares, self.times = np.array(arms, dtype=np.float64).reshape(-1, 2).T
+        # The array is reshaped, because without arms it would have no second axis.
+        self.coefficients, self.times = np.array(arms, dtype=np.float64).reshape(-1, 2).T
         self.variables = np.zeros((len(self.times), tips))  # m_i
         self.last_forces = np.zeros(tips)
 
@@ -47,11 +48,11 @@ class _Memory:
         mean decay over the step is (1 - exp(-x)) / x. The terms of each arm are kept for `end_step`.
         """
         decay = np.exp(-step / self.times)
-        # The lower bound of 1e-12 avoids 0 / 0 for a step of 0, whose mean decay is 1.
+        # For a step of 0, the mean decay is 1, and the lower bound only avoids the division 0 / 0.
         mean_decay = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / self.times, 1e-12), 1.0)
         self._known = decay[:, None] * self.variables + (mean_decay - decay)[:, None] * self.last_forces
         self._factors = 1.0 - mean_decay
-        return float(self.shares @ self._factors), np.asarray(self.shares @ self._known)
+        return float(self.coefficients @ self._factors), np.asarray(self.coefficients @ self._known)
 
     def end_step(self, forces: Floats) -> None:
         """Update m_i, given the forces (tips,) [N] at the end of the step."""
@@ -62,8 +63,8 @@ class _Memory:
 def fit_kelvin_elements(exponent: float, at_s: float) -> tuple[float, Arms]:
     """Return the Kelvin elements, a_0 and arms (a_i, tau_i), of the creep compliance (t / at_s) ** exponent [1].
 
-    They are fitted to this power law for times t from a millisecond to a week. `at_s` [s] is the time at which the
-    creep compliance is 1. For PETG, whose exponent is 0.01, the error of the fit is below 0.1 %.
+    The elements are fitted to this power law for times t from a millisecond to a week. `at_s` [s] is the time at which
+    the creep compliance is 1. For PETG, whose exponent is 0.01, the error of the fit is below 0.1 %.
     """
     if exponent == 0.0:  # an elastic spring
         return 1.0, ()
@@ -93,11 +94,11 @@ def press_with_creep(
 ) -> tuple[Floats, Floats]:
     """Return the forces on the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
-    `pressing` is the sensor on the fruit before the press, and is pressed further with each sample. `motion` is the
-    motion of the sensor. `flesh` holds the arms (g_i, tau_i) of the flesh, which is elastic without arms. `creep` holds
-    the Kelvin elements of the springs, as returned by `creep_of`. By default, the springs do not creep. Raises
-    ArithmeticError if the elastic forces decrease on flesh that relaxes, because the law of Lee and Radok does not hold
-    for shrinking contacts.
+    `pressing` is the sensor on the fruit before the press, and is pressed further with each sample of the `motion`.
+    `flesh` holds the arms (g_i, tau_i) of the flesh, which is elastic without arms. `creep` holds the Kelvin elements
+    of the springs, as returned by `fit_kelvin_elements`. By default, the springs do not creep. Raises ArithmeticError
+    if a contact cannot be solved. It is also raised if an elastic force decreases on flesh that relaxes, because the
+    law of Lee and Radok does not hold for shrinking contacts.
     """
     K = pressing.sensor.K
     instantaneous_compliance, creep_arms = creep

@@ -9,6 +9,7 @@ preconditioned by the inverse of each grid's convolution. Each grid is moved and
 travel. The discretisation error is then nearly the same factor for all forces.
 """
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,12 +26,17 @@ CELLS = 32  # cells per side of a grid
 NEWTON_STEPS = 20  # Newton steps to a point of first contact on a smooth ellipsoid
 # Largest distance between a dome's points of first contact with and without bumps, form error and rim [mm].
 LARGEST_TOUCH_SHIFT = 3.0
+# Half side of the three successive searches for a point of first contact [mm]. Each search covers two intervals of the
+# previous, coarser one on either side of its best point.
+SEARCH_HALF_SIDES = (LARGEST_TOUCH_SHIFT, LARGEST_TOUCH_SHIFT / 40.0, LARGEST_TOUCH_SHIFT / 1600.0)
 
 # Iterative solution of the contact
 MAX_CG_STEPS = 400  # maximum number of conjugate-gradient steps
 MAX_ACTIVE_SETS = 100  # maximum number of active sets
 SMALLEST_FRACTION = 1e-3  # smallest fraction of a step towards the forces of an active set
 GAP_TOLERANCE = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
+LEAST_INTERFERENCE = 1e-6  # smallest interference that is used for the tolerance [mm], so that it is positive
+YIELD_MARGIN = 1e-9  # relative margin for round-off, within which a cell with its yield force is not overloaded
 
 # Fitting of the grids to their contacts. The fill of a grid is the width of its contact divided by its own width.
 SMALLEST_FILL = 0.72  # a grid is replaced if its fill is below this value
@@ -60,55 +66,69 @@ class Pressing:
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
-        """Find the point of first contact under each dome. The contact grids have `cells` cells per side."""
+        """Find the point of first contact and the gap under each dome, before any contact is solved.
+
+        The grids of the contacts, which `forces` places later, have `cells` cells per side.
+        """
+        tips = len(sensor.positions)
         self.sensor = sensor
         self.fruit = fruit
-        self.cells = cells
-        self.kernel = love_transform(cells)
-        self.touch = sensor.positions.copy()
-        self._find_touch_points()
-        self.spring_compliance = 1.0 / sensor.K
-        self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
-        self.smallest_fill = np.full(len(self.touch), SMALLEST_FILL)  # smallest allowed fill of each grid
+        self.touch = self._find_touch_points()
         # `gap` expects points with the shape (tips, rows, columns), here a single point for each dome.
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
+        # Relative radius of dome and skin in the flatter direction of the skin [mm], which determines the first grids.
         smaller_curvature = np.linalg.eigvalsh(fruit.curvature)[0]
-        self.relative_radius = 1.0 / (1.0 / sensor.dome_radius + smaller_curvature)  # in the flatter direction [mm]
-        self.grids: Grids | None = None
-        self.cell_forces = np.zeros((len(self.touch), cells, cells))
+        self.relative_radius = 1.0 / (1.0 / sensor.dome_radius + smaller_curvature)
 
-    def _find_touch_points(self) -> None:
-        """Move `touch` from the axes of the domes to their points of first contact, where their gaps are smallest.
+        # At first, the springs are elastic and nothing has recovered.
+        self.spring_compliance = 1.0 / sensor.K
+        self.recovered = np.zeros(tips)
 
-        Newton's method finds these points for ideal spheres on a smooth ellipsoid. If the skin has bumps, or the domes
-        have a form error or a rim, three successively finer grids around each point are then searched.
+        self.cells = cells
+        self.kernel = love_transform(cells)  # the same for all grids
+        self.smallest_fill = np.full(tips, SMALLEST_FILL)  # smallest allowed fill of each grid
+        self.grids: Grids | None = None  # there is no previous solution yet
+        self.cell_forces = np.zeros((tips, cells, cells))
+
+    def _find_touch_points(self) -> Floats:
+        """Return the points of first contact (tips, 2) [mm], where the gaps of the domes are smallest.
+
+        Newton's method finds these points for ideal spheres on a smooth ellipsoid, from the axes of the domes. If the
+        skin has bumps, or the domes have a form error or a rim, the surroundings of each point are then searched.
         """
+        points: Floats = self.sensor.positions.copy()
         for _ in range(NEWTON_STEPS):
             steps = []
-            for tip in range(len(self.touch)):
-                hessian, gradient = self._gap_derivatives(tip)
+            for tip, point in enumerate(points):
+                hessian, gradient = self._gap_derivatives(tip, point)
                 steps.append(np.linalg.solve(hessian, gradient))
-            self.touch = self.touch - np.array(steps)
+            points = points - np.array(steps)
         if self.fruit.bumps is not None or self.sensor.form is not None or math.isfinite(self.sensor.rim):
-            # Each grid covers two intervals of the previous, coarser one on either side of its best point.
-            for half_side in (LARGEST_TOUCH_SHIFT, LARGEST_TOUCH_SHIFT / 40.0, LARGEST_TOUCH_SHIFT / 1600.0):
-                self.touch = self._find_smallest_gaps(half_side)
+            for half_side in SEARCH_HALF_SIDES:
+                points = self._find_smallest_gaps(points, half_side)
+        return points
 
-    def _gap_derivatives(self, tip: int) -> tuple[Floats, Floats]:
-        """Return the Hessian (2, 2) [1/mm] and the gradient (2,) [1] of a dome's gap at its estimated touch point."""
+    def _gap_derivatives(self, tip: int, point: Floats) -> tuple[Floats, Floats]:
+        """Return the Hessian (2, 2) [1/mm] and the gradient (2,) [1] of a dome's gap at a point (2,) [mm].
+
+        The dome is an ideal sphere and the skin a smooth ellipsoid. `tip` is the index of the dome.
+        """
         r = self.sensor.dome_radius
-        from_axis = self.touch[tip] - self.sensor.positions[tip]
+        from_axis = point - self.sensor.positions[tip]
         height = math.sqrt(r**2 - from_axis @ from_axis)  # height of the sphere's centre above this point of the dome
         dome_hessian = np.eye(2) / height + np.outer(from_axis, from_axis) / height**3
-        from_apex = self.touch[tip] - self.fruit.apex
+        from_apex = point - self.fruit.apex
         gradient = from_axis / height + self.fruit.curvature @ from_apex - self.fruit.slope
         return dome_hessian + self.fruit.curvature, gradient
 
-    def _find_smallest_gaps(self, half_side: float) -> Floats:
-        """Return the points of smallest gap (tips, 2) [mm] within squares of this half side [mm] around `touch`."""
+    def _find_smallest_gaps(self, centres: Floats, half_side: float) -> Floats:
+        """Return the points of smallest gap (tips, 2) [mm], one in the square around each of the `centres` (tips, 2).
+
+        `half_side` [mm] is half the side of the squares. Points beyond the rim of a dome are excluded.
+        """
         offsets = np.linspace(-half_side, half_side, 161)  # intervals of `half_side` / 80
-        x = self.touch[:, 0, None, None] + offsets[:, None]
-        y = self.touch[:, 1, None, None] + offsets
+        x = centres[:, 0, None, None] + offsets[:, None]
+        y = centres[:, 1, None, None] + offsets
         x, y = np.broadcast_arrays(x, y)
         gap = np.where(self._on_domes(x, y), self.gap(x, y), np.inf)
         smallest = gap.reshape(len(x), -1).argmin(axis=1)
@@ -121,29 +141,39 @@ class Pressing:
         return np.asarray(np.hypot(x - positions[:, 0], y - positions[:, 1]) <= self.sensor.rim)
 
     def gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gap between each dome and the skin [mm] at points x, y (tips, ...) [mm].
+        """Return the gap between each dome and the skin [mm] at points x, y (tips, rows, columns) [mm].
 
         The sensor is at height 0, and both the skin and the springs are undeformed. The gap is the height of the dome
         above its lowest point, plus the depth of the skin below its tangent plane at the apex. The rise of this plane
-        and the protrusion of the dome are subtracted. The form error of the domes and the bumps of the skin are
-        included.
+        and the protrusion of the dome are subtracted.
         """
-        r = self.sensor.dome_radius
-        # Height of each dome above its lowest point. Beyond the equator of the sphere, it is the radius.
-        dx = x - self.sensor.positions[:, 0, None, None]
-        dy = y - self.sensor.positions[:, 1, None, None]
-        dome_height: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
-        if self.sensor.form is not None:
-            dome_height = dome_height - self.sensor.form(np.hypot(dx, dy))
-        # Depth of the skin below its tangent plane at the apex
-        k: Floats = self.fruit.curvature
-        x0, y0 = self.fruit.apex
-        skin_depth = 0.5 * (k[0, 0] * (x - x0) ** 2 + 2.0 * k[0, 1] * (x - x0) * (y - y0) + k[1, 1] * (y - y0) ** 2)
-        if self.fruit.bumps is not None:
-            skin_depth = skin_depth - self.fruit.bumps(x, y)
-        protrusion = np.broadcast_to(self.fruit.heights, len(dx))[:, None, None]
+        dome_height = self._dome_height(x, y)
+        skin_depth = self._skin_depth(x, y)
+        protrusion = np.broadcast_to(self.fruit.heights, len(x))[:, None, None]
         gap: Floats = dome_height + skin_depth - self.fruit.slope[0] * x - self.fruit.slope[1] * y - protrusion
         return gap
+
+    def _dome_height(self, x: Floats, y: Floats) -> Floats:
+        """Return the height of each dome above its lowest point [mm] at points x, y (tips, rows, columns) [mm].
+
+        The form error of the domes is included. Beyond the equator of the sphere, its height is its radius.
+        """
+        r = self.sensor.dome_radius
+        dx = x - self.sensor.positions[:, 0, None, None]
+        dy = y - self.sensor.positions[:, 1, None, None]
+        height: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
+        if self.sensor.form is not None:
+            height = height - self.sensor.form(np.hypot(dx, dy))
+        return height
+
+    def _skin_depth(self, x: Floats, y: Floats) -> Floats:
+        """Return the depth of the skin below its tangent plane at the apex [mm] at points x, y [mm], with its bumps."""
+        k: Floats = self.fruit.curvature
+        x0, y0 = self.fruit.apex
+        depth: Floats = 0.5 * (k[0, 0] * (x - x0) ** 2 + 2.0 * k[0, 1] * (x - x0) * (y - y0) + k[1, 1] * (y - y0) ** 2)
+        if self.fruit.bumps is not None:
+            depth = depth - self.fruit.bumps(x, y)
+        return depth
 
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
         """Return the forces on the domes [N], shape (tips,), at a travel [mm] from the first touch.
@@ -151,7 +181,8 @@ class Pressing:
         The slope of the sensor along x and y has changed by `changed_slope` [1] since the first touch. Contact is first
         solved on the grids of the previous travel. Grids that do not fit their contacts are replaced, and the contact
         is solved again. The solution is stored in `grids`, `cell_forces` and `area`. Raises ArithmeticError if the
-        grids still do not fit after twelve attempts, or if a contact or the set of yielded cells does not converge.
+        grids still do not fit after MAX_GRID_FITS attempts, or if a contact or the set of yielded cells does not
+        converge.
         """
         # Displacement of the domes without the deflection of their springs [mm]. The sensor touches first where the gap
         # at height 0 is smallest.
@@ -213,13 +244,13 @@ class Pressing:
 
         The centres (tips, 2) and the half widths (tips,) are in mm. `cell_forces` (tips, cells, cells) [N] are the
         forces on the cells. `interference` (tips,) [mm] is the depth of the undeformed domes below the undeformed skin.
+        The grid of a dome out of contact always fits, but the dome gets a small grid where it will touch.
         """
         centres = grids.centres.copy()
         half_widths = grids.half_widths.copy()
         fits = True
         for tip, forces in enumerate(cell_forces):
-            # A dome out of contact keeps a small grid where it will touch.
-            if not forces.any():
+            if not forces.any():  # the dome is out of contact
                 expected = max(EXPECTED_INTERFERENCE * abs(interference[tip]), SMALLEST_EXPECTED_INTERFERENCE)
                 half_widths[tip] = EXPECTED_CONTACT_MARGIN * math.sqrt(self.relative_radius * expected)
                 centres[tip] = self.touch[tip]
@@ -263,7 +294,8 @@ class Pressing:
         the skin there is computed as if the `dome_forces` (tips,) [N] acted at the centres of the grids. `lowering`
         (tips,) [mm] is the displacement of the domes, without the deflection of their springs.
         """
-        coordinates = np.linspace(-2.0, 2.0, 81)  # in half widths of a grid; the grid itself ends at -1 and 1
+        # Coordinates in half widths of a grid. The grid itself ends at -1 and 1.
+        coordinates = np.linspace(-2.0, 2.0, 81)
         is_outside = np.maximum(np.abs(coordinates[:, None]), np.abs(coordinates)) > 1.0
         x = grids.centres[:, 0, None, None] + grids.half_widths[:, None, None] * coordinates[:, None]
         y = grids.centres[:, 1, None, None] + grids.half_widths[:, None, None] * coordinates
@@ -283,31 +315,40 @@ class Pressing:
     def _solve_cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
         """Return the forces on all cells [N], each limited to the force at which the flesh yields.
 
-        Yielded cells carry their yield force, and the forces on the other cells are solved elastically. The set of
-        yielded cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less
-        than the dome requires. Raises ArithmeticError if the set of yielded cells does not converge.
-
         The forces and `start` have the shape (tips, cells, cells). `lowering` (tips,) [mm] is the displacement of the
-        domes, without the deflection of their springs. `start` [N] is the initial guess of the forces, or None.
+        domes, without the deflection of their springs. `start` [N] is the initial guess of the forces, or None. Raises
+        ArithmeticError if the set of cells in contact or the set of yielded cells does not converge.
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)  # deflection of each cell if it touches its dome
-        force_limits = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
         on_domes = self._on_domes(x, y)
+        if math.isinf(self.fruit.yields):  # the flesh is elastic
+            return self._solve_contact_forces(grids, required, start, on_domes)
+        return self._solve_yielding_forces(grids, required, start, on_domes)
+
+    def _solve_yielding_forces(self, grids: Grids, required: Floats, start: Floats | None, on_domes: Flags) -> Floats:
+        """Return the forces on all cells [N] if the flesh yields. All arrays have the shape (tips, cells, cells).
+
+        Yielded cells carry their yield force, and the forces on the other cells are solved elastically. The set of
+        yielded cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less
+        than the dome requires.
+
+        `required` [mm] is the deflection of each cell if it touches its dome. `start` [N] is the initial guess of the
+        forces, or None. Only cells marked in `on_domes` can touch. Raises ArithmeticError if the set of cells in
+        contact or the set of yielded cells does not converge.
+        """
+        force_limits = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
         is_yielded = np.zeros_like(on_domes)
         guess = start
         for _ in range(MAX_ACTIVE_SETS):
             yield_forces = np.where(is_yielded, force_limits, 0.0)
             yield_deflection = self._deflection(grids, yield_forces) if is_yielded.any() else 0.0
             is_elastic = on_domes & ~is_yielded
-            elastic_guess = None if guess is None else np.where(is_elastic, guess, 0.0)
-            elastic_forces = self._solve_contact_forces(grids, required - yield_deflection, elastic_guess, is_elastic)
+            elastic_forces = self._solve_contact_forces(grids, required - yield_deflection, guess, is_elastic)
             forces = elastic_forces + yield_forces
-            if math.isinf(self.fruit.yields):  # no cell can yield, so no iteration is needed
-                return forces
             remains_yielded = is_yielded & (self._deflection(grids, forces) <= required)
-            # The margin of 1e-9 keeps round-off from marking a cell that carries exactly its yield force.
-            next_yielded = remains_yielded | (forces > force_limits * (1.0 + 1e-9))
+            is_overloaded = forces > force_limits * (1.0 + YIELD_MARGIN)
+            next_yielded = remains_yielded | is_overloaded
             if (next_yielded == is_yielded).all():
                 return forces
             is_yielded = next_yielded
@@ -330,22 +371,19 @@ class Pressing:
         forces, or None. All arrays are (tips, cells, cells). Raises ArithmeticError if the active set does not
         converge.
         """
-
-        def deflection(forces: Floats) -> Floats:
-            """Return A f, the deflection of all cells [mm] under forces f on them [N]."""
-            return self._deflection(grids, forces)
-
-        tolerance = GAP_TOLERANCE * max(required.max(), 1e-6)  # [mm]; the bound of 1e-6 mm keeps it positive
+        tolerance = GAP_TOLERANCE * max(required.max(), LEAST_INTERFERENCE)  # of a gap [mm]
         # Tension that would move a cell by only a few tolerances is ignored [N].
         ignored_tension = (tolerance * grids.cell_size / self.fruit.compliance)[:, None, None]
+        deflection = functools.partial(self._deflection, grids)  # A f as a function of f
+        system = _System(grids, deflection, required, 0.5 * tolerance)
+        # The active cells are assumed to be in contact: those that carried a force or, without a guess, that overlap.
         if start is None:
             f = np.zeros_like(required)
             active = free & (required > 0.0)
         else:
-            f = start
-            active = free & (start > 0.0)  # the cells that are assumed to be in contact
+            f = np.where(free, start, 0.0)
+            active = f > 0.0
         energy = _energy(f, deflection(f) - 2.0 * required)
-        system = _System(grids, deflection, required, 0.5 * tolerance)
         for _ in range(MAX_ACTIVE_SETS):
             solution, gaps = system.solve(np.where(active, f, 0.0), active)
             has_tension = (solution < -ignored_tension).any()
@@ -354,7 +392,7 @@ class Pressing:
             else:
                 f = solution
             energy = _energy(f, gaps - required)
-            # Cells without a force that penetrate the dome enter the active set. Cells in tension have left it.
+            # Cells in tension have left the active set. Cells without a force that penetrate the dome enter it.
             enters = free & (f == 0.0) & (gaps < -tolerance)
             if not has_tension and not enters.any():
                 return np.maximum(f, 0.0)
@@ -385,16 +423,14 @@ class _System:
         """
         gaps = self.deflection(f) - self.required
         direction = np.zeros_like(f)
-        previous_product = 1.0  # of residual and preconditioned residual; not used in the first step
-        for step in range(MAX_CG_STEPS):
+        previous_product = math.inf  # so that the first direction is only the preconditioned residual
+        for _ in range(MAX_CG_STEPS):
             residual = np.where(active, gaps, 0.0)
             if np.abs(residual).max() < self.tolerance:
                 return f, gaps
             preconditioned = np.where(active, self.grids.precondition(residual), 0.0)
             product = (residual * preconditioned).sum()
-            # The first direction is the preconditioned residual, because there is no previous direction.
-            previous_share = product / previous_product if step else 0.0
-            direction = -preconditioned + previous_share * direction
+            direction = -preconditioned + product / previous_product * direction
             previous_product = product
             change = self.deflection(direction)
             step_length = product / (change * direction).sum()
@@ -411,7 +447,7 @@ class _System:
         """Return forces without tension [N] on the way from `previous` to `solution`, and the gaps of all cells [mm].
 
         Tension is set to zero, and the step is halved until the energy is less than `energy` [N mm], the energy of
-        `previous`. If no fraction above SMALLEST_FRACTION achieves this, the smallest of these fractions is accepted.
+        `previous`. If no fraction above SMALLEST_FRACTION achieves this, the forces of the last fraction are returned.
         """
         fraction = 1.0
         while fraction > SMALLEST_FRACTION:
