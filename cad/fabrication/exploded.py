@@ -62,7 +62,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
     """Group the parts of a sensor by their position in the stack, and return the groups moved apart along y [mm].
 
     The groups are keyed by the names in `_STACK`, which run from the front to the back. The fruit is omitted. Pins form
-    groups of their own, such as `pin housing`. They are also moved down, out of the housing or the plate that holds
+    groups of their own, such as `pin housing`, and are also moved down, out of the housing or the plate that holds
     them.
     """
     parts = assembly.children

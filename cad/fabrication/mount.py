@@ -57,8 +57,8 @@ def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
 def bracket_solid(sensor: SensorSolids) -> cq.Solid:
     """Return the bracket in its position behind the sensor [mm], with its holes and its window.
 
-    It consists of an upright plate, against which the sensor is screwed, and a shelf, which is the plate under the
-    flange.
+    The bracket consists of an upright plate, against which the sensor is screwed, and a shelf, which is the plate under
+    the flange.
     """
     housing = sensor.housing
     back = bracket_seat_y(sensor)  # y of the face of the upright plate that the sensor touches
@@ -141,8 +141,8 @@ def shelf_solid(sensor: SensorSolids) -> cq.Solid:
 def flange_heads(sensor: SensorSolids) -> cq.Shape:
     """Return cylinders for the heads of the flange screws under the shelf [mm], for checks of clearances.
 
-    They extend from the shelf down to 1 mm above the frame. At 7 mm, they are higher than the heads, so the checks are
-    on the safe side.
+    The cylinders extend from the shelf down to 1 mm above the frame. At 7 mm, they are higher than the heads, so the
+    checks are on the safe side.
     """
     top_level = sensor.housing.top_level
     height = HEAD_ROOM_MM - _MARGIN_MM

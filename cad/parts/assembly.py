@@ -248,9 +248,9 @@ def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
 def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
     """Return the screw, its nut and its washers on the y axis, each with the y [mm] at which its shape is placed.
 
-    `grip_mm` [mm] is the thickness of the parts between the washers. They are centred on y = 0, and the head is on the
-    front, at -y. If all standard screws are too short, a screw is drawn that is just long enough, rounded up to 1 mm.
-    It represents a threaded rod.
+    `grip_mm` [mm] is the thickness of the parts between the washers. These parts are centred on y = 0, and the head is
+    on the front, at -y. If all standard screws are too short, a threaded rod is drawn as a screw that is just long
+    enough, rounded up to 1 mm.
     """
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm

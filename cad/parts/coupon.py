@@ -22,7 +22,7 @@ MAX_SAG_RATIO = 0.09
 
 
 def modulus_factor(flexure: Flexure) -> float:
-    """Return the factor C [1/mm] by which the modulus E [MPa] of a coupon follows from its sag.
+    """Return the factor C [1/mm] that relates the modulus E [MPa] of a coupon to the sag of its leaf under a weight.
 
     The leaf is an Euler-Bernoulli cantilever with a rigid pad, and its length L includes the fillets:
 
@@ -51,7 +51,7 @@ def modulus_factor(flexure: Flexure) -> float:
 
 
 def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
-    """Return the largest weight [N] for a leaf of modulus E [MPa].
+    """Return the largest weight [N] that may hang on a leaf of modulus E [MPa].
 
     A weight F at the distance a causes the strain 6 F a / (E w t^2) at the root, which may be at most `strain` [1]. The
     sag must be small enough for small-deflection theory.

@@ -1,4 +1,4 @@
-"""The cover that closes the frame: a flat plate with a rim. It is printed twice, for the front and for the back.
+"""The cover that closes the frame: a flat plate with a rim, which is printed twice, for the front and for the back.
 
 The cover is drawn as the back cover, behind the face y = depth / 2 of the housing. Rotated by 180 degrees about its
 vertical centre line, it becomes the front cover. The rim keeps the plate away from the moving parts.
@@ -17,7 +17,7 @@ _MARGIN = 1.0  # extension of a cut beyond the cover [mm]
 def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
 
-    With the `seats` of a Hall read-out, the cover also has windows for the sensors. They are opposite the magnets if
+    With the `seats` of a Hall read-out, the cover also has windows for the sensors, which are opposite the magnets if
     the cover is mounted on the front.
     """
     frame_face = 0.5 * housing.depth  # y of the back of the frame, on which the rim lies

@@ -7,7 +7,7 @@ from sensor.design.processes import Process
 from sensor.design.tips import Tips
 
 CAPS = (2.0, 3.0)
-"""Range of equally likely radii of a flat cap [mm]. It is an estimate: from five printed lines to the contact width.
+"""Range of equally likely radii of a flat cap [mm], an estimate: from five printed lines to the contact width.
 
 A narrower cap is not centred in the contact with a round fruit, so that the formula for a cap does not hold.
 """

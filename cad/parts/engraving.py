@@ -1,7 +1,7 @@
 """Marks engraved on the frame: L and H beside the springs, and the name of the design on the bar above them.
 
-The frame does not bend, so the marks do not affect the springs. They are on the face that is up in print. This is the
-face y = -depth / 2, or the pads at the back of a back-to-back plate. The letters consist of straight strokes, so they
+The frame does not bend, so the marks do not affect the springs. The marks are on the face that is up in print: the face
+y = -depth / 2, or the pads at the back of a back-to-back plate. The letters consist of straight strokes, so they
 do not depend on installed fonts.
 """
 

@@ -91,7 +91,7 @@ def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq
 def _outline(fruit: cq.Shape, tips: Tips, x: float) -> cq.Face:
     """Return the face on the curved top of a fruit that lies under the tip at `x` [mm].
 
-    It is the intersection of the top face of the `fruit` with a vertical column that has the outline of the tip.
+    The face is the intersection of the top face of the `fruit` with a vertical column that has the outline of the tip.
     """
     side = tips.side_mm
     half_height = fruit.BoundingBox().DiagonalLength  # the column extends this distance above and below z = 0

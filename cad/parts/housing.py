@@ -330,8 +330,8 @@ def profile(housing: Housing) -> list[Point]:
 def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
     """Return the outline (x, z) of an arm [mm], from the lower edge of its wall to the corner of the cavity.
 
-    It runs along the underside of the lower leaf, around the neck and the tip, and up the inner side of the shuttle. It
-    then returns along the top of the upper leaf. The window between the leaves is cut later.
+    The outline runs along the underside of the lower leaf, around the neck and the tip, and up the inner side of the
+    shuttle. It then returns along the top of the upper leaf. The window between the leaves is cut later.
     """
     lower_leaf, upper_leaf = arm.levels
     half_leaf = 0.5 * arm.flexure.thickness

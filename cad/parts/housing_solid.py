@@ -53,8 +53,8 @@ def housing_part(housing: Housing) -> Part:
 def _neck_cut(housing: Housing) -> cq.Workplane:
     """Return the solid that is cut from the plate, so that both necks taper in the direction of the depth [mm].
 
-    It consists of two wedges, one on the front and one on the back, which extend along x over both shuttles. They end
-    a little beyond the shuttles, because a cut along the sides of the shuttles could leave a thin layer.
+    The solid consists of two wedges, one on the front and one on the back, which extend along x over both shuttles. The
+    wedges end a little beyond the shuttles, because a cut along the sides of the shuttles could leave a thin layer.
     """
     half_depth = 0.5 * housing.depth
     half_tip = 0.5 * housing.tip_side

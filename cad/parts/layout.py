@@ -132,7 +132,7 @@ class _ShuttleEnd(NamedTuple):
     """The printed end of a shuttle [mm]: a tip, or a foot with a pocket for a pin.
 
     `side` and `height` are the sizes of the straight part of the tip or foot. `beyond_face` is the distance from the
-    printed face down to the face that touches the fruit. It is 0 for printed tips. `pocket_side` is the width of the
+    printed face down to the face that touches the fruit, which is 0 for printed tips. `pocket_side` is the width of the
     pocket, or None for printed tips.
     """
 
@@ -224,9 +224,9 @@ def _neck_height(depth: float, shuttle_width: float, tip_side: float) -> float:
 def _tip_protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
     """Return the distance by which the tips must protrude below the frame [mm], rounded up to 0.1 mm.
 
-    It is the sum of the full travel, a clearance, and the distance by which a tilt lowers the edge of the frame. Only
-    the part of the frame above the fruit matters. `lengths` are the leaf lengths of the two springs, and `depth` is the
-    depth of the plate [mm].
+    The protrusion is the sum of the full travel, a clearance, and the distance by which a tilt lowers the edge of the
+    frame. Only the part of the frame above the fruit matters. `lengths` are the leaf lengths of the two springs, and
+    `depth` is the depth of the plate [mm].
     """
     fruit = design.fruit
     tips = design.tips

@@ -89,7 +89,7 @@ def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Par
 def box_through(depth: float, x: tuple[float, float], z: tuple[float, float]) -> cq.Solid:
     """Return a box between two x and two z coordinates [mm] that cuts through a plate of this depth [mm].
 
-    It extends 1 mm beyond both faces of the plate.
+    The box extends 1 mm beyond both faces of the plate.
     """
     length = depth + 2.0 * _MARGIN_MM
     return cq.Solid.makeBox(x[1] - x[0], length, z[1] - z[0], cq.Vector(x[0], -0.5 * length, z[0]))

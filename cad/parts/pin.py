@@ -12,7 +12,7 @@ GLUE_SHEAR_MPA = 1100.0  # shear modulus of a hard epoxy with E = 3 GPa; plausib
 _BONDED_SIDES = 3.0  # number of glued sides of a pin; there is no glue on the side of the pocket's gable
 # A foot with a pin is more compliant than a foot that is loaded on its whole face. These values are the difference,
 # multiplied by E side / (1 - nu^2): the middle and half the range over all processes and over pins of 0.7 to 1.4 mm.
-# They were computed with solid models of a foot with glue and pin, and of a foot without a pocket.
+# The values were computed with solid models of a foot with glue and pin, and of a foot without a pocket.
 FOOT_FACTOR = 0.01
 FOOT_FACTOR_SPREAD = 0.08
 

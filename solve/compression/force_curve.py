@@ -18,7 +18,7 @@ _FIRST_TRAVEL = 0.01  # travel of the first solve divided by the maximum travel
 _TRAVEL_COUNT = 16  # number of travels at which the force is solved
 # Number of terms of the fit. The terms are half powers of the travel, because the contact radius of a round body grows
 # with the square root of the travel. There are fewer terms than forces, so that the fit smooths the scatter of the
-# forces. They scatter because surface nodes come into contact one by one.
+# forces, which arises because surface nodes come into contact one by one.
 _TERM_COUNT = 5
 # Smallest travel, as a fraction of the maximum travel, at which the error is evaluated. Smaller travels do not affect
 # the modulus.
@@ -109,5 +109,5 @@ def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> Forc
 
 
 def _travels(deepest: float) -> Floats:
-    """Return the travels [mm] at which the force is solved. They are closer together near the first touch."""
+    """Return the travels [mm] at which the force is solved, which are closer together near the first touch."""
     return deepest * np.linspace(_FIRST_TRAVEL**0.5, 1.0, _TRAVEL_COUNT) ** 2

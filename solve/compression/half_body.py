@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from sensor.arrays import Floats, Ints
+from sensor.arrays import Flags, Floats, Ints
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
 from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches
@@ -88,13 +88,8 @@ class HalfBody:
         index = np.arange(self.count).reshape(columns, rows)
         nodes = _element_nodes(index)
         self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _ELEMENT_DOFS)
-        held = np.zeros((self.count, 2), dtype=bool)
-        held[index[0], 0] = True  # nodes on the axis cannot move along r
-        held[index[:, 0], 1] = True  # nodes on the middle plane cannot move along z
-        self.held = held.ravel()
-        top = index[:, -1]
-        side = index[-1, -2::-1]  # downwards, without the corner, which belongs to the top
-        self.surface: Ints = np.concatenate([top, side])
+        self.held = _dofs_held_by_symmetry(index)
+        self.surface = _surface_nodes(index)
         self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]  # empty without a table
         self.area = _nodal_areas(self.x[self.surface], section.length)
         self._strain, self._volumes = _strain_operator(self.x[nodes], section.length)
@@ -119,9 +114,9 @@ class HalfBody:
     def tangent(self, deformed: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
         """Return the internal nodal forces (2 nodes,) [N] and the tangent stiffness (2 nodes, 2 nodes) [N/mm].
 
-        They are the first and second derivatives of the strain energy with respect to the displacements, in the state
-        `deformed`. With `convex`, negative stiffnesses of the modes at the Gauss points are set to 0. The matrix is
-        then positive semidefinite, so that a Newton step lowers the energy.
+        Forces and stiffness are the first and second derivatives of the strain energy with respect to the
+        displacements, in the state `deformed`. With `convex`, negative stiffnesses of the modes at the Gauss points are
+        set to 0. The matrix is then positive semidefinite, so that a Newton step lowers the energy.
         """
         stress, moduli = self._stress_and_moduli(deformed, convex=convex)
         # Integrate over the elements. The indices are element e, Gauss point q, components i and j of F, dofs d and f.
@@ -164,7 +159,7 @@ class Deformed:
     """A deformed half body with displacements u (nodes, 2) [mm].
 
     `F` (5, elements, points) [1] is the deformation gradient at the Gauss points. `stretches` (3, elements, points) [1]
-    are its principal stretches. `energy` [N mm] is the strain energy for E = 1 MPa. It is infinite if an element is
+    are its principal stretches. `energy` [N mm] is the strain energy for E = 1 MPa, or infinity if an element is
     inverted.
     """
 
@@ -184,18 +179,45 @@ def _element_boundaries(section: Section, contact: float, refinement: float, edg
     half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
     top_half_width = float(section.place(np.array(1.0), np.array(1.0))[0])
     if edge < top_half_width:
-        # Elements grow in both directions from the edge of the plunger, towards the axis and towards the side.
-        inner_width = edge / top_half_width  # in the unit square
-        inner = inner_width * (1.0 - _graded_boundaries(_EDGE_ELEMENT, refinement, _GROWTH_FROM_EDGE)[::-1])
-        outer_width = 1.0 - inner_width
-        first = _EDGE_ELEMENT * inner_width / outer_width  # the elements on the two sides of the edge have equal sizes
-        outer = inner_width + outer_width * _graded_boundaries(first, refinement, _GROWTH_FROM_EDGE)
-        across = np.concatenate([inner, outer[1:]])
+        across = _boundaries_around_edge(edge / top_half_width, refinement)
         down = _graded_boundaries(_EDGE_ELEMENT * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
     else:
         # Elements grow from the axis towards the side, and equally from the top downwards.
         across = down = _graded_boundaries(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
     return across, down
+
+
+def _boundaries_around_edge(edge: float, refinement: float) -> Floats:
+    """Return the boundaries from 0 to 1 of elements that grow from the edge of a plunger towards the axis and the side.
+
+    `edge` [1] is the position of the edge, between 0 on the axis and 1 on the side. The edge itself is a boundary.
+    """
+    inner = edge * (1.0 - _graded_boundaries(_EDGE_ELEMENT, refinement, _GROWTH_FROM_EDGE)[::-1])
+    outer_width = 1.0 - edge
+    first = _EDGE_ELEMENT * edge / outer_width  # the elements on the two sides of the edge have equal sizes
+    outer = edge + outer_width * _graded_boundaries(first, refinement, _GROWTH_FROM_EDGE)
+    return np.concatenate([inner, outer[1:]])  # the edge is included only once
+
+
+def _dofs_held_by_symmetry(index: Ints) -> Flags:
+    """Return which dofs are fixed by symmetry, shape (2 nodes,).
+
+    `index` (columns, rows) holds the index of each node. Dof 2 i moves node i along r, and dof 2 i + 1 along z.
+    """
+    held = np.zeros((index.size, 2), dtype=bool)
+    held[index[0], 0] = True  # nodes on the axis cannot move along r
+    held[index[:, 0], 1] = True  # nodes on the middle plane cannot move along z
+    return held.ravel()
+
+
+def _surface_nodes(index: Ints) -> Ints:
+    """Return the indices of the nodes that a tool may touch: along the top from the axis, and then down the side.
+
+    `index` (columns, rows) holds the index of each node.
+    """
+    top = index[:, -1]
+    side = index[-1, -2::-1]  # without the corner, which belongs to the top
+    return np.concatenate([top, side])
 
 
 def _element_nodes(index: Ints) -> Ints:

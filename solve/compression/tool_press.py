@@ -66,8 +66,8 @@ class _ToolPress:
     def evaluate(self, u: Floats) -> _ToolState:
         """Return the deformed body, its contact and its energy for displacements u (nodes, 2) [mm].
 
-        A surface node touches if two conditions hold. It is not below the face of the tool, and its undeformed position
-        is within the edge of the tool.
+        A surface node touches the tool if it is not below the face of the tool, and if its undeformed position is
+        within the edge of the tool.
         """
         body = self.body
         r = body.x[body.surface, 0]
@@ -101,10 +101,10 @@ class _ToolPress:
                 step = factorise(matrix, held_dofs).solve(-residual)
                 next_state = self._line_search(state, step, float(residual @ step))
                 if next_state is not None:
+                    state = next_state
                     break
-            if next_state is None:  # neither step lowers the energy sufficiently
+            else:  # neither step lowers the energy sufficiently
                 break
-            state = next_state
         msg = f"compression: no equilibrium was found at a travel of {self.travel:.3g} mm. Reduce the travel."
         raise SolveError(msg)
 

@@ -44,7 +44,7 @@ class BentBlock:
     bent: CellBasis
 
     def fixed_dofs(self, parity: Parity) -> Ints:
-        """Return the dofs that the base and the mirror planes fix for a parity. They are the same for both bodies."""
+        """Return the dofs that the base and the mirror planes fix for a parity, which are the same for both bodies."""
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:

@@ -90,8 +90,8 @@ def _line_through(marks: Sequence[float], step_size: Callable[[Floats], Floats],
 def _required_marks(shape: CurvedShape, loads: Floats, axis: int, *, is_mirrored: bool) -> list[float]:
     """Return the increasing coordinates [mm] along x or y, axis 0 or 1, at which a grid line is needed.
 
-    They are the ends of the block and the positions of the `loads` (n,) [mm]. For a whole fruit, they are also the
-    edges of its core, where the map from block to fruit has a kink. If the axis is mirrored, it starts at 0.
+    A line is needed at the ends of the block and at the positions of the `loads` (n,) [mm]. For a whole fruit, lines
+    are also needed at the edges of its core, where the map from block to fruit has a kink. A mirrored axis starts at 0.
     """
     fruit = shape.fruit
     end = 0.5 * (fruit.length_mm, fruit.width_mm)[axis]

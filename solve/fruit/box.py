@@ -82,8 +82,9 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
     """Return grid lines [mm] along x, y and z that resolve the remainder field of loads on the top of a block.
 
     The remainder is the smooth difference between the fields of the block and of a half-space under the same loads
-    (`solve/fruit/remainder.py`). It resembles the field of image loads behind the faces of the block. A step is
-    therefore proportional to its distance from the nearest image, and the last step at a face is divided into a layer.
+    (`solve/fruit/remainder.py`). The remainder resembles the field of image loads behind the faces of the block. A step
+    is therefore proportional to its distance from the nearest image, and the last step at a face is divided into a
+    layer.
     `grading` holds the ratio of step to distance, and the proportions of this layer. The block lies at |x| <= length/2,
     |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the loads. `mirrored` holds two flags,
     for x and y, which are true if the lines start at the mirror plane, at 0.

@@ -103,8 +103,8 @@ class FruitCompliance(Record):
         """Return the compliance of a pair of tips: one for all low springs, and one for all high springs.
 
         `low` and `high` are the indices of the tips on these springs. An entry of the result is the mean indentation
-        under the tips of one group, per force on each tip of the other. It is exact if all tips of a group carry the
-        same force, as in a level square or line. The compliance of a pair is returned unchanged.
+        under the tips of one group, per force on each tip of the other. The mean is exact if all tips of a group carry
+        the same force, as in a level square or line. The compliance of a pair is returned unchanged.
         """
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):  # each group is a single tip

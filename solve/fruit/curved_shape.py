@@ -26,7 +26,7 @@ class Plan(NamedTuple):
 
 
 def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
-    """Return the depth [mm] of a fruit's skin below the plane at its apex. It is infinite outside the fruit's plan.
+    """Return the depth [mm] of a fruit's skin below the plane at its apex, or infinity outside the fruit's plan.
 
     The fruit is an ellipsoid whose vertical semi-axis is `radius` [mm]. Its principal radii at the apex are `radius`
     along x and `radius_across` along y. If both are equal, it is a sphere. The height h of the skin above the centre
@@ -48,12 +48,12 @@ def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[
 
 
 def fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
-    """Return the depth [mm] of a curved fruit's skin below the plane at its apex. It is infinite outside the plan."""
+    """Return the depth [mm] of a curved fruit's skin below the plane at its apex, or infinity outside the plan."""
     return cap_gap(*fruit.to_principal(x, y), *fruit.radii_mm)
 
 
 def fruit_slope(fruit: Fruit, x: float, y: float) -> tuple[float, float]:
-    """Return the slopes [1] of a fruit's skin along and across the tips. They are infinite at the rim and beyond."""
+    """Return the slopes [1] of a fruit's skin along and across the tips, or infinities at the rim and beyond."""
     along, across = cap_slope(*fruit.to_principal(x, y), *fruit.radii_mm)
     return (along, across) if math.isinf(along) else fruit.from_principal(along, across)
 
@@ -96,7 +96,7 @@ class CurvedShape:
     def base_angle(self) -> float:
         """Return the polar angle from the apex to the rim of the base [rad].
 
-        It is measured on a sphere whose radius is the vertical semi-axis.
+        The angle is measured on a sphere whose radius is the vertical semi-axis.
         """
         return math.acos(1.0 - self.fruit.depth_mm / self.semi_axes[2])
 
@@ -104,8 +104,8 @@ class CurvedShape:
     def cap_angle(self) -> float:
         """Return the polar angle from the apex to the rim of the cap [rad].
 
-        It is chosen so that elements on the cap and on the sides have similar lengths. The core may require a larger
-        cap, but part of the skin always remains for the sides.
+        The angle is chosen so that elements on the cap and on the sides have similar lengths. The core may require a
+        larger cap, but part of the skin always remains for the sides.
         """
         balanced = self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
         a, b, _ = self.semi_axes
@@ -120,7 +120,7 @@ class CurvedShape:
         return Plan(sine * self.semi_axes[0], sine * self.semi_axes[1])
 
     def slope(self, x: float, y: float) -> float:
-        """Return the slope of the skin [1] at x, y [mm]. It is infinite at the rim and beyond."""
+        """Return the slope of the skin [1] at x, y [mm], or infinity at the rim and beyond."""
         return math.hypot(*fruit_slope(self.fruit, x, y))
 
     def normal(self, x: float, y: float) -> tuple[float, float, float]:

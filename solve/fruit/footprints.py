@@ -29,7 +29,7 @@ from solve.linear import SolveError
 
 # Smallest spacing of tips [sides], and nodes per side for their interaction. The error is below 5e-6 times s11.
 NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
-# Smallest height and distance from a side face [sides], and nodes per side for the remainder; its error is as small.
+# Smallest height and distance from a side face [sides], and nodes per side for the remainder. The error is as small.
 NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
 RESIDUAL_LIMIT = 1e-10  # largest allowed relative residual of the forces
 SAME_POINT = 9  # decimals to which coordinates [sides] are rounded before coincident points are merged
@@ -111,8 +111,8 @@ def _indices_of(images: Sequence[Footprint], footprints: Sequence[Footprint]) ->
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
     """Return the parities of the loads that level footprints can have, each a sign for x and a sign for y.
 
-    The sign is 1 if the loads are even about the mirror plane normal to this axis, and -1 if they are odd. It is 0 if
-    the footprints have no such mirror plane. If all centres lie in the plane, loads can only be even.
+    The sign is 1 if the loads are even about the mirror plane normal to this axis, and -1 if they are odd. The sign is
+    0 if the footprints have no such mirror plane. If all centres lie in the plane, loads can only be even.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     signs: list[tuple[int, ...]] = []  # the possible signs for x, and for y
@@ -129,7 +129,7 @@ def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
 def half_space_coupling(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
     """Return the compliance matrix of a half-space that couples the nodes of different footprints, times E [1/mm].
 
-    It has shape (nodes, nodes), with zeros between nodes of the same footprint. The entries are Boussinesq
+    The matrix has shape (nodes, nodes), with zeros between nodes of the same footprint. The entries are Boussinesq
     displacements under unit point forces, u = (1 - nu^2) / (pi E r). `per_side` is the number of nodes per side.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
@@ -195,9 +195,9 @@ def _interpolation_matrix(footprints: Sequence[Footprint], counts: NodeCounts) -
 
 @functools.lru_cache(maxsize=2)
 def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> Floats:
-    """Return the compliance of level footprints on a half-space, times E [1/mm]. It is cached, and therefore read-only.
+    """Return the compliance of level footprints on a half-space, times E [1/mm].
 
-    Raises SolveError if the forces have a large residual.
+    The array is cached, and therefore read-only. Raises SolveError if the forces have a large residual.
     """
     S = level_compliance(footprints, poisson, np.zeros(()), nodes_between(footprints))
     S.flags.writeable = False

@@ -1,7 +1,7 @@
 """The remainder of a block of fruit: the field that its finite size adds to the field of a half-space.
 
 Both bodies carry the same point loads. If the half-space has the displacement u, the block has the displacement u + v.
-The remainder v is smooth, so a coarse mesh is sufficient. It is the solution of an elastic problem on the block with
+The remainder v is smooth, so a coarse mesh is sufficient. The remainder solves an elastic problem on the block with
 these boundary conditions. On the free sides, its tractions are minus the half-space tractions. On the top, it has no
 traction. On the clamped base, it is minus the half-space displacement. The value of v under a load follows from Betti's
 theorem,
@@ -116,9 +116,9 @@ def remainder_compliance(
     of it at x >= 0 or y >= 0, with the face names of `box_mesh`.
 
     A parity has one sign for x and one for y, which refer to the planes x = 0 and y = 0. The sign is 1 if each force
-    acts together with its even mirror image, and -1 with its odd mirror image. It is 0 if both sides of the plane are
-    meshed. All parities share the mesh, so ValueError is raised unless their zeros agree. Raises SolveError if a solve
-    does not converge, or if a compliance is not symmetric.
+    acts together with its even mirror image, and -1 with its odd mirror image. A sign is 0 if both sides of the plane
+    are meshed. All parities share the mesh, so ValueError is raised unless their zeros agree. Raises SolveError if a
+    solve does not converge, or if a compliance is not symmetric.
     """
     mirrored = np.abs(parities[0])  # for x and y: 1 if the mesh ends at the mirror plane, otherwise 0
     if (np.abs(parities) != mirrored).any():

@@ -81,17 +81,13 @@ def skin_compliance(
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
     loads = _wide_loads(fruit, footprints)
     local_change = _solve_local_change(fruit, footprints, loads, layers, along_normals)
-    fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
-    coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
-    fine_change = body_change(fine_body, layers, FINE_BASIS_SIZE)
-    coarse_change = body_change(coarse_body, layers, COARSE_BASIS_SIZE)
+    mesh_change, mesh_differences, dofs = _solve_mesh_change(fruit, footprints, loads, layers, along_normals)
 
     # In the change from the mesh, the half-space part under smooth loads is replaced by the half-space part under tips.
-    table = flesh.S + fine_change + local_change.rigid - local_change.smooth - local_change.shell
+    table = flesh.S + mesh_change + local_change.rigid - local_change.smooth - local_change.shell
     # Flesh softer than the design's range occurs only at the start of a curve of P. The error bars exclude it.
     is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # the margin is for round-off
-    errors = _table_errors(table, fine_change - coarse_change, local_change, np.flatnonzero(is_in_range))
-    dofs = int(fine_body.flat.N)
+    errors = _table_errors(table, mesh_differences, local_change, np.flatnonzero(is_in_range))
     status = f"{flesh.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
     seconds = flesh.info.seconds + time.perf_counter() - start
     return replace(
@@ -101,6 +97,26 @@ def skin_compliance(
         s11_error=flesh.s11_error + errors.own,
         info=replace(flesh.info, method=f"{flesh.info.method}, under a skin", seconds=seconds, status=status),
     )
+
+
+def _solve_mesh_change(
+    fruit: Fruit,
+    footprints: Sequence[Footprint],
+    loads: Sequence[SmoothLoad],
+    layers: Sequence[Layer],
+    along_normals: bool,
+) -> tuple[Floats, Floats, int]:
+    """Return the change in compliance due to the skin on a fine mesh, its difference from a coarse mesh, and the dofs.
+
+    Both arrays (layers, loads, loads) [1/mm] are multiplied by E, and the dofs are counted on the fine mesh. `loads`
+    are the smooth loads that replace the footprints. With `along_normals`, they press along the normals of the skin.
+    Raises SolveError if a solve does not converge.
+    """
+    fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
+    coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
+    fine_change = body_change(fine_body, layers, FINE_BASIS_SIZE)
+    coarse_change = body_change(coarse_body, layers, COARSE_BASIS_SIZE)
+    return fine_change, fine_change - coarse_change, int(fine_body.flat.N)
 
 
 def _wide_loads(fruit: Fruit, footprints: Sequence[Footprint]) -> tuple[SmoothLoad, ...]:
@@ -169,8 +185,8 @@ def _shell_effects(
 ) -> Floats:
     """Return the decrease in compliance due to the shell stiffness of a curved skin, times E [1/mm], (layers, tips).
 
-    It is the decrease under a rigid tip, minus the decrease under the smooth load that replaces it. A footprint has
-    `per_side` nodes per side.
+    The result is the decrease under a rigid tip, minus the decrease under the smooth load that replaces the tip. A
+    footprint has `per_side` nodes per side.
     """
     curvatures = [1.0 / radius for radius in fruit.radii_mm]
     effects = np.empty((len(layers), len(footprints)))

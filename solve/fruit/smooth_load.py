@@ -32,8 +32,8 @@ def smooth_loads(
 ) -> tuple[SmoothLoad, ...]:
     """Return the smooth loads that replace the footprints, as wide as side faces and neighbouring loads allow.
 
-    The width of a load is its standard deviation. It is at most `largest_ratio` [1] times the smallest standard
-    deviation of the footprint (`least_deviation`).
+    The width of a load is its standard deviation, at most `largest_ratio` [1] times the smallest standard deviation of
+    the footprint (`least_deviation`).
     """
     closest_spacing_ratio = closest_spacing(footprints)
     loads = []

@@ -157,8 +157,8 @@ class Grids:
     def deflection(self, forces: Floats) -> Floats:
         """Return pi E* times the deflection of all cells [N/mm] under forces on the cells [N].
 
-        Both arrays are (tips, cells, cells). The deflection due to the forces on the same grid is a convolution. It is
-        computed on a grid padded to twice the size to avoid wrap-around. The forces on other grids are collected at
+        Both arrays are (tips, cells, cells). The deflection due to the forces on the same grid is a convolution, which
+        is computed on a grid padded to twice the size to avoid wrap-around. The forces on other grids are collected at
         their Chebyshev nodes. The resulting deflection of the nodes of this grid is interpolated to its cells.
         """
         padded = (2 * self.cells, 2 * self.cells)

@@ -97,8 +97,8 @@ def press_with_creep(
     `pressing` is the sensor on the fruit before the press, and is pressed further with each sample of the `motion`.
     `flesh` holds the arms (g_i, tau_i) of the flesh, which is elastic without arms. `creep` holds the Kelvin elements
     of the springs, as returned by `fit_kelvin_elements`. By default, the springs do not creep. Raises ArithmeticError
-    if a contact cannot be solved. It is also raised if an elastic force decreases on flesh that relaxes, because the
-    law of Lee and Radok does not hold for shrinking contacts.
+    if a contact cannot be solved, or if an elastic force decreases on flesh that relaxes. The law of Lee and Radok does
+    not hold for such shrinking contacts.
     """
     K = pressing.sensor.K
     instantaneous_compliance, creep_arms = creep

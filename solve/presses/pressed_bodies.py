@@ -8,7 +8,7 @@ The fruit may deviate from a smooth, homogeneous ellipsoid in four ways:
 - The flesh may be softer within a hemisphere under a dome, as in a bruise. The dome then has the compliance of the
   softer flesh, corrected by `BRUISE_CONSTANT` / radius because the flesh outside the hemisphere is stiffer. The
   compliance between domes is not affected. The contact is assumed to be small compared with the hemisphere.
-- The flesh may yield. It then carries at most its yield pressure.
+- The flesh may yield. Its pressure is then limited to the yield pressure.
 
 Lengths are in mm, forces in N, moduli in MPa. E* is E / (1 - nu^2).
 """
@@ -81,8 +81,8 @@ class OuterLayer:
 class FleshOnStone:
     """Flesh of the given `thickness` [mm], bonded to a rigid stone.
 
-    `stiffness` [1] is the modulus of the layer divided by the modulus of the fruit. It is 1, because the layer is the
-    flesh itself. See K. L. Johnson, Contact Mechanics (1985), section 5.8.
+    `stiffness` [1] is the modulus of the layer divided by the modulus of the fruit. This ratio is 1, because the layer
+    is the flesh itself. See K. L. Johnson, Contact Mechanics (1985), section 5.8.
     """
 
     thickness: float
@@ -108,8 +108,8 @@ class FleshOnStone:
 def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
     """Return Burmister's transform of a layer on a base [1], as a function of the wave number of the pressure.
 
-    It is the compliance of the layer on its base, divided by the compliance of a half-space of the layer's material.
-    With the argument t, the wave number times the thickness of the layer [1], it is
+    The transform is the compliance of the layer on its base, divided by the compliance of a half-space of the layer's
+    material. With the argument t, the wave number times the thickness of the layer [1], the transform is
 
         (1 + 4 b t exp(-2 t) - a b exp(-4 t)) / (1 - (a + b + 4 b t^2) exp(-2 t) + a b exp(-4 t)),
 

@@ -89,6 +89,7 @@ class Pressing:
         self.smallest_fill = np.full(tips, SMALLEST_FILL)  # smallest allowed fill of each grid
         self.grids: Grids | None = None  # there is no previous solution yet
         self.cell_forces = np.zeros((tips, cells, cells))
+        self.area: Floats  # assigned by `forces`
 
     def _find_touch_points(self) -> Floats:
         """Return the points of first contact (tips, 2) [mm], where the gaps of the domes are smallest.
@@ -187,7 +188,7 @@ class Pressing:
         # Displacement of the domes without the deflection of their springs [mm]. The sensor touches first where the gap
         # at height 0 is smallest.
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
-        # Depth of the undeformed domes below the undeformed skin [mm]. It is negative for a dome above the skin.
+        # Depth of the undeformed domes below the undeformed skin [mm], which is negative for a dome above the skin.
         interference = lowering - self.nearest
         centres, half_widths, start = self._first_grids(interference)
         for _ in range(MAX_GRID_FITS):
