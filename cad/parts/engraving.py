@@ -159,6 +159,6 @@ def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon
 
 
 def truncate_to_width(text: str, height: float, width: float) -> str:
-    """Return as many of the first letters of a text as fit into a width [mm], for letters of a height [mm]."""
+    """Return the first letters of a text that fit into a width [mm] if the letters have the given height [mm]."""
     unit = height / _LETTER_HEIGHT
     return text[: max(0, int((width + _GAP * unit) // (_STEP * unit)))]

@@ -52,9 +52,9 @@ class HallSeats:
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
     """Return the seats of a Hall read-out in a housing, with the two magnets of a shuttle centred between its leaves.
 
-    In a press, the magnets move upwards by up to the travel. Before it, the sensors are half the travel above the
-    middle of the magnets, so that they are in the middle of this motion. Pockets and windows are wider than magnets and
-    sensors by twice the accuracy of the process.
+    In a press, the magnets move upwards by up to the travel. Before the press, the sensors are half the travel above
+    the middle of the magnets, so that they are in the middle of this motion. Pockets and windows are wider than magnets
+    and sensors by twice the accuracy of the process.
     """
     # Like all levels of seats, this level is measured downwards from the upper edge of the frame. It is equal in both
     # arms, because their leaves have the same levels.

@@ -215,7 +215,7 @@ class CurvedShape:
         linear_depth = (1.0 - downward_share) * cap_depth + downward_share * base_depth
         return np.asarray(1.0 - np.cos(rim_angle) - linear_depth)
 
-    def _map_to_disc(self, plan: Floats) -> Floats:
+    def _map_to_disc(self, points: Floats) -> Floats:
         """Return the images (2, n) on the unit disc of points (2, n) [mm] of the block's plan.
 
         Points of the core are mapped to (x, y) / cap. At the edge of the plan, the map is the elliptical map of a
@@ -225,12 +225,12 @@ class CurvedShape:
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)
         cap = np.array(self.cap)
-        distance = np.abs(plan)
+        distance = np.abs(points)  # from the axes
         # `edge_share` increases from 0 in the core to 1 at the edge of the plan, separately along x and y. `rounding`
         # increases from 0 to 1/2, its value in the elliptical map.
         edge_share = np.maximum(0.0, (distance - core[:, None]) / (half_plan - core)[:, None])
         within_core = np.minimum(distance, core[:, None])  # the part of the distance that lies in the core
         # p and q are (x, y) / cap in the core. They increase to 1 at the edge of the plan.
-        p, q = np.sign(plan) * (within_core + edge_share * (cap - core)[:, None]) / cap[:, None]
+        p, q = np.sign(points) * (within_core + edge_share * (cap - core)[:, None]) / cap[:, None]
         rounding = 0.5 * (1.0 - ((1.0 - edge_share[0] ** 2) * (1.0 - edge_share[1] ** 2)) ** 2)
         return np.stack([p * np.sqrt(1.0 - rounding * q**2), q * np.sqrt(1.0 - rounding * p**2)])

@@ -29,7 +29,7 @@ from solve.linear import SolveError
 
 # Smallest spacing of tips [sides], and nodes per side for their interaction. The error is below 5e-6 times s11.
 NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
-# Smallest height and distance from a side face [sides], and nodes per side for the remainder. The error is as small.
+# Smallest height and distance from a side face [sides], and nodes per side for the remainder, with as small an error.
 NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
 RESIDUAL_LIMIT = 1e-10  # largest allowed relative residual of the forces
 SAME_POINT = 9  # decimals to which coordinates [sides] are rounded before coincident points are merged

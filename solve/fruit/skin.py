@@ -279,13 +279,21 @@ def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Float
     poisson = layers[0].poisson_below
     # A layer that consists of the material below it has no effect, so it represents the half-space without a layer.
     no_layer = Layer(thickness=layers[0].thickness, modulus=1.0, poisson=poisson, poisson_below=poisson)
-    S = np.empty((len(layers) + 1, len(loads), len(loads)))
-    for layer_index, layer in enumerate((*layers, no_layer)):
-        for i, displaced_load in enumerate(loads):
-            for j, load in enumerate(loads):
-                distance = float(np.hypot(displaced_load.x - load.x, displaced_load.y - load.y))
-                S[layer_index, i, j] = layer.smooth_compliance((displaced_load.deviation, load.deviation), distance)
-    return np.asarray(S[:-1] - S[-1])  # the last entry is the half-space without a layer
+    with_layer = np.array([_smooth_compliance(loads, layer) for layer in layers])
+    return np.asarray(with_layer - _smooth_compliance(loads, no_layer))
+
+
+def _smooth_compliance(loads: Sequence[SmoothLoad], layer: Layer) -> Floats:
+    """Return the compliance of a half-space with a layer under smooth loads, shape (loads, loads).
+
+    An entry is the mean displacement under one load per force of the other, times the modulus of the half-space [1/mm].
+    """
+    S = np.empty((len(loads), len(loads)))
+    for i, displaced_load in enumerate(loads):
+        for j, load in enumerate(loads):
+            distance = float(np.hypot(displaced_load.x - load.x, displaced_load.y - load.y))
+            S[i, j] = layer.smooth_compliance((displaced_load.deviation, load.deviation), distance)
+    return S
 
 
 def body_change(body: BentBlock, layers: Sequence[Layer], solve_count: int) -> Floats:

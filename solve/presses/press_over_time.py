@@ -89,6 +89,45 @@ class PressMotionOverTime:
     drift: Slope = (0.0, 0.0)
 
 
+class _CreepingPress:
+    """A press on flesh that relaxes, with springs that creep, which is advanced from sample to sample."""
+
+    def __init__(self, pressing: Pressing, flesh: Arms, creep: tuple[float, Arms]) -> None:
+        """Start before the first sample, without forces. The arguments are those of `press_with_creep`."""
+        self.pressing = pressing
+        tips = len(pressing.sensor.K)
+        self.instantaneous_compliance, creep_arms = creep
+        self.flesh_memory = _Memory(flesh, tips)
+        self.spring_memory = _Memory(creep_arms, tips)
+        self.relaxes = len(flesh) > 0
+        self.elastic: Floats = np.zeros(tips)  # the forces n that elastic flesh would require [N]
+
+    def advance(self, travel: float, step: float, changed_slope: Slope) -> tuple[Floats, Floats]:
+        """Press to a travel [mm] within a time `step` [s], and return the forces [N] and spring deflections [mm].
+
+        Both results have the shape (tips,). The slope of the sensor has changed by `changed_slope` [1] since the first
+        touch. Raises ArithmeticError like `press_with_creep`.
+        """
+        K = self.pressing.sensor.K
+        # At the end of this step, F = force_factor n - relaxed and d = (compliance_factor F + crept) / K.
+        relaxation_factor, relaxed = self.flesh_memory.begin_step(step)
+        creep_factor, crept = self.spring_memory.begin_step(step)
+        force_factor = 1.0 - relaxation_factor
+        compliance_factor = self.instantaneous_compliance + creep_factor
+        # So d is the deflection of an elastic spring under the force n with a modified compliance, minus a deflection
+        # that has recovered. An elastic solve with such springs therefore gives n.
+        self.pressing.spring_compliance = compliance_factor * force_factor / K
+        self.pressing.recovered = (compliance_factor * relaxed - crept) / K
+        elastic = self.pressing.forces(travel, changed_slope)
+        if self.relaxes:
+            _check_growth(self.elastic, elastic, travel)
+        self.elastic = elastic
+        force = np.maximum(force_factor * elastic - relaxed, 0.0)  # a dome cannot pull on the fruit
+        self.flesh_memory.end_step(elastic)
+        self.spring_memory.end_step(force)
+        return force, (compliance_factor * force + crept) / K
+
+
 def press_with_creep(
     pressing: Pressing, motion: PressMotionOverTime, flesh: Arms = (), creep: tuple[float, Arms] = (1.0, ())
 ) -> tuple[Floats, Floats]:
@@ -100,34 +139,16 @@ def press_with_creep(
     if a contact cannot be solved, or if an elastic force decreases on flesh that relaxes. The law of Lee and Radok does
     not hold for such shrinking contacts.
     """
-    K = pressing.sensor.K
-    instantaneous_compliance, creep_arms = creep
-    flesh_memory = _Memory(flesh, len(K))
-    spring_memory = _Memory(creep_arms, len(K))
+    creeping_press = _CreepingPress(pressing, flesh, creep)
     last_travel = max(motion.travels)
     forces = []
     deflections = []
-    elastic = np.zeros(len(K))  # the forces n that elastic flesh would require
     time_steps = np.diff(motion.times, prepend=motion.times[0])  # the step to the first sample is 0
     for travel, step in zip(motion.travels, time_steps, strict=True):
-        # At the end of this step, F = force_factor n - relaxed and d = (compliance_factor F + crept) / K.
-        relaxation_factor, relaxed = flesh_memory.begin_step(step)
-        creep_factor, crept = spring_memory.begin_step(step)
-        force_factor = 1.0 - relaxation_factor
-        compliance_factor = instantaneous_compliance + creep_factor
-        # So d is the deflection of an elastic spring under the force n with a modified compliance, minus a deflection
-        # that has recovered. An elastic solve with such springs therefore gives n.
-        pressing.spring_compliance = compliance_factor * force_factor / K
-        pressing.recovered = (compliance_factor * relaxed - crept) / K
-        previous_elastic = elastic
-        elastic = pressing.forces(travel, np.multiply(motion.drift, travel / last_travel))
-        if len(flesh):  # flesh without arms does not relax
-            _check_growth(previous_elastic, elastic, travel)
-        force = np.maximum(force_factor * elastic - relaxed, 0.0)  # a dome cannot pull on the fruit
-        flesh_memory.end_step(elastic)
-        spring_memory.end_step(force)
+        changed_slope = np.multiply(motion.drift, travel / last_travel)
+        force, deflection = creeping_press.advance(travel, step, changed_slope)
         forces.append(force)
-        deflections.append((compliance_factor * force + crept) / K)
+        deflections.append(deflection)
     return np.array(forces), np.array(deflections)
 
 

@@ -210,8 +210,8 @@ class Pressing:
     def _first_grids(self, interference: Floats) -> tuple[Floats, Floats, Floats | None]:
         """Return the centres and half widths [mm] of the grids that are tried first, and the first guess of the forces.
 
-        They come from the previous travel. At the first travel, the grids are at the points of first contact, with a
-        size for the `interference` (tips,) [mm]. There is no guess of the forces on the cells [N] then.
+        Grids and guess [N] come from the previous travel. At the first travel, the grids are at the points of first
+        contact, with a size for the `interference` (tips,) [mm], and there is no guess.
         """
         if self.grids is None:
             return self.touch, self._first_half_widths(interference), None
