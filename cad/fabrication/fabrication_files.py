@@ -73,18 +73,23 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     assembly_with_bracket = assembly.add(parts["mount"])
     exploded_path = folder / "exploded.svg"
     write_exploded(assembly_with_bracket, bill, exploded_path)
-    documents = {
-        folder / "bom.csv": bill_csv(bill),
-        folder / "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),
-    }
-    for path, text in documents.items():
-        path.write_text(text, encoding="utf-8")
-    read_back = part_files.read_back
+    sheet = fabrication_sheet(sensor, title, bill, read_out)
+    text_paths = _write_texts(folder, {"bom.csv": bill_csv(bill), "fabrication.md": sheet})
     return MakerFiles(
-        paths=(*drawing_paths, *part_files.paths, plate_path, *wiring_paths, exploded_path, *documents),
-        cover=read_back["cover"],
-        mount=read_back["mount"],
+        paths=(*drawing_paths, *part_files.paths, plate_path, *wiring_paths, exploded_path, *text_paths),
+        cover=part_files.read_back["cover"],
+        mount=part_files.read_back["mount"],
     )
+
+
+def _write_texts(folder: Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write texts to files in a folder, keyed by file name, and return their paths. Raises OSError if this fails."""
+    paths = []
+    for name, text in texts.items():
+        path = folder / name
+        path.write_text(text, encoding="utf-8")
+        paths.append(path)
+    return paths
 
 
 def _part_masses(sensor: SensorSolids, parts: Mapping[str, cq.Assembly], process: Process) -> dict[str, float]:

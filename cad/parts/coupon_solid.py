@@ -24,15 +24,13 @@ def coupon_part(housing: Housing) -> Part:
     pad at the end of each leaf has a hole for a weight. Both ends of a leaf have the fillets of the housing.
     """
     depth = housing.depth
-    half_block = 0.5 * BLOCK_WIDTH_MM
     # The normal of the workplane "XZ" is -y, so all outlines and holes are extruded from the back to the front.
     back_plane = cq.Workplane("XZ", origin=(0.0, 0.5 * depth, 0.0))
     body = back_plane.rect(BLOCK_WIDTH_MM, BLOCK_HEIGHT_MM).extrude(depth)
     weight_holes = []  # centres (x, z)
     leaf_corners: list[Point] = []  # (x, z) of the edges along y that get fillets
     for arm in housing.arms:
-        root = arm.sign * half_block  # x of the leaf at the block
-        end = arm.sign * (half_block + arm.flexure.length)  # x of the leaf at the pad
+        root, end = _leaf_ends(arm)
         hole_x = end + arm.sign * BEYOND_LEAF_MM
         middle = 0.5 * (root + end)
         leaf = back_plane.center(middle, 0.0).rect(arm.flexure.length, arm.flexure.thickness).extrude(depth)
@@ -42,7 +40,8 @@ def coupon_part(housing: Housing) -> Part:
         half_thickness = 0.5 * arm.flexure.thickness
         leaf_corners += itertools.product((root, end), (-half_thickness, half_thickness))
 
-    clamp_holes = [(CLAMP_INSET_MM - half_block, 0.0), (half_block - CLAMP_INSET_MM, 0.0)]
+    clamp_x = 0.5 * BLOCK_WIDTH_MM - CLAMP_INSET_MM
+    clamp_holes = [(-clamp_x, 0.0), (clamp_x, 0.0)]
     body = body.cut(back_plane.pushPoints(clamp_holes).circle(0.5 * CLAMP_HOLE_MM).extrude(depth))
     body = body.cut(back_plane.pushPoints(weight_holes).circle(0.5 * WEIGHT_HOLE_MM).extrude(depth))
     body = fillet_edges_along_y(body, leaf_corners, housing.corner)
@@ -50,6 +49,12 @@ def coupon_part(housing: Housing) -> Part:
     for arm in housing.arms:
         faces[f"{arm.name}_weight"] = _weight_test(arm)
     return named_part("coupon", body.findSolid(), faces)
+
+
+def _leaf_ends(arm: Arm) -> tuple[float, float]:
+    """Return the x coordinates at which the leaf of an arm leaves the block, and at which it reaches its pad [mm]."""
+    half_block = 0.5 * BLOCK_WIDTH_MM
+    return arm.sign * half_block, arm.sign * (half_block + arm.flexure.length)
 
 
 def _weight_test(arm: Arm) -> FaceTest:

@@ -208,16 +208,9 @@ def _sharpness_correction(
 ) -> tuple[float, float]:
     """Return the change in compliance under a rigid tip minus the change under its smooth load, and its error bound.
 
-    Both are multiplied by E [1/mm]. The change is from a flat to a curved fruit. With `along_normals`, the tip is a
-    dome that presses along the normal of the skin. Slope and curvature under the tip act separately
-    (`sensor/theory/sloped_skin.py`). Let R be the half-space compliance of the rigid tip, and S the half-space
-    compliance of its smooth load. A slope changes them as follows:
-
-        vertical tips   R f and S f, so the difference is (R - S) (f - 1) with f = slope_factor
-        domes           R and S g, so the difference is S (1 - g) with g = stretch_factor
-
-    The contact of a dome is circular on the skin, so R does not change. Its smooth load is circular in plan, so S
-    changes.
+    Both results are multiplied by E [1/mm]. The change is from a flat to a curved fruit. With `along_normals`, the tip
+    is a dome that presses along the normal of the skin. Slope and curvature under the tip act separately
+    (`sensor/theory/sloped_skin.py`).
     """
     shape = CurvedShape(fruit, Plan(0.0, 0.0))  # the size of the core does not affect slope and curvature
     slope = shape.slope(footprint.x, footprint.y)
@@ -226,19 +219,32 @@ def _sharpness_correction(
     deviation = least_deviation(footprint)
     rigid_compliance = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation
     ratio = deviation / load.deviation  # S / R, because the compliance is inversely proportional to the deviation
-    if along_normals:
-        smooth_compliance = rigid_compliance * ratio  # S
-        slope_term = smooth_compliance * (1.0 - stretch_factor(slope))
-        slope_to_load = 0.0  # load and displacement are along the normal
-    else:
-        rigid_minus_smooth = rigid_compliance * (1.0 - ratio)
-        slope_term = rigid_minus_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
-        slope_to_load = slope
+    slope_term = _slope_term(fruit.poisson, slope, rigid_compliance, ratio, along_normals)
     # Curvature acts through the mean of ln(distance) over a load, which differs between the tip and the smooth load.
     log_difference = -math.log(ratio) - LOG_OFFSET
+    slope_to_load = 0.0 if along_normals else slope  # between the load and the normal of the skin
     curvature_term = log_coefficient(fruit.poisson, slope_to_load) * curvature * log_difference
     bound = rigid_compliance * (FLOOR + SECOND_ORDER * (footprint.side * curvature) ** 2)
     return slope_term + curvature_term, bound
+
+
+def _slope_term(poisson: float, slope: float, R: float, ratio: float, along_normals: bool) -> float:
+    """Return the effect of a `slope` [1] on the compliance under a rigid tip, minus its effect under the smooth load.
+
+    The result is multiplied by E [1/mm]. Let R [1/mm] be the half-space compliance of the rigid tip, and S = `ratio` R
+    the half-space compliance of its smooth load. A slope changes R and S as follows:
+
+        vertical tips   R f and S f, so the difference is (R - S) (f - 1) with f = slope_factor
+        domes           R and S g, so the difference is S (1 - g) with g = stretch_factor
+
+    The contact of a dome is circular on the skin, so R does not change. Its smooth load is circular in plan, so S
+    changes. With `along_normals`, the tip is a dome.
+    """
+    if along_normals:
+        S = R * ratio
+        return S * (1.0 - stretch_factor(slope))
+    rigid_minus_smooth = R * (1.0 - ratio)
+    return rigid_minus_smooth * (slope_factor(poisson, slope) - 1.0)
 
 
 def curvature_correction(

@@ -377,7 +377,8 @@ class Pressing:
         ignored_tension = (tolerance * grids.cell_size / self.fruit.compliance)[:, None, None]
         deflection = functools.partial(self._deflection, grids)  # A f as a function of f
         system = _System(grids, deflection, required, 0.5 * tolerance)
-        # The active cells are assumed to be in contact: those that carried a force or, without a guess, that overlap.
+        # The active cells are assumed to be in contact. At first, these are the cells that carry a force in the guess
+        # or, without a guess, the cells in which the undeformed bodies overlap.
         if start is None:
             f = np.zeros_like(required)
             active = free & (required > 0.0)
