@@ -5,7 +5,7 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 
-from instrument.calibrate.calibration import calibrate_unit, modulus_of_coupon, read_print_table
+from instrument.calibrate.calibration import Calibration, calibrate_unit, modulus_of_coupon, read_print_table
 from instrument.calibrate.fruit_presses import read_fruit_table
 from instrument.calibrate.hard_plate import read_plate_table
 from instrument.calibrate.reference_presses import PressedBall, reference_ball
@@ -39,8 +39,8 @@ def run(arguments: Namespace) -> Answer:
     check_weighed_after("--after", arguments.after)
     report = read_report(arguments.folder)
     tip_count = len(report.tips)
-    names = (*NAMES, *force_keys(tip_count), *count_keys(tip_count), *time_keys(tip_count))
-    flags = ColumnFlags(arguments.columns, arguments.units, names)
+    column_names = (*NAMES, *force_keys(tip_count), *count_keys(tip_count), *time_keys(tip_count))
+    flags = ColumnFlags(arguments.columns, arguments.units, column_names)
     table = read_print_table(arguments.measured, report, flags, arguments.counts_as)
     if "coupon" in table.texts:
         return _find_coupon_modulus(arguments, report, table)
@@ -73,10 +73,10 @@ def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTa
 
 
 def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
-    """Calibrate a unit from the weights in `table`, and write it to the path of `--out`, if given.
+    """Calibrate a unit from the weights in `table`, and write the unit to the path of `--out`, if given.
 
-    `report` is the report of the unit's design, and `flags` are the columns and units that the user stated. The tables
-    of fruit, of a hard plate and of a ball are read from the files that other flags name. Notes on the tables and on
+    `report` is the report of the unit's design, and `flags` are the columns and units that the user stated. Presses on
+    fruit, on a hard plate and on a ball are read from the files that other flags name. Notes on the tables and on
     assumptions are printed to stderr.
     """
     fruit_table = None
@@ -94,6 +94,11 @@ def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags
     _print_notes(table, fruit_table, plate_table)
     for note in (*ball_notes, *calibration.assumed):
         print_error(f"note: {note}")
+    return _calibration_answer(calibration)
+
+
+def _calibration_answer(calibration: Calibration) -> Answer:
+    """Return the answer for a calibrated unit: its data, a text on the calibration, and a table of its verdicts."""
     has_passed = all_passed(calibration.verdicts)  # None if a verdict is undecided and none fails
     # If a verdict fails, the text explains how to correct the leaves, unless a verdict has its own remedy.
     explains_leaves = has_passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
@@ -111,14 +116,15 @@ def _pressed_ball(arguments: Namespace, flags: ColumnFlags, report_note: Callabl
     `flags` are the columns and units that the user stated. `report_note` is called with each note about the file of the
     presses. Raises InputError if some, but not all, of the ball's flags are given.
     """
-    properties = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
+    modulus, radius, modulus_error = arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error
     if arguments.ball is not None:
-        ball = reference_ball(*properties)
+        ball = reference_ball(modulus, radius, modulus_error)
         return PressedBall(
             source=arguments.ball, ball=ball, counts_as=arguments.counts_as, columns=flags, say=report_note
         )
-    flags_of_ball = ("--ball-reduced-modulus", "--ball-radius", "--ball-modulus-error")
-    for flag, value in zip(flags_of_ball, properties, strict=True):
+    # Without a file of presses, the properties of the ball would have no use.
+    properties = {"--ball-reduced-modulus": modulus, "--ball-radius": radius, "--ball-modulus-error": modulus_error}
+    for flag, value in properties.items():
         if value is not None:
             bound = "left out unless --ball is given"
             raise validation_error(flag, value, "", bound, "name the file of the presses on the ball")

@@ -47,10 +47,7 @@ def run(arguments: Namespace) -> Answer:
             hint = "name a STEP file, and add --solve"
             raise validation_error("--solve", path.name, "", "left out for a folder", hint)
         return _check_solved(path, process, arguments)
-    # Only a part whose springs are solved is held and pressed.
-    for flag, points in (("--held", arguments.held), ("--pressed", arguments.pressed)):
-        if points:
-            raise validation_error(flag, path.name, "", "given with --solve", "name a STEP file, and add --solve")
+    _reject_places(path, arguments)
     with showing_progress(f"checking {path.name}"):
         # Only a file can be compared with a design. `_file_process` has rejected the flag for a folder.
         if design_name is None or process is None:
@@ -65,6 +62,13 @@ def run(arguments: Namespace) -> Answer:
     )
 
 
+def _reject_places(path: Path, arguments: Namespace) -> None:
+    """Raise InputError for `--held` and `--pressed`, which apply only to a part whose springs are solved."""
+    for flag, points in (("--held", arguments.held), ("--pressed", arguments.pressed)):
+        if points:
+            raise validation_error(flag, path.name, "", "given with --solve", "name a STEP file, and add --solve")
+
+
 def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     """Solve the stiffness of the springs in a STEP file by finite elements, and check the file.
 
@@ -72,9 +76,7 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     the design. Without it, the part is made by `process`. Raises InputError if the part cannot be solved.
     """
     design_name: str | None = arguments.design
-    held = [_parse_point("--held", text) for text in arguments.held]
-    # The pressed faces are named "1", "2" and so on. With a design, they get the names of its springs below.
-    pressed = {str(number): _parse_point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
+    held, pressed = _parse_places(arguments)
     _require_solvable(path, design_name, held, pressed)
     design = None if design_name is None else load_design(design_name)
     with showing_progress(f"solving {path.name}") as work:
@@ -87,26 +89,43 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
         if design is not None and design_name is not None:
             springs = _designed_springs(design)
             housing = _housing_of_springs(springs, design_name)
-            if pressed:  # the user gives the low tip first and then the high tip, which is the order of the springs
+            # The pressed faces get the names of the springs. In both, the low tip comes before the high tip.
+            if pressed:
                 pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         part_process = process if design is None else design.process
+        elasticity = (part_process.E_MPa, part_process.poisson)
         with solver_errors_as_input_errors():
-            stiffness = file_stiffness(path, (part_process.E_MPa, part_process.poisson), held, pressed, housing)
+            stiffness = file_stiffness(path, elasticity, held, pressed, housing)
         work(f"checking {path.name}")
         designed = None if design is None or housing is None else (design, housing)
         file_verdicts = check_path(path.absolute(), part_process, designed)
-    # The targets are in N/mm, but the verdicts on the stiffnesses are in N/m.
-    targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
-    return _solved_answer(path, stiffness, targets, file_verdicts)
+    return _solved_answer(path, stiffness, _target_stiffnesses(springs), file_verdicts)
+
+
+def _parse_places(arguments: Namespace) -> tuple[list["Place"], dict[str, "Place"]]:
+    """Return the points [mm] of the held faces, and the points of the pressed faces by name: "1", "2" and so on.
+
+    Raises InputError unless each point has three numbers.
+    """
+    held = [_parse_point("--held", text) for text in arguments.held]
+    pressed = {str(number): _parse_point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
+    return held, pressed
+
+
+def _target_stiffnesses(springs: "FittedSprings | None") -> dict[str, float]:
+    """Return the target stiffness [N/m] of each spring of a design, by name, or an empty dict without a design."""
+    if springs is None:
+        return {}
+    return {name: 1e3 * spring.target for name, spring in springs.springs.items()}  # the targets are in N/mm
 
 
 def _solved_answer(
     path: Path, stiffness: "PartStiffness", targets: Mapping[str, float], file_verdicts: Sequence[Verdict]
 ) -> Answer:
-    """Return the answer for a solved part: verdicts on its stiffness and its file, the numbers, and notes.
+    """Return the answer for a solved part: verdicts on its stiffness and its file, its stiffness as data, and notes.
 
-    `targets` [N/m] are the target stiffnesses by the name of the spring, or empty without a design. The part of a user
-    may deviate from the design, so its distance from the designed surface is a note and not a verdict.
+    `targets` [N/m] are the target stiffnesses by the name of the spring, or empty without a design. A user may change
+    the shape of a part on purpose, so its distance from the designed surface is a note and not a verdict.
     """
     distance_notes = [_distance_note(verdict) for verdict in file_verdicts if verdict.name == AS_DESIGNED]
     notes = [*part_notes(stiffness), *distance_notes]
@@ -125,7 +144,8 @@ def _require_solvable(
     """Raise InputError unless the file is a STEP file, and it is known where the part is held and pressed.
 
     `held` are points [mm] of the held faces, and `pressed` are points [mm] of the pressed faces by name. Without a
-    design, both must be given. With a design, both may be empty, and its holes and tips are then held and pressed.
+    design, both must be given. With a design, both may be empty: the part is then held at the holes of the design and
+    pressed at its tips.
     """
     if path.suffix.lower() not in SOLVED_KINDS:
         bound = f"a file of kind {', '.join(SOLVED_KINDS)}, because a surface of triangles cannot be solved"
@@ -199,7 +219,11 @@ def _file_process(path: Path, process_name: str | None, design_name: str | None)
         kinds = ", ".join(FILE_KINDS)
         raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
     # With a design, the rules of its own process apply, and the default that is returned here is not used.
-    name = process_name or DEFAULT_PROCESS
+    return _find_process(process_name or DEFAULT_PROCESS)
+
+
+def _find_process(name: str) -> Process:
+    """Return the print process with a name. Raises InputError for an unknown name, with a similar name as the hint."""
     if name not in PROCESSES:
         bound = f"one of {', '.join(PROCESSES)}"
         hint = f"did you mean {nearest(name, [*PROCESSES])}?"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType  # imported only for type checking, because rich is slow to load
 
 PASSED, FAILED, WRONG_INPUT = 0, 1, 2
-_HALF_A_LINE = 1500  # [characters]; every regular message is shorter than twice this
+_KEPT_LENGTH = 1500  # [characters] kept at each end of a very long message; other messages are shorter than twice this
 EXIT_CODES = {
     PASSED: "all verdicts pass",
     FAILED: "a verdict fails or is undecided",
@@ -110,8 +110,8 @@ def print_error(message: str) -> None:
     """Print a message to stderr as one line, with control characters escaped. Failure to print is ignored."""
     line = " ".join(message.split())
     # A message may quote a very long name or value of the user. Its end is kept, because the hint is there.
-    if len(line) > 2 * _HALF_A_LINE:
-        line = f"{line[:_HALF_A_LINE]} ... {line[-_HALF_A_LINE:]}"
+    if len(line) > 2 * _KEPT_LENGTH:
+        line = f"{line[:_KEPT_LENGTH]} ... {line[-_KEPT_LENGTH:]}"
     escaped = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in line)
     with suppress(OSError):
         print(f"pipeline: {escaped}", file=sys.stderr, flush=True)

@@ -26,9 +26,9 @@ OPTIONAL_PROGRAMS = {
     "prusa-slicer": "optional: PrusaSlicer, which slices the parts in the tests",
 }
 LEAST_MEMORY_GIB = 2.0  # twice the resident memory of a run
-_IMPORT_SECONDS = 120
-_IMPORTED = "imported"
-_IMPORTING = f"""
+_IMPORT_SECONDS = 120  # time limit of a process that imports packages [s]
+_IMPORTED = "imported"  # the word before the name of each package that has been imported
+_IMPORT_PROGRAM = f"""
 import sys
 for name in sys.argv[1:]:
     __import__(name)
@@ -55,7 +55,7 @@ def run(_arguments: Namespace) -> Iterator[Answer]:
     yield Answer(code=PASSED, text=f"Importing {len(IMPORTS)} packages takes a few seconds.")
     with showing_progress(f"importing {', '.join(IMPORTS)}"):
         rows = examine_machine()
-    headings = ("what", "found", "", "remark")
+    headings = ("what", "found", "", "remark")  # the column of the status has no heading
     table = Table(*(Column(heading, overflow="fold") for heading in headings), title="what this machine has")
     for row in rows:
         table.add_row(row.name, escape(row.found), f"[{_COLOURS[row.status]}]{row.status}[/]", escape(row.remark))
@@ -65,7 +65,7 @@ def run(_arguments: Namespace) -> Iterator[Answer]:
 
 def examine_machine() -> list[Finding]:
     """Examine the packages, the optional programs, the memory and the folders, and return a row for each."""
-    rows = [Finding("Python", platform.python_version()), *_packages(), *_imports(IMPORTS), *_optional()]
+    rows = [Finding("Python", platform.python_version()), *_package_rows(), *_import_rows(IMPORTS), *_program_rows()]
     memory_GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30  # the physical memory
     is_enough = memory_GiB >= LEAST_MEMORY_GIB
     memory_remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
@@ -80,7 +80,7 @@ def examine_machine() -> list[Finding]:
     return rows
 
 
-def _packages() -> list[Finding]:
+def _package_rows() -> list[Finding]:
     """Return a row for each package that every run needs.
 
     The installed version is compared with the version in the lock file, which only a copy of the repository has.
@@ -103,7 +103,7 @@ def package_row(name: str, found: str | None, locked: str | None) -> Finding:
     return Finding(name, found, "note", f"locked at {locked}, with which the tests were run")
 
 
-def _imports(names: Sequence[str]) -> Iterator[Finding]:
+def _import_rows(names: Sequence[str]) -> Iterator[Finding]:
     """Import large packages in a separate process, and yield a row for each.
 
     A missing system library may crash the process. After a failure, another process imports the remaining packages. If
@@ -111,7 +111,7 @@ def _imports(names: Sequence[str]) -> Iterator[Finding]:
     """
     remaining = list(names)
     while remaining:
-        command = [sys.executable, "-W", "ignore", "-c", _IMPORTING, *remaining]
+        command = [sys.executable, "-W", "ignore", "-c", _IMPORT_PROGRAM, *remaining]
         try:
             completed = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
         except subprocess.TimeoutExpired:
@@ -123,16 +123,16 @@ def _imports(names: Sequence[str]) -> Iterator[Finding]:
         imported = [name for name in remaining if f"{_IMPORTED} {name}" in completed.stdout.splitlines()]
         for name in imported:
             yield Finding(f"import {name}", "ok")
-        not_imported = remaining[len(imported) :]
-        remaining = not_imported[1:]
-        if not_imported:  # the first of them failed
+        remaining = remaining[len(imported) :]
+        if remaining:
+            failed = remaining.pop(0)  # the process ended at the first package that it did not import
             *_, reason = completed.stderr.splitlines() or ["the process ended"]  # the last line names the error
             remark = f"{reason}; run make setup, which names missing system libraries"
-            yield Finding(f"import {not_imported[0]}", "fails", "wrong", remark)
+            yield Finding(f"import {failed}", "fails", "wrong", remark)
 
 
-def _optional() -> list[Finding]:
-    """Return a row for each program that some tests or comparisons use. If it is absent, the remark is its purpose."""
+def _program_rows() -> list[Finding]:
+    """Return a row for each program that some tests or comparisons use, with its purpose if it is absent."""
     return [
         Finding(program, "present") if shutil.which(program) else Finding(program, "absent", "note", purpose)
         for program, purpose in OPTIONAL_PROGRAMS.items()

@@ -28,19 +28,24 @@ def run(arguments: Namespace) -> Answer:
             raise validation_error(
                 "--out", str(folder), "", bound, "name the verdict, symbol or key whose value you want"
             )
-        lines = [_wrapped(f"{entry.name}: ", _first_sentence(entry.meaning)) for entry in entries()]
-        return Answer(code=PASSED, data=[asdict(entry) for entry in entries()], text="\n".join(lines))
+        return _list_entries()
     entry = find_entry(arguments.name)
     value_text = None if folder is None else explained_value(folder, entry, arguments.name)
-    lines = [_wrapped("", f"{arguments.name}: {entry.meaning}")]
+    lines = [_wrap("", f"{arguments.name}: {entry.meaning}")]
     if entry.formula:
-        lines.append(_wrapped("formula: ", entry.formula))
-    lines.append(_wrapped("source: ", entry.source))
+        lines.append(_wrap("formula: ", entry.formula))
+    lines.append(_wrap("source: ", entry.source))
     if value_text is None:
         lines.append("add --out DIR to see its value in that run")
     else:
-        lines.append(_wrapped(f"{folder}: ", value_text))
+        lines.append(_wrap(f"{folder}: ", value_text))
     return Answer(code=PASSED, data={**asdict(entry), "number": value_text}, text="\n".join(lines))
+
+
+def _list_entries() -> Answer:
+    """Return a list of all verdicts and symbols, each with the first sentence of its meaning."""
+    lines = [_wrap(f"{entry.name}: ", _first_sentence(entry.meaning)) for entry in entries()]
+    return Answer(code=PASSED, data=[asdict(entry) for entry in entries()], text="\n".join(lines))
 
 
 def _first_sentence(text: str) -> str:
@@ -51,7 +56,7 @@ def _first_sentence(text: str) -> str:
     return question + mark if mark else sentence + stop.strip()
 
 
-def _wrapped(label: str, text: str) -> str:
+def _wrap(label: str, text: str) -> str:
     """Wrap a label and a text to the width of the terminal, without breaking words. Later lines are indented.
 
     If stdout is not a terminal, or the width of the terminal is not known, lines have at most 100 characters.

@@ -73,7 +73,7 @@ def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
         files = table.files
     if not files:
         raise validation_error("FILE", None, "", "given, or named in the table of --sizes", "name a file")
-    # Without a table of sizes, all tests have the same geometry. It is checked before the files are read.
+    # Without a table of sizes, all tests have the same geometry. Its flags are checked before any file is read.
     shared_geometry = None if table else _test_geometry(arguments, sizes_of_flags)
     quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     tests = []
@@ -140,10 +140,7 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
     if support is None:
         raise validation_error("--support", None, "", f"one of {', '.join(SUPPORTS)}", "choose what is under the body")
     area = _plate_area(arguments.plate_area, body, assumptions)
-    poisson = arguments.poisson
-    if poisson is None:
-        poisson = POISSON
-        assumptions.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
+    poisson = _poissons_ratio(arguments.poisson, assumptions)
     compliance_error = _compliance_error(arguments)
     geometry = TestGeometry(
         body=body,
@@ -159,6 +156,14 @@ def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, li
     return geometry, assumptions
 
 
+def _poissons_ratio(given: float | None, assumptions: list[str]) -> float:
+    """Return Poisson's ratio [1], and append a sentence to `assumptions` if it is not given."""
+    if given is not None:
+        return given
+    assumptions.append(f"no --poisson: a Poisson's ratio of {POISSON:g} is assumed")
+    return POISSON
+
+
 def _plate_area(given: float | None, body: CompressedBody, assumptions: list[str]) -> float:
     """Return the area of the plate [mm^2], and append a sentence to `assumptions` if the area is not given.
 
@@ -167,8 +172,10 @@ def _plate_area(given: float | None, body: CompressedBody, assumptions: list[str
     """
     if given is not None:
         return given
-    area = body.end_area_mm2 or PAPER_PLATE_MM2
-    area_name = "the area of the end" if body.end_area_mm2 else "the area of the paper's plate"
+    if body.end_area_mm2:
+        area, area_name = body.end_area_mm2, "the area of the end"
+    else:
+        area, area_name = PAPER_PLATE_MM2, "the area of the paper's plate"
     assumptions.append(f"no --plate-area: {area_name}, {area:.4g} mm^2, is assumed")
     return area
 
@@ -176,7 +183,8 @@ def _plate_area(given: float | None, body: CompressedBody, assumptions: list[str
 def _compliance_error(arguments: Namespace) -> float:
     """Return the largest error of the machine's compliance [um/N], by default a tenth of the compliance.
 
-    Raises InputError if the error is given without the compliance.
+    If `--compliance` is not given, the compliance is 0, and so is this default. Raises InputError if the error is given
+    without the compliance.
     """
     compliance_error = arguments.compliance_error
     if compliance_error is None:
@@ -200,19 +208,27 @@ def _compressed_body(kind: str | None, sizes: Sizes, assumptions: list[str]) -> 
         kind = "ellipsoid" if "height" in sizes else "ball"
     body_sizes = {name: size for name, size in sizes.items() if name != "plunger_radius"}
     defaults_in_radii = _DEFAULT_SIZES_IN_RADII.get(kind, {})
-    # The sizes of a body are the fields of its class, which end in "_mm".
-    needed = {item.name.removesuffix("_mm") for item in fields(KINDS[kind])}
-    missing = needed - body_sizes.keys() - defaults_in_radii.keys()
-    superfluous = body_sizes.keys() - needed
-    wrong_names = sorted(missing | superfluous)
-    if wrong_names:
-        name = wrong_names[0]  # only the first wrong flag is reported
-        bound = f"{'given' if name in missing else 'left out'} for --body {kind}"
-        raise validation_error(_flag(name), body_sizes.get(name), "mm", bound, "give the sizes that this body has")
+    _check_sizes(kind, body_sizes, defaults_in_radii)
     for name in sorted(defaults_in_radii.keys() - body_sizes.keys()):
         body_sizes[name] = defaults_in_radii[name] * body_sizes["radius"]
         assumptions.append(f"no {_flag(name)}: {body_sizes[name]:g} mm, as for a ball, is assumed")
     return KINDS[kind](**{f"{name}_mm": size for name, size in body_sizes.items()})
+
+
+def _check_sizes(kind: str, given: Sizes, defaults: Sizes) -> None:
+    """Raise InputError for the first size that is missing, or that a body of this kind does not have.
+
+    `given` and `defaults` are the given and the default sizes of the body, by the names of their flags.
+    """
+    # The sizes of a body are the fields of its class, which end in "_mm".
+    needed = {item.name.removesuffix("_mm") for item in fields(KINDS[kind])}
+    missing = needed - given.keys() - defaults.keys()
+    superfluous = given.keys() - needed
+    wrong_names = sorted(missing | superfluous)
+    if wrong_names:
+        name = wrong_names[0]
+        bound = f"{'given' if name in missing else 'left out'} for --body {kind}"
+        raise validation_error(_flag(name), given.get(name), "mm", bound, "give the sizes that this body has")
 
 
 def _flag(size: str) -> str:

@@ -1,8 +1,10 @@
 """`pipeline optimise`: the best design for the goal in a study file, verified by a whole run."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
+from pipeline.find.candidate import Candidate
 from pipeline.find.optimise import Place, is_base, places, prove, refuse_occupied, search, value_of_run
 from pipeline.find.proved_candidate import Proof
 from pipeline.study.engines import chosen_engine
@@ -31,14 +33,7 @@ def run(arguments: Namespace) -> Answer:
         raise validation_error("how", study.how, "", "search, with a table [optimise] in the file", hint)
     folder = arguments.out or Path("outputs") / study.name
     refuse_occupied(study, folder, force=arguments.force)
-    with showing_progress("solving candidates") as work:
-        with chosen_engine(arguments.processes, arguments.scheduler) as engine:
-            candidates = search(study, folder, engine, work.count)
-        # There is one place for the best design, or with a front, one for each value of the front's key.
-        proofs = {
-            place: prove(study, candidates, place, force=arguments.force, progress=work)
-            for place in places(study, folder)
-        }
+    candidates, proofs = _search_and_prove(arguments, study, folder)
     # The numbers of all candidates that could be solved, the best first.
     solved = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     # The design file of each candidate whose run passed, keyed by its number.
@@ -56,6 +51,24 @@ def run(arguments: Namespace) -> Answer:
         data={**counts, **_best_design_data(study, proofs)},
         text="\n".join([*lines, str(page)]),
     )
+
+
+def _search_and_prove(
+    arguments: Namespace, study: Study, folder: Path
+) -> tuple[Sequence[Candidate], dict[Place, Proof | None]]:
+    """Search for the best designs and run them. Return all candidates, the best first, and the last run of each place.
+
+    There is one place for the best design, or with a front, one for each value of the front's key. The proof of a place
+    is None if no candidate was run. Progress is shown on stderr.
+    """
+    with showing_progress("solving candidates") as work:
+        with chosen_engine(arguments.processes, arguments.scheduler) as engine:
+            candidates = search(study, folder, engine, work.count)
+        proofs = {
+            place: prove(study, candidates, place, force=arguments.force, progress=work)
+            for place in places(study, folder)
+        }
+    return candidates, proofs
 
 
 def _write_study_page(
@@ -90,21 +103,32 @@ def _proof_lines(study: Study, proofs: dict[Place, Proof | None]) -> list[str]:
 
 
 def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
-    """Return data for `--json`: the best design, whether its run passed, its objective and the keys that it changes.
+    """Return data for `--json`: the record of the best design.
 
-    `proofs` holds the last run for each place, or None if no candidate was run. The path of the design is None unless
-    its run passed. A study with a front has such data for each value of the front's key, listed under "front".
+    `proofs` holds the last run for each place, or None if no candidate was run. A study with a front has a record for
+    each value of the front's key, which is stored as "at". These records are listed under "front".
     """
-    records: list[dict[str, object]] = []
-    for place, proof in proofs.items():
-        record: dict[str, object] = {"at": place.value} if study.front else {}
-        record |= {"design": None, "passed": None}
-        if proof is not None:
-            best = proof.candidate
-            record |= {"design": str(place.design) if proof.passed else None, "passed": proof.passed}
-            record |= {"value": best.number_found, "settings": dict(best.changes)}
-        records.append(record)
-    return {"front": records} if study.front else records[0]
+    if not study.front:  # there is only one place
+        [proof_of_place] = proofs.items()
+        return _proof_record(*proof_of_place)
+    return {"front": [{"at": place.value, **_proof_record(place, proof)} for place, proof in proofs.items()]}
+
+
+def _proof_record(place: Place, proof: Proof | None) -> dict[str, object]:
+    """Return the path of the best design, whether its run passed, its objective, and the keys that it changes.
+
+    The path is None unless the run passed. If no candidate was run, `proof` is None, and the record has neither an
+    objective nor changed keys.
+    """
+    if proof is None:
+        return {"design": None, "passed": None}
+    best = proof.candidate
+    return {
+        "design": str(place.design) if proof.passed else None,
+        "passed": proof.passed,
+        "value": best.number_found,
+        "settings": dict(best.changes),
+    }
 
 
 def _best_design_lines(study: Study, place: Place, proof: Proof | None) -> list[str]:

@@ -19,17 +19,20 @@ _LONGEST_PAUSE_S = 60.0  # longest time between two lines; the second line comes
 _FRAMES_PER_S = 5
 _BAR_WIDTH = 20  # [characters]
 _MINUTE_S, _HOUR_S = 60.0, 3600.0
-_SWITCH = 2  # number of minutes or hours below which a time is shown in the smaller unit
+_SMALLER_UNIT_BELOW = 2  # a time below this number of minutes or hours is shown in the smaller unit
 
 
 class Work:
-    """The progress of a command. Calling it begins the next task, and `count` sets how many parts are finished."""
+    """The progress of a command. Calling it begins the next task, and `count` sets the number of finished parts.
+
+    `ended` is the number of finished parts, and `parts` the total number. Both are 0 unless the parts are counted.
+    """
 
     def __init__(self, name: str) -> None:
         """Begin the first task."""
         self._start = time.monotonic()
         self._name = name
-        # Number of finished parts at the first call of `count`, and the time of this call.
+        # The number of finished parts at the first call of `count`, and the time of this call [s].
         self._counted_from: tuple[int, float] | None = None
         self.ended = self.parts = 0
 
@@ -77,9 +80,9 @@ class Work:
 
 def duration(seconds: float) -> str:
     """Return a time as text, in whole seconds, in whole minutes, or in hours with one decimal."""
-    if seconds < _SWITCH * _MINUTE_S:
+    if seconds < _SMALLER_UNIT_BELOW * _MINUTE_S:
         return f"{seconds:.0f} s"
-    if seconds < _SWITCH * _HOUR_S:
+    if seconds < _SMALLER_UNIT_BELOW * _HOUR_S:
         return f"{seconds / _MINUTE_S:.0f} min"
     return f"{seconds / _HOUR_S:.1f} h"
 

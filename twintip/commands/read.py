@@ -93,11 +93,6 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     flags, and if there is nothing to read or write.
     """
     sensor = _measuring_unit(arguments)
-    _reject_incompatible_flags(arguments, sensor)
-    if arguments.radius is not None:
-        bound = f"one or two numbers from {_RADIUS.at_least:g} to {_RADIUS.at_most:g}, separated by a comma"
-        hint = "write for instance --radius 47,110"
-        sensor = replace(sensor, radii_mm=parse_radii(arguments.radius, _RADIUS, bound, hint))
     firmware = _firmware_files(arguments, sensor)
     has_forces = arguments.forces is not None or arguments.signal is not None
     if not has_forces and not firmware:
@@ -159,8 +154,17 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
 
 
 def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
-    """Return the unit given by `--unit`, or the unit as designed. Raises InputError if its file is invalid."""
-    return MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
+    """Return the unit given by `--unit`, or the unit as designed, for fruit with the radii given by `--radius`.
+
+    Raises InputError if the file of the unit or a radius is invalid, or if another flag is incompatible with the unit.
+    """
+    sensor = MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
+    _reject_incompatible_flags(arguments, sensor)
+    if arguments.radius is None:
+        return sensor
+    bound = f"one or two numbers from {_RADIUS.at_least:g} to {_RADIUS.at_most:g}, separated by a comma"
+    hint = "write for instance --radius 47,110"
+    return replace(sensor, radii_mm=parse_radii(arguments.radius, _RADIUS, bound, hint))
 
 
 def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:
@@ -226,8 +230,9 @@ def _reading_of_forces(arguments: Namespace, sensor: MeasuringUnit) -> FruitRead
     number for each tip, or if a force is out of scale.
     """
     tips = sensor.report.tips
-    refuse_without_counts(arguments.counts_as, "--forces")  # rejects --counts-as, because these are no counts
+    refuse_without_counts(arguments.counts_as, "--forces")  # rejects --counts-as, because forces are not counts
     channels = numbers_of_text(arguments.forces, len(tips), "--forces", "N")
+    # The function names a tip in the error message, given its index.
     refuse_out_of_scale(sensor, channels, lambda tip: f"--forces: tip {tips[tip].name}")
     reading = single_reading(sensor, sensor.forces_of_channels(channels))
     print_error(
@@ -256,11 +261,12 @@ def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator
 def _open_signal(arguments: Namespace, sensor: MeasuringUnit) -> Signal:
     """Open the file or the standard input that holds the presses, and print notes on its columns to stderr.
 
-    Raises InputError if a flag contradicts the columns.
+    Notes on single lines, such as a line that is left out, are printed later, when the signal reaches them. Raises
+    InputError if a flag contradicts the columns.
     """
 
     def print_note(note: str) -> None:
-        """Print a note about the signal to stderr."""
+        """Print a note about a line of the signal to stderr."""
         print_error(f"note: {arguments.signal}: {note}")
 
     tip_count = len(sensor.report.tips)
@@ -272,7 +278,7 @@ def _open_signal(arguments: Namespace, sensor: MeasuringUnit) -> Signal:
             "note: there is no time for each channel and no [readout], so all channels of a line are assumed to be "
             "simultaneous"
         )
-    if not signal.counted:
+    if not signal.counted:  # the signal holds forces
         refuse_without_counts(arguments.counts_as, signal.source)
     if signal.names_fruit and arguments.fruit_presses is not None:
         bound = f"left out if {signal.source} has a column fruit"

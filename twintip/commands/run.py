@@ -51,20 +51,30 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     file_date()  # raises InputError if the environment gives an invalid date for the files
     report = _report_of_same_run(design, options, folder)
     if report is None:
-        with showing_progress("loading the solvers") as work, solver_errors_as_input_errors():
-            # The solvers are slow to import, so they are imported only after all checks of the input.
-            from pipeline import run as whole_run
-            from pipeline.report.outputs import earlier_answer
-
-            earlier = earlier_answer(folder)  # the files of an earlier run, which the new run replaces
-            report = whole_run(design, options, progress=work).report
-        lost_files = earlier.lost_files_text(folder, options.command)
-        if lost_files is not None:
-            print_error(f"note: {lost_files}")
+        report = _new_report(design, options, folder)
+    # This import loads rich, which wrong input does not need.
     from pipeline.report.answer import every_section, report_passed, summary
 
     parts = every_section(report) if arguments.verbose else summary(report, folder)
     yield Answer(code=PASSED if report_passed(report) else FAILED, data=report, parts=parts)
+
+
+def _new_report(design: Design, options: RunOptions, folder: Path) -> Json:
+    """Run a design, which writes all files of `folder`, and return its report.
+
+    A note on stderr reports the files of an earlier run that the new run has removed and does not write again.
+    """
+    with showing_progress("loading the solvers") as work, solver_errors_as_input_errors():
+        # The solvers are slow to import, so they are imported only after all checks of the input.
+        from pipeline import run as whole_run
+        from pipeline.report.outputs import earlier_answer
+
+        earlier = earlier_answer(folder)  # the files of an earlier run, which the new run replaces
+        report = whole_run(design, options, progress=work).report
+    lost_files = earlier.lost_files_text(folder, options.command)
+    if lost_files is not None:
+        print_error(f"note: {lost_files}")
+    return report
 
 
 def watch(arguments: Namespace, file: str) -> Iterator[Answer]:

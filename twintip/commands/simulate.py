@@ -141,15 +141,9 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
     unit = _simulated_unit(arguments, report, paths)
     # The fruit is pressed only for the log, which is the file of `--out`. The bench tables do not depend on it.
     outside = tuple(beyond_design(settings.fruit, report)) if arguments.out is not None else ()
-    lines_of_flag = {}
-    with showing_progress("simulating") as work:
-        for flag, path in paths.items():
-            work(f"simulating {path.name}")
-            simulate_lines = FILES[flag]
-            lines_of_flag[flag] = simulate_lines(report, unit, settings, work.count)
+    contents = _simulated_contents(report, unit, settings, paths)
     for flag, path in paths.items():
-        content = "\n".join(lines_of_flag[flag]) + "\n"
-        write_files({path: content.encode()}, _flag(flag), force=arguments.force)
+        write_files({path: contents[flag]}, _flag(flag), force=arguments.force)
     for note in outside:
         print_error(f"note: {note}")
     simulation = Simulation(
@@ -165,6 +159,23 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
     )
     text = "\n".join([*simulation.files, *(f"then: {command}" for command in simulation.commands)])
     return Answer(code=PASSED, data=as_data(simulation), text=text)
+
+
+def _simulated_contents(
+    report: Report, unit: SimulatedUnit, settings: SimulationSettings, paths: dict[str, Path]
+) -> dict[str, bytes]:
+    """Simulate the file of each flag in `paths` with a unit, and return the contents of the files, by flag.
+
+    Progress is shown on stderr.
+    """
+    contents = {}
+    with showing_progress("simulating") as work:
+        for flag, path in paths.items():
+            work(f"simulating {path.name}")
+            simulate_lines = FILES[flag]
+            lines = simulate_lines(report, unit, settings, work.count)
+            contents[flag] = ("\n".join(lines) + "\n").encode()
+    return contents
 
 
 def _check_paths(paths: dict[str, Path], *, force: bool) -> None:
@@ -199,7 +210,7 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
 
     Raises InputError for an invalid `--radius`.
     """
-    usual = usual_fruit(report)
+    designed_fruit = usual_fruit(report)
     values_of_flags = {name: getattr(arguments, name) for name in ("E", "azimuth", "thickness")}
     changes = {name: value for name, value in values_of_flags.items() if value is not None}
     if arguments.radius is not None:
@@ -213,7 +224,8 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
         size = magnitude or 0.0
         return size * math.cos(direction), size * math.sin(direction)
 
-    return replace(usual, **changes, tilt=components(arguments.tilt), off_centre=components(arguments.off_centre))
+    tilt, off_centre = components(arguments.tilt), components(arguments.off_centre)
+    return replace(designed_fruit, **changes, tilt=tilt, off_centre=off_centre)
 
 
 def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float]]:
@@ -224,9 +236,10 @@ def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float
     """
     if text is None:
         return report.design.fruit.relaxation or ()
-    pairs = [tuple(map(parse_number, pair.split(":"))) for pair in text.split(",")]  # None for a text without a number
+    # `parse_number` returns None for a text that is not a number. `Relaxation` rejects everything but pairs of numbers.
+    pairs = [tuple(map(parse_number, pair.split(":"))) for pair in text.split(",")]
     try:
-        return Relaxation(tuple(pairs)).arms  # type: ignore[arg-type]  # it rejects everything but pairs of numbers
+        return Relaxation(tuple(pairs)).arms  # type: ignore[arg-type]
     except InputError as error:
         raise validation_error("--relax", text, "", FORM, "write SHARE:SECONDS,..., as in 0.25:5,0.33:120") from error
 
@@ -256,16 +269,8 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
     folder = str(arguments.folder)
     unit_path = None if arguments.unit is None else str(arguments.unit)
     if "weights" in paths:
-        command = ["pipeline", "calibrate", folder, str(paths["weights"])]
-        if "plate" in paths:
-            command += ["--plate", str(paths["plate"])]
-        if "ball" in paths:
-            ball = usual_ball(report)
-            percent = (report.design.reading or ReadingRequirements()).ball_percent
-            command += ["--ball", str(paths["ball"]), "--ball-reduced-modulus", f"{ball.reduced:.6g}"]
-            command += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
-        unit_path = "unit.toml"
-        yield shlex.join([*command, "--out", unit_path])
+        unit_path = "unit.toml"  # written by the calibration
+        yield _calibration_command(folder, report, paths, unit_path)
     # With bench tables, the simulated unit has random errors, so its log can be read only after a calibration.
     has_bench_tables = bool(set(paths) - {"out"})
     if "out" in paths and (unit_path is not None or not has_bench_tables):
@@ -275,6 +280,23 @@ def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path])
         if (arguments.presses or 1) > 1:
             command += ["--fruit-presses", "0"]  # all presses of the log are on one fruit
         yield shlex.join(command)
+
+
+def _calibration_command(folder: str, report: Report, paths: dict[str, Path], unit_path: str) -> str:
+    """Return the command that calibrates the unit with the written bench tables, and writes it to `unit_path`.
+
+    `folder` is the output folder of the design, and `paths` maps the name of each flag to the path of its table.
+    """
+    command = ["pipeline", "calibrate", folder, str(paths["weights"])]
+    if "plate" in paths:
+        command += ["--plate", str(paths["plate"])]
+    if "ball" in paths:
+        ball = usual_ball(report)
+        percent = (report.design.reading or ReadingRequirements()).ball_percent
+        command += ["--ball", str(paths["ball"]), "--ball-reduced-modulus", f"{ball.reduced:.6g}"]
+        # The flag takes the half width of the error bar of 95 %.
+        command += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
+    return shlex.join([*command, "--out", unit_path])
 
 
 def _prove_design(arguments: Namespace, report: Report) -> Answer:
@@ -299,8 +321,8 @@ def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
     """
     rows = [_HEADINGS, *map(_reading_cells, proof.readings)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    # The flags are the last column. It is not aligned, so its width is not used.
     for *number_cells, flags_cell in rows:
-        # The flags are the last column, which is not aligned.
         cells = [cell.rjust(width) for cell, width in zip(number_cells, widths, strict=False)]
         yield "  ".join([*cells, flags_cell]).rstrip()
     inside = proof.presses - proof.flagged - proof.outside

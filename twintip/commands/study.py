@@ -25,16 +25,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     """
     study = read_study(arguments.file)
     folder = arguments.out or Path("outputs") / study.name
-    # Files that could not be written at the end are refused before anything is solved.
-    if arguments.export is not None:
-        refuse_export(arguments.export, folder, force=arguments.force)
-    if arguments.html:
-        refuse_page(folder, force=arguments.force)
-    with (
-        showing_progress("solving points") as work,
-        chosen_engine(arguments.processes, arguments.scheduler) as engine,
-    ):
-        summary = run_study(study, folder, engine, work.count)
+    summary = _solve_points(arguments, study, folder)
     with stored_study(folder) as store:
         written = _write_requested_files(arguments, store, study)
         messages = store.messages()
@@ -54,6 +45,23 @@ def run(arguments: Namespace) -> Iterator[Answer]:
             "Run the same command again to solve them."
         )
         raise MachineError(msg)
+
+
+def _solve_points(arguments: Namespace, study: Study, folder: Path) -> StudySummary:
+    """Solve the points of a study, store them in `folder`, and return the numbers of done, refused and failed points.
+
+    Progress is shown on stderr. Raises InputError for a requested file that could not be written at the end.
+    """
+    # These files are refused before anything is solved.
+    if arguments.export is not None:
+        refuse_export(arguments.export, folder, force=arguments.force)
+    if arguments.html:
+        refuse_page(folder, force=arguments.force)
+    with (
+        showing_progress("solving points") as work,
+        chosen_engine(arguments.processes, arguments.scheduler) as engine,
+    ):
+        return run_study(study, folder, engine, work.count)
 
 
 def _range_lines(store: StudyStore, study: Study) -> list[str]:

@@ -174,8 +174,8 @@ def _nearest_fruit_line(
 ) -> str:
     """Return the line with the command that suggests a sensor for the most similar fruit for which a design passes.
 
-    If `nearest_fruit` is None, the line reports that there is no such fruit. The command has the `settings`, the kept
-    keys and the output path of this search, which started from `preset_or_file`.
+    If `nearest_fruit` is None, the line reports that there is no such fruit. The command repeats the flags of this
+    search, which started from `preset_or_file`: the `settings`, the kept keys and the output path.
     """
     if nearest_fruit is None:
         return f"no design was found for narrower ranges of the fruit either, from the preset {preset_or_file}"
@@ -192,8 +192,8 @@ def _nearest_fruit_line(
 def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str]:
     """Return the lines on the outcome of a search: the reason, and a table of the changed keys.
 
-    If no design passes, the verdicts that do not pass follow the reason instead. `changes` are the rows of the table,
-    each with the key, its original value and its new value.
+    If no design passes, the verdicts that do not pass follow the reason instead. `changes` holds the key, its original
+    value and its new value for each row of the table.
     """
     lines = [f"{suggestion.design.name}: {suggestion.reason}"]
     if suggestion.changes is None:
@@ -201,12 +201,21 @@ def _suggestion_lines(suggestion: "Suggestion", changes: list[Json]) -> list[str
             if verdict.passed is not True:
                 outcome = OUTCOMES[verdict.passed]
                 lines.append(f"{outcome} {verdict.name}: {value_and_limit(verdict)}{verdict.reference}")
-    # Without changes, there is no table, so the headings are omitted too.
-    rows = [("key", "from", "to")] if changes else []
+    return [*lines, *_table_lines(changes)] if changes else lines
+
+
+def _table_lines(changes: list[Json]) -> list[str]:
+    """Return the lines of the table of changed keys, with a line of headings and left-aligned columns.
+
+    `changes` holds the key, its original value ("from") and its new value ("to") for each row.
+    """
+    rows = [("key", "from", "to")]
     for change in changes:
         old_text, new_text = (value_text(change[end], digits=6, absent="not set") for end in ("from", "to"))
         rows.append((change["key"], old_text, new_text))
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    lines = []
     for row in rows:
-        lines.append("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=True)]
+        lines.append("  ".join(cells).rstrip())
     return lines
