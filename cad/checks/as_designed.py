@@ -86,7 +86,7 @@ def _own_file_limit(name: str) -> float:
 
 
 def _distance_text(farthest: Farthest, against: str) -> str:
-    """Return how the largest distance was measured, and its place unless the distance is 0.
+    """Return a text on the largest distance: how it was measured, and its place unless the distance is 0.
 
     `against` names the part of the design with which the file was compared, or is empty.
     """
@@ -144,7 +144,7 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
         if not len(points):
             continue
         # Usually the two surfaces divide the same face into different triangles. The points then lie on the unshared
-        # triangles of the other surface. These are few, so they are tried before the whole surface.
+        # triangles of the other surface, at the distance 0. These triangles are few, so they are tried first.
         if 0 < len(other_triangles.corners) < len(other_surface.corners):
             distance_to_unshared, _ = _farthest_point(points, other_triangles)
             if distance_to_unshared == 0.0:
@@ -303,13 +303,7 @@ def _triangle_distances(points: Floats, corners: Floats) -> Floats:
     # Edge i runs from corner i to the next corner. `from_corners` are the vectors from each corner to the point.
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
-    # Position of the nearest point of each edge, as a fraction of the edge. The divisor 1 replaces the length 0 of a
-    # collapsed edge, whose fraction does not matter.
-    squared_lengths = np.einsum("...i,...i->...", edges, edges)
-    length_divisors = np.where(squared_lengths > 0.0, squared_lengths, 1.0)
-    fractions = np.einsum("...i,...i->...", from_corners, edges) / length_divisors
-    nearest_on_edges = np.clip(fractions, 0.0, 1.0)[..., None] * edges  # relative to the corner at which an edge starts
-    to_edges = np.linalg.norm(from_corners - nearest_on_edges, axis=-1).min(axis=-1)
+    to_edges = _nearest_edge_distances(edges, from_corners)
     normals = np.cross(edges[..., 0, :], edges[..., 1, :])
     # The divisor 1 replaces the area 0 of a collapsed triangle, whose height is not used.
     doubled_areas = np.linalg.norm(normals, axis=-1)
@@ -319,6 +313,21 @@ def _triangle_distances(points: Floats, corners: Floats) -> Floats:
     side_products = np.einsum("...ij,...j->...i", np.cross(edges, from_corners), normals)
     is_inside = (side_products >= 0.0).all(axis=-1) & (doubled_areas > 0.0)
     return np.asarray(np.where(is_inside, heights, to_edges))
+
+
+def _nearest_edge_distances(edges: Floats, from_corners: Floats) -> Floats:
+    """Return the distance [mm] from each point to the nearest edge of a triangle, shape (...).
+
+    `edges` (..., 3, 3) [mm] holds the three edges of each triangle as vectors, and `from_corners` (..., 3, 3) [mm] the
+    vector from the start of each edge to the point.
+    """
+    # The position of the nearest point of each edge is a fraction of the edge. The divisor 1 replaces the length 0 of a
+    # collapsed edge, whose fraction does not matter.
+    squared_lengths = np.einsum("...i,...i->...", edges, edges)
+    length_divisors = np.where(squared_lengths > 0.0, squared_lengths, 1.0)
+    fractions = np.einsum("...i,...i->...", from_corners, edges) / length_divisors
+    nearest_on_edges = np.clip(fractions, 0.0, 1.0)[..., None] * edges  # relative to the start of each edge
+    return np.asarray(np.linalg.norm(from_corners - nearest_on_edges, axis=-1).min(axis=-1))
 
 
 def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
@@ -337,10 +346,20 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
         yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
         mesh_in_mm = mesh.copy()
         mesh_in_mm.apply_transform(np.diag([factor, factor, factor, 1.0]))  # a transform without a translation
+    transform = _correcting_transform(mesh_in_mm, design, limit)
+    displacement = None if transform is None else _displacement_text(transform, mesh_in_mm)
+    if displacement is not None:
+        yield displacement
+
+
+def _correcting_transform(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Floats | None:
+    """Return the first transform (4, 4) that brings a mesh within `limit` [mm] of its design, or None if none does.
+
+    The identity is tried before the transforms that align the mesh with the design.
+    """
     design_surface = _surface_of(design)
-    # The identity is tried first, because the unit may be the only mistake.
-    for transform in [np.eye(4), *_aligning_transforms(mesh_in_mm, design)]:
-        moved_mesh = mesh_in_mm.copy()
+    for transform in [np.eye(4), *_aligning_transforms(mesh, design)]:
+        moved_mesh = mesh.copy()
         moved_mesh.apply_transform(transform)
         corners = np.asarray(moved_mesh.vertices)
         # A few corners are measured first, because most transforms are wrong and the whole surface takes longer.
@@ -349,8 +368,8 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
             _distance_bounds(sampled_corners, design_surface).max() <= limit
             and _largest_distance(_surface_of(moved_mesh), design_surface).distance <= limit
         ):
-            yield from _displacement_text(transform, mesh_in_mm)
-            return
+            return transform
+    return None
 
 
 def _likely_unit(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> str | None:
@@ -387,16 +406,14 @@ def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list
     return transforms
 
 
-def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
-    """Yield at most one sentence: how the mesh of a file is displaced from its design.
+def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> str | None:
+    """Return how the mesh of a file is displaced from its design as text, or None if it is not displaced.
 
-    `transform` (4, 4) moves the mesh [mm] onto its design. Nothing is yielded if the mesh is already in the position of
-    its design.
+    `transform` (4, 4) moves the mesh [mm] onto its design.
     """
     rotation = transform[:3, :3]
     if np.linalg.det(rotation) < 0.0:
-        yield "the part is mirrored, but otherwise as designed"
-        return
+        return "the part is mirrored, but otherwise as designed"
     # The displacement is the present centre of mass minus the centre at which the transform would place it.
     centre = np.asarray(mesh.center_mass)
     # Adding 0.0 replaces -0.0 by 0.0.
@@ -405,5 +422,6 @@ def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str
     cosine = 0.5 * (float(np.trace(rotation)) - 1.0)
     angle = math.degrees(math.acos(min(1.0, max(-1.0, cosine))))
     rotation_text = f" and rotated by {angle:.1f} deg" if angle > _MIN_ROTATION_DEG else ""
-    if rotation_text or any((x, y, z)):
-        yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{rotation_text}, but otherwise as designed"
+    if not rotation_text and not any((x, y, z)):
+        return None
+    return f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{rotation_text}, but otherwise as designed"

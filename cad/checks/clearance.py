@@ -37,17 +37,11 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """
     housing = sensor.housing
     low, high = housing.arms
-    half_width = 0.5 * (housing.spacing + housing.shuttle_width)  # from x = 0 to the outer side of a shuttle
-    # A printed tip may touch the fruit, so the neck is measured from above the tip. The foot of a pin must not touch
-    # the fruit, so it is included.
-    tip_height = housing.tip_height if housing.pin is None else 0.0
     # The arms are inside this box, between their walls and below the top of the cavity. So the frame remains if the box
     # is cut away.
     arm_box = box_through(housing.depth, (low.wall, high.wall), (-_MARGIN_MM, housing.cavity_level))
     frame = sensor.part.shape.cut(arm_box)
-    necks = sensor.part.shape.intersect(
-        box_through(housing.depth, (-half_width, half_width), (tip_height, housing.neck_level))
-    )
+    necks = _cut_out_necks(sensor)
     # A second plate is a copy, rotated by half a turn about the press axis, and has the same clearances.
     placement = plate_locations(housing)[0]
     return (
@@ -56,10 +50,23 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     )
 
 
+def _cut_out_necks(sensor: SensorSolids) -> cq.Shape:
+    """Return the necks of both shuttles [mm].
+
+    A printed tip may touch the fruit, so it is not included. The foot of a pin must not touch the fruit, so it is
+    included.
+    """
+    housing = sensor.housing
+    half_width = 0.5 * (housing.spacing + housing.shuttle_width)  # from x = 0 to the outer side of a shuttle
+    lower_level = housing.tip_height if housing.pin is None else 0.0
+    neck_box = box_through(housing.depth, (-half_width, half_width), (lower_level, housing.neck_level))
+    return sensor.part.shape.intersect(neck_box)
+
+
 def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) -> Verdict:
     """Return the verdict on the distance [mm] between the fruit and a shape that moves with the frame, such as a cover.
 
-    `shape` is in sensor coordinates. It is tilted like the frame in `clearance_verdicts`.
+    `shape` is in sensor coordinates. It is lowered by the travel, and tilted by the largest tilt of the frame.
     """
     return _clearance_verdict(name, sensor, shape, largest_tilt(sensor.press))
 
@@ -187,7 +194,7 @@ def _arm_stop_verdicts(probe: LineProbe, housing: Housing, arm: Arm, deflection:
     limit = STOP_SAFETY * deflection
     shuttle_stop = _gap_above_shuttle(probe, housing, arm)
     leaf_gaps = _gaps_above_leaf(probe, arm)  # keyed by `guided_leaf_shape` of the point below the gap
-    # Neither verdict has a value if a gap is infinite: above the whole shuttle, or above any point of the leaf.
+    # Neither verdict has a value if the gap is infinite above the whole shuttle, or above any point of the leaf.
     for member, gap in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
         if math.isinf(gap):
             reference = f"no stop: the {member} already touches the frame, or nothing is above it"

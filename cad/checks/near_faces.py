@@ -25,15 +25,13 @@ def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, f
     for name, (first, second) in pairs.items():
         if _starts_inside(first, second) or _starts_inside(second, first):
             return name, 0.0
-        gaps = _box_gaps(
-            boxes[first], boxes[second]
-        )  # one row for each face of `first`, one column for each of `second`
+        first_faces, second_faces = faces[first], faces[second]
+        gaps = _box_gaps(boxes[first], boxes[second])  # shape (faces of `first`, faces of `second`)
         for index in np.argsort(gaps, axis=None, kind="stable").tolist():
-            # The index counts the gaps row by row.
-            row, column = divmod(index, len(faces[second]))
+            row, column = divmod(index, len(second_faces))  # the index counts the gaps row by row
             if gaps[row, column] >= smallest_distance - _ROUND_OFF_MM:
                 break
-            distance = faces[first][row].distance(faces[second][column])
+            distance = first_faces[row].distance(second_faces[column])
             if distance < smallest_distance:
                 nearest_name, smallest_distance = name, distance
     return nearest_name, float(smallest_distance)

@@ -31,7 +31,8 @@ _SAMPLES = (0.1, 0.5, 0.9)  # surface parameters at which a normal is evaluated,
 _NEAR_MM = 1e-5  # geometric tolerance: points closer than this are treated as one point
 _MIN_MEAN_NORMAL = 0.5  # smallest length of the mean unit normal of faces that can be pressed; a closed ring has 0
 _WALL_POINTS = 3000  # approximate number of points on a part at which its wall thickness is measured
-_STEP_MM = 1e-3  # step into the material before a ray is cast; also the thinnest layer in which a section is cut
+_STEP_MM = 1e-3  # distance below the surface at which a ray into the material starts
+_THINNEST_LAYER_MM = 1e-3  # thickness up to which a layer between two levels of a part is not cut
 _CORNER_FRACTION = 0.25  # element size at a cylindrical face, as a fraction of half its circumference
 _CHORD_MM, _ANGLE_RAD = 0.01, 0.3  # largest deviations of triangles from their face
 _OUTSIDE_MM2 = 0.01  # largest area of another section that may lie outside the swept section
@@ -51,6 +52,20 @@ def require_one_solid(
     InputError if the number of solids is not one, or if there are faces outside the solid. InputError is also raised
     if the CAD kernel OCCT finds the solid invalid, or if its size is wrong.
     """
+    solid = _find_only_solid(shape, name)
+    if not OCP.BRepCheck.BRepCheck_Analyzer(solid.wrapped).IsValid() or not solid.Volume() > 0.0:
+        bound = "a closed solid that OCCT finds valid"
+        raise validation_error("PART", name, "", bound, "repair it in the program that made it, and export it again")
+    if not any_size:
+        _check_size(solid, name, housing)
+    return solid
+
+
+def _find_only_solid(shape: cq.Shape, name: str) -> cq.Solid:
+    """Return the only solid of a shape. Raises InputError if it has no or several solids, or faces outside the solid.
+
+    In error messages, `name` is the name of the file or the part.
+    """
     solids = shape.Solids()
     if not solids:
         bound = f"one closed solid: its {len(shape.Faces())} faces do not enclose a volume"
@@ -63,13 +78,7 @@ def require_one_solid(
     if unattached:
         bound = f"one closed solid: {unattached} faces do not belong to it"
         raise validation_error("PART", name, "", bound, "export the solid without these faces")
-    solid = solids[0]
-    if not OCP.BRepCheck.BRepCheck_Analyzer(solid.wrapped).IsValid() or not solid.Volume() > 0.0:
-        bound = "a closed solid that OCCT finds valid"
-        raise validation_error("PART", name, "", bound, "repair it in the program that made it, and export it again")
-    if not any_size:
-        _check_size(solid, name, housing)
-    return solid
+    return solids[0]
 
 
 def _volume_and_centre(solid: cq.Solid) -> str:
@@ -88,20 +97,26 @@ def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
     longest = max(box.xlen, box.ylen, box.zlen)
     size = f"{box.xlen:.4g} x {box.ylen:.4g} x {box.zlen:.4g} mm"
     if housing is not None:
-        ratio = (housing.right - housing.left) / longest  # the length of the design divided by the length of the solid
-        mistakes = (
-            (_INCH_MM, "smaller", "in inches"),
-            (1.0 / _INCH_MM, "larger", "converted from inches twice"),
-        )
-        for factor, comparison, mistake in mistakes:
-            if abs(ratio / factor - 1.0) < _SIZE_TOLERANCE:
-                bound = (
-                    f"in millimetres: at {size} it is {_INCH_MM:g} times {comparison} than the design, as if {mistake}"
-                )
-                raise validation_error("PART", name, "", bound, "export it in millimetres")
+        _reject_inches((housing.right - housing.left) / longest, name, size)
     if not SHORTEST_MM <= longest <= LONGEST_MM:
         bound = f"{SHORTEST_MM:g} to {LONGEST_MM:g} mm long: it is {size}"
         raise validation_error("PART", name, "", bound, "export it in millimetres, and one part only")
+
+
+def _reject_inches(ratio: float, name: str, size: str) -> None:
+    """Raise InputError if the size of a solid shows that it is in inches, or was converted from inches twice.
+
+    `ratio` [1] is the length of the design divided by the length of the solid. In the error message, `name` is the name
+    of the file or the part, and `size` is its size.
+    """
+    mistakes = (
+        (_INCH_MM, "smaller", "in inches"),
+        (1.0 / _INCH_MM, "larger", "converted from inches twice"),
+    )
+    for factor, comparison, mistake in mistakes:
+        if abs(ratio / factor - 1.0) < _SIZE_TOLERANCE:
+            bound = f"in millimetres: at {size} it is {_INCH_MM:g} times {comparison} than the design, as if {mistake}"
+            raise validation_error("PART", name, "", bound, "export it in millimetres")
 
 
 def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
@@ -567,11 +582,12 @@ def _section_planes(box: cq.BoundBox, levels: Sequence[float], low: float, high:
     """Return the planes y [mm] in which a part is cut, each once: in the middle of the sweep, and between its levels.
 
     The sweep extends from `low` to `high` [mm]. At the `levels` [mm], the section of the part may change. `box` is the
-    bounding box of the part. A layer thinner than `_STEP_MM` is not cut.
+    bounding box of the part. A layer thinner than `_THINNEST_LAYER_MM` is
+    not cut.
     """
     neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
     planes = [0.5 * (low + high)]
-    planes += [round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM]
+    planes += [round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _THINNEST_LAYER_MM]
     return list(dict.fromkeys(planes))
 
 
@@ -626,11 +642,10 @@ def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float
 
 
 def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
-    """Yield the centroids (3,) [mm] of small triangles on a face, and the projected area along y of each [mm^2].
+    """Yield the centres (3,) [mm] of small pieces of a face, and the projected area along y of each piece [mm^2].
 
-    Every triangle of the face is divided into count^2 equal triangles, which are about 0.5 mm wide or less when seen
-    along y. Only the count (count + 1) / 2 triangles with the orientation of the original are used. The projected area
-    of the original triangle is divided equally among them.
+    The pieces are about 0.5 mm wide or less when seen along y. The projected area of each triangle of the face is
+    divided equally among the count (count + 1) / 2 pieces of this triangle.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -638,11 +653,21 @@ def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
         a, b, c = positions[list(triangle)]
         projected_area = 0.5 * abs(float(np.cross(b - a, c - a)[1]))
         count = max(1, math.ceil(math.sqrt(projected_area) / _PIECE_MM))
-        for i, j in itertools.product(range(count), repeat=2):
-            # The centroid is a third of the way along each side of the small triangle at the position (i, j).
-            r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
-            if r + s < 1.0:  # otherwise the centroid lies outside the original triangle
-                yield a + r * (b - a) + s * (c - a), 2.0 * projected_area / (count * (count + 1))
+        for centre in _spread_points(a, b, c, count):
+            yield centre, 2.0 * projected_area / (count * (count + 1))
+
+
+def _spread_points(a: Floats, b: Floats, c: Floats, count: int) -> Iterator[Floats]:
+    """Yield count (count + 1) / 2 points (3,) [mm], spread evenly over the triangle with the corners a, b and c.
+
+    The triangle is divided into count^2 equal triangles. The points are the centroids of those triangles that have the
+    orientation of the original.
+    """
+    for i, j in itertools.product(range(count), repeat=2):
+        # The centroid is a third of the way along each side of the small triangle at the position (i, j).
+        r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
+        if r + s < 1.0:  # otherwise the centroid lies outside the original triangle
+            yield a + r * (b - a) + s * (c - a)
 
 
 def _projected_edge(edge: cq.Edge) -> _Segment:
@@ -693,7 +718,7 @@ def sample_wall_thickness(part: Part) -> Walls:
             # The ray starts slightly inside the material and runs against the outer normal.
             ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
             intersector.Perform(ray, 0.0, LONGEST_MM)
-            # The first hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.
+            # A close hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.
             hits = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
             thickness = min((distance for distance in hits if distance > 2.0 * _CHORD_MM), default=math.inf)
             if math.isfinite(thickness):
@@ -717,8 +742,7 @@ def _max_element_size(face: cq.Face) -> float:
 def _points_and_normals(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
     """Yield points (3,) [mm] on a face, about `spacing` [mm] apart, and the outer unit normal (3,) at each point.
 
-    Every triangle of the face is divided into count^2 equal triangles. The points are the centroids of the small
-    triangles with the orientation of the original.
+    The points are spread evenly over each triangle of the face.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -729,8 +753,5 @@ def _points_and_normals(face: cq.Face, spacing: float) -> Iterator[tuple[Floats,
         if not doubled_area > _NEAR_MM**2:  # a collapsed triangle has no normal
             continue
         count = max(1, math.ceil(math.sqrt(doubled_area) / spacing))
-        for i, j in itertools.product(range(count), repeat=2):
-            # The centroid is a third of the way along each side of the small triangle at the position (i, j).
-            r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
-            if r + s < 1.0:  # otherwise the centroid lies outside the original triangle
-                yield a + r * (b - a) + s * (c - a), normal / doubled_area
+        for point in _spread_points(a, b, c, count):
+            yield point, normal / doubled_area

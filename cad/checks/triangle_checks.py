@@ -169,17 +169,12 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> Facing
     """Return the shortest distance between two opposite faces, or None if all distances exceed `_FARTHEST_MM`.
 
     Distances are measured along rays. If `direction` is 1, the rays run outward, across gaps; if it is -1, they run
-    inward, through walls. They start at random points (with a fixed seed), and at the centre of the largest triangle of
-    each plane face. Faces are opposite if the cosine of the angle between their normals is below `_OPPOSITE`.
+    inward, through walls. Faces are opposite if the cosine of the angle between their normals is below `_OPPOSITE`.
     """
-    random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
-    # trimesh calls a triangle a face, and a plane face a facet.
-    largest_faces = np.array([facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets], dtype=np.int64)
-    faces = np.concatenate([random_faces, largest_faces])
-    points = np.concatenate([random_points, mesh.triangles_center[largest_faces]])
+    points, faces = _ray_starts(mesh)
     normals = np.asarray(mesh.face_normals)
     rays = direction * normals[faces]
-    # Each hit is the first point at which a ray meets the mesh. It has the index of its ray and of the triangle there.
+    # Each hit is the first point at which a ray meets the mesh, with the index of its ray and of the triangle there.
     hits, ray_of_hit, face_of_hit = mesh.ray.intersects_location(
         points + _OFF_SURFACE_MM * rays, rays, multiple_hits=False
     )
@@ -193,6 +188,19 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> Facing
     if not np.isfinite(lengths[shortest]):
         return None
     return FacingDistance(length=float(lengths[shortest]), start=points[ray_of_hit[shortest]])
+
+
+def _ray_starts(mesh: trimesh.Trimesh) -> tuple[Floats, Indices]:
+    """Return the points (n, 3) [mm] of a mesh from which rays are cast, and the index of the triangle of each, (n,).
+
+    They are random points (with a fixed seed), and the centre of the largest triangle of each plane face.
+    """
+    random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
+    # trimesh calls a triangle a face, and a plane face a facet.
+    largest_faces = np.array([facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets], dtype=np.int64)
+    faces = np.concatenate([random_faces, largest_faces])
+    points = np.concatenate([random_points, mesh.triangles_center[largest_faces]])
+    return points, faces
 
 
 def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, method: str) -> Verdict:

@@ -331,10 +331,11 @@ class Canvas:
         # The line is extended from the end that is nearer to the text, in the direction of the text.
         direction = 1.0 if middle > high else -1.0
         end = high if direction > 0.0 else low
+        far_end = middle + direction * half_width  # the far end of a text that runs along the line
         if axis == "x":
-            self.line((end, line_position), (middle + direction * half_width, line_position), "DIMENSIONS")
+            self.line((end, line_position), (far_end, line_position), "DIMENSIONS")
         elif text.rotation:
-            self.line((line_position, end), (line_position, middle + direction * half_width), "DIMENSIONS")
+            self.line((line_position, end), (line_position, far_end), "DIMENSIONS")
         else:
             under_text = text_z - LINE_TO_TEXT * self.text_height
             self.line((line_position, end), (line_position, under_text), "DIMENSIONS")

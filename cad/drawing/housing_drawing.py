@@ -22,7 +22,7 @@ from cad.drawing.projection import draw_view, project_visible_edges
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, lay_out_sheet
 from cad.parts.hall_seats import HallSeats
-from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, BackToBack, Housing, fillet_corners
+from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, BackToBack, Housing, Pin, fillet_corners
 from cad.parts.part import NEAR_MM
 from cad.parts.pin_socket import pin_locations, pin_solid
 from cad.parts.sensor import SensorSolids
@@ -441,8 +441,8 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
     box of the section y = 0, which is already drawn. Seen from behind, +x of the housing points to the left.
     """
     housing = contents.housing
-    # `origin` is the position of the origin of the housing in the drawing. The view begins at the left edge of the
-    # section, plus the space for its own dimensions.
+    # `origin` is the position of the origin of the housing in the drawing. The view is to the right of the left edge of
+    # the section, which leaves space for the dimensions of the view.
     origin = (
         section_box.left + _SPACE_LEFT_MM / canvas.scale + housing.right,
         section_box.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _SPACE_ABOVE_MM / canvas.scale,
@@ -543,12 +543,18 @@ def _notes(contents: _SheetContents, process: Process) -> list[str]:
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6: ream their holes {DOWEL_MM:g} H7.")
     if contents.sensor.seats is not None:
         notes += _magnet_notes(contents.sensor.seats, measured["pocket"])
-    if pin := housing.pin:
-        is_flat = contents.sensor.tips.tip_shape.is_flat
-        ends = "edges of their ends sharp" if is_flat else "ends as in pin.step, polished"
-        notes.append(f"Pins of ground steel, glued in pockets {pin.pocket_side:g} wide, {pin.pocket_depth:g} deep;")
-        notes.append(f"{ends}.")
+    if housing.pin is not None:
+        notes += _pin_notes(housing.pin, is_flat=contents.sensor.tips.tip_shape.is_flat)
     return notes
+
+
+def _pin_notes(pin: Pin, *, is_flat: bool) -> list[str]:
+    """Return the notes on the pins and their pockets; `is_flat` is whether the ends of the pins are flat."""
+    ends = "edges of their ends sharp" if is_flat else "ends as in pin.step, polished"
+    return [
+        f"Pins of ground steel, glued in pockets {pin.pocket_side:g} wide, {pin.pocket_depth:g} deep;",
+        f"{ends}.",
+    ]
 
 
 def _magnet_notes(seats: HallSeats, pocket: MeasuredDimension) -> list[str]:

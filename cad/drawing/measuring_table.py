@@ -10,7 +10,7 @@ dimensions have the general tolerance. The effect of an error follows from close
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, length_text
@@ -204,13 +204,7 @@ def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimens
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
     if housing.dome:
-        radius = housing.dome.radius
-        return MeasuredDimension(
-            places=tuple(f"radius SR, {name} dome" for name in names),
-            nominal=radius,
-            tolerance=_plus_minus(find_general_tolerance(process, radius, is_radius=True)),
-            moves=_change_text("contact", math.sqrt((radius + STEP_MM) / radius)),
-        )
+        return _dome_dimension(housing.dome.radius, names, process)
     side = housing.touching_side
     if housing.pin:
         part = "pin"
@@ -228,4 +222,14 @@ def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimens
         nominal=side,
         tolerance=tolerance,
         moves=contact_change,
+    )
+
+
+def _dome_dimension(radius: float, names: Sequence[str], process: Process) -> MeasuredDimension:
+    """Return the radius of the domes [mm] as a dimension to be measured; `names` are the names of the tips."""
+    return MeasuredDimension(
+        places=tuple(f"radius SR, {name} dome" for name in names),
+        nominal=radius,
+        tolerance=_plus_minus(find_general_tolerance(process, radius, is_radius=True)),
+        moves=_change_text("contact", math.sqrt((radius + STEP_MM) / radius)),
     )

@@ -201,6 +201,7 @@ def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str])
     table_box = Box(frame.right - _BLOCK.width, frame.bottom, frame.right, block_top)
     if _boxes_overlap(note_box, table_box):
         return None
+    # The area in which views may lie.
     usable = Box(
         frame.left + _CLEARANCE_MM, frame.bottom + _CLEARANCE_MM, frame.right - _CLEARANCE_MM, frame.top - _CLEARANCE_MM
     )
@@ -208,13 +209,18 @@ def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str])
     all_views = Box(*(scale * side for side in _bounding_box(scaled_views.views)))
     for shift_x, shift_y in _shifts_to_try(all_views, usable, note_box, table_box):
         shifted_views = [_box_on_paper(view, scale, shift_x, shift_y) for view in scaled_views.views]
-        overlaps_notes = any(_boxes_overlap(view, note_box, _CLEARANCE_MM) for view in shifted_views)
-        overlaps_table = any(_boxes_overlap(view, table_box, _CLEARANCE_MM) for view in shifted_views)
-        is_in_frame = _is_within(_bounding_box(shifted_views), usable)
-        if is_in_frame and not overlaps_notes and not overlaps_table:
+        if _views_fit(shifted_views, usable, (note_box, table_box)):
             # A shift of the views moves the corner of the sheet the other way in the drawing.
             return -shift_x / scale, -shift_y / scale
     return None
+
+
+def _views_fit(views: Sequence[Box], usable: Box, obstacles: Sequence[Box]) -> bool:
+    """Return whether all views lie in the usable area, and keep their clearance from the obstacles [mm on paper]."""
+    overlaps_obstacle = any(
+        _boxes_overlap(view, obstacle, _CLEARANCE_MM) for view, obstacle in itertools.product(views, obstacles)
+    )
+    return _is_within(_bounding_box(views), usable) and not overlaps_obstacle
 
 
 def _box_on_paper(box: Box, scale: float, shift_x: float, shift_y: float) -> Box:

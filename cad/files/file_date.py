@@ -19,10 +19,10 @@ def given_date() -> datetime | None:
 
 
 def file_date() -> datetime:
-    """Return the date to write into exported files.
+    """Return the date to write into exported files: SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if it is not set.
 
-    It is SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if this variable is not set, so that the files of identical
-    runs are identical. Raises InputError for an invalid value.
+    The date is not the present time, so that identical runs write identical files. Raises InputError for an invalid
+    value.
     """
     text = os.environ.get(DATE_VARIABLE, str(DEFAULT_DATE))
     digits = text.strip()

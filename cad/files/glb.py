@@ -134,7 +134,7 @@ def _add_mesh(body: GlbBody, arrays: _Arrays) -> Tree:
         },
         "indices": arrays.add(body.triangles.reshape(-1, 1).astype("<u4"), "SCALAR"),
         "targets": [{"POSITION": arrays.add(glb_position(displacement).astype("<f4"), "VEC3")}],
-        "material": 0,
+        "material": 0,  # the index of the only material
     }
     return {"name": body.name, "primitives": [primitive], "weights": [0.0]}
 
@@ -144,5 +144,6 @@ def _linear_colour(colour: Floats) -> NDArray[np.uint8]:
 
     The sRGB colours are numbers from 0 to 1.
     """
+    # The constants of the two branches are from the standard.
     linear = np.where(colour <= _LINEAR_LIMIT, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     return np.round(255.0 * linear).astype(np.uint8)

@@ -68,15 +68,8 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     assembly = assemble_sensor(sensor)
     export_step(assembly, assembly_step)
 
-    printed_shape = print_shape(sensor)
-    # The STL and the 3MF file hold the same triangles, so their volumes have the same expected value.
-    stl_path = folder / "housing.stl"
-    expected_volume = triangles_volume(printed_shape)
-    mesh = _export_stl(printed_shape, stl_path, expected_volume)
-
-    package_path = folder / "housing.3mf"
-    write_3mf({"housing": mesh}, package_path, settings)
-    compare_volume(package_path, read_3mf(package_path).mesh.volume, expected_volume)
+    stl_path, package_path = folder / "housing.stl", folder / "housing.3mf"
+    mesh = _export_printed_shape(print_shape(sensor), stl_path, package_path, settings)
 
     assembly_glb = folder / "assembly.glb"
     assembly_glb.write_bytes(encode_glb(view_bodies(assembly)))
@@ -88,6 +81,21 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
         export_step(cq.Assembly(pin, name="pin", color=STEEL_COLOUR), pin_step)
         paths.append(pin_step)
     return SensorFiles(paths=tuple(paths), forms=FormsRead(step=housing_read, stl=mesh))
+
+
+def _export_printed_shape(
+    shape: cq.Shape, stl_path: Path, package_path: Path, settings: Mapping[str, str] | None
+) -> trimesh.Trimesh:
+    """Write a housing in print pose [mm] as STL and as 3MF with slicer settings, and return the mesh in the STL file.
+
+    Raises OSError if a file cannot be written, and ExportError if the volume read back is wrong.
+    """
+    # Both files hold the same triangles, so their volumes have the same expected value.
+    expected_volume = triangles_volume(shape)
+    mesh = _export_stl(shape, stl_path, expected_volume)
+    write_3mf({"housing": mesh}, package_path, settings)
+    compare_volume(package_path, read_3mf(package_path).mesh.volume, expected_volume)
+    return mesh
 
 
 def print_shape(sensor: SensorSolids) -> cq.Shape:
@@ -147,8 +155,8 @@ def volume_of(shape: cq.Shape) -> float:
 def _volume_at_origin(solid: cq.Shape) -> float:
     """Return the volume of a solid [mm^3].
 
-    OCCT integrates spheres and surfaces of revolution numerically. Without a tolerance, the relative error of the
-    volume would be up to 1e-4.
+    The CAD kernel OCCT integrates spheres and surfaces of revolution numerically. Without a tolerance, the relative
+    error of the volume would be up to 1e-4.
     """
     if _has_revolved_face(solid):
         return float(solid.Volume(tol=_INTEGRAL_TOLERANCE))

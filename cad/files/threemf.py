@@ -4,7 +4,7 @@ Print settings can be stored in addition to the objects, as in a PrusaSlicer pro
 """
 
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -126,17 +126,27 @@ def read_3mf(path: Path) -> Package:
     if not bodies:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
-    faults = _reader_faults(reader, printable_count)
-    for name, mesh in bodies:
-        vertex_count = len(mesh.vertices)
-        mesh.merge_vertices()
-        if repeated := vertex_count - len(mesh.vertices):
-            faults.append(f"{repeated} vertices of object {name!r} are duplicates or belong to no triangle")
+    faults = (*_reader_faults(reader, printable_count), *_merge_equal_vertices(bodies))
     names = tuple(dict.fromkeys(name for name, _ in bodies))  # each name once, in the order of the file
     meshes = [mesh for _, mesh in bodies]
     # All bodies become one mesh, in which no two bodies share a vertex.
     corners, triangles = trimesh.util.append_faces([mesh.vertices for mesh in meshes], [mesh.faces for mesh in meshes])
-    return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=tuple(faults))
+    return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=faults)
+
+
+def _merge_equal_vertices(bodies: Sequence[tuple[str, trimesh.Trimesh]]) -> list[str]:
+    """Merge the equal vertices of each body in place, and return a fault for each body that had such vertices.
+
+    `bodies` holds the names and the meshes of the bodies.
+    """
+    faults = []
+    for name, mesh in bodies:
+        vertex_count = len(mesh.vertices)
+        mesh.merge_vertices()
+        removed_count = vertex_count - len(mesh.vertices)
+        if removed_count:
+            faults.append(f"{removed_count} vertices of object {name!r} are duplicates or belong to no triangle")
+    return faults
 
 
 def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
@@ -158,7 +168,7 @@ def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]
 def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trimesh.Trimesh]]:
     """Yield the name and the mesh of an object, or of each of its components, in the unit of the file.
 
-    `placement` (4, 4) is the transform of the object. Supports and other objects whose type is not `model` are skipped,
+    `placement` (4, 4) is the transform of the object. Objects whose type is not `model`, such as supports, are skipped,
     and so are empty meshes. Raises ValueError if a coordinate is not a finite number.
     """
     if body.GetType() != lib3mf.ObjectType.Model:
