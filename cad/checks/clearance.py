@@ -123,14 +123,22 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     for heading in HEADINGS:
         matrix = location_matrix(pressed_pose(travel, tilt, heading))  # (3, 4): the rotation, and the translation last
         posed_corners = corners @ matrix[:, :3].T + matrix[:, 3]
-        # Along each axis, a corner is outside the box by its distance from the nearer bound, or by 0 between both.
-        outside = np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1]))
-        corner_distances = np.linalg.norm(outside, axis=1)
+        corner_distances = _distances_from_box(posed_corners, bounds)
         # The distance of the nearest corner is an upper bound on the gap, so manifold3d need not search beyond it. The
         # chord is added as a margin for round-off.
         gaps[heading] = body.transform(matrix).min_gap(box, corner_distances.min() + _CHORD_MM)
     gap_limit = min(gaps.values()) + 2.0 * _CHORD_MM
     return tuple(heading for heading, gap in gaps.items() if gap <= gap_limit)
+
+
+def _distances_from_box(points: Floats, bounds: Floats) -> Floats:
+    """Return the distance [mm] of each point (n, 3) from a box, shape (n,); it is 0 inside the box.
+
+    `bounds` (2, 3) are the smallest and the largest x, y and z of the box.
+    """
+    # Along each axis, a point is outside the box by its distance from the nearer bound, or by 0 between both.
+    outside = np.maximum(0.0, np.maximum(bounds[0] - points, points - bounds[1]))
+    return np.asarray(np.linalg.norm(outside, axis=1))
 
 
 def _triangulate(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:

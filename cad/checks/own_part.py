@@ -167,7 +167,7 @@ def _reject_edge(
     """
     location = cq.Vector(*point)
     for index, face in enumerate(faces):
-        # Only faces as close as the nearest face meet at the point. The faces of the wall itself are no ambiguity.
+        # Only faces as close as the nearest face meet at the point. Edges between faces of the wall are accepted.
         if index in wall or distances[index] > min(distances) + _NEAR_MM:
             continue
         # A face that continues the wall smoothly is accepted, because a press has the same direction on both.
@@ -289,9 +289,9 @@ def combine_shapes(solid: object) -> cq.Shape:
 def fill_round_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
     """Return a solid in which each spherical tip is filled up to a square bar, which ends in the tangent plane.
 
-    The mesh of a housing has such square tips. `points` [mm] are the points at which the tips first touch the fruit. A
-    point on a face that is not spherical changes nothing. The filling changes the compliance 1 / K_h of the high spring
-    by less than 5e-4 (tests/cad/parts/test_domes.py).
+    The mesh of a housing has such square tips. `points` [mm] are the points at which the tips first touch the fruit.
+    Points on faces that are not spherical are ignored. The filling changes the compliance 1 / K_h of the high spring by
+    less than 5e-4 (tests/cad/parts/test_domes.py).
     """
     shape: cq.Shape = solid
     for point in points:
@@ -715,16 +715,25 @@ def sample_wall_thickness(part: Part) -> Walls:
     for face in shape.Faces():
         largest_size = _max_element_size(face)
         for point, normal in _points_and_normals(face, spacing):
-            # The ray starts slightly inside the material and runs against the outer normal.
-            ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
-            intersector.Perform(ray, 0.0, LONGEST_MM)
-            # A close hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.
-            hits = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
-            thickness = min((distance for distance in hits if distance > 2.0 * _CHORD_MM), default=math.inf)
+            thickness = _wall_thickness(intersector, point, normal)
             if math.isfinite(thickness):
                 points.append(point)
                 sizes.append(min(largest_size, thickness))
     return Walls(points=np.array(points).T, sizes=np.array(sizes))
+
+
+def _wall_thickness(
+    intersector: OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector, point: Floats, normal: Floats
+) -> float:
+    """Return the thickness [mm] of the wall below a point (3,) [mm] on a face; it is infinite if the ray hits no face.
+
+    The intersector holds the part. The ray starts slightly inside the material and runs against the outer unit normal.
+    """
+    ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
+    intersector.Perform(ray, 0.0, LONGEST_MM)
+    hits = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]  # OCCT counts from 1
+    # A close hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.
+    return min((distance for distance in hits if distance > 2.0 * _CHORD_MM), default=math.inf)
 
 
 def _max_element_size(face: cq.Face) -> float:

@@ -139,7 +139,7 @@ def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
     # them was chosen by eye.
     name_position = (0.5 * (housing.left + housing.right), canvas.extents().top + 1.6 * canvas.text_height)
     canvas.write_text("A-A", name_position, _VIEW_NAME * canvas.text_height)
-    _mark_holes(canvas, housing, lambda x, z: (x, z))
+    _mark_holes(canvas, housing, lambda x, z: (x, z))  # the section has the coordinates of the housing
 
 
 def _mark_holes(canvas: Canvas, housing: Housing, to_view: Callable[[float, float], Point]) -> None:

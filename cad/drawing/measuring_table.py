@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, length_text
-from cad.parts.housing import Housing
+from cad.parts.housing import Arm, Housing
 from cad.parts.pin import GROUND_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
@@ -130,33 +130,43 @@ def compute_stiffness_ratio(flexure: Flexure, *, thickness: float = 0.0, length:
 def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     """Return the dimensions of the leaves: the thickness and length for each spring, and the depth of the plate.
 
-    The thickness is measured on both leaves of a spring, because each leaf contributes half of the stiffness. In the
-    table, the thicknesses of both springs come before their lengths.
+    In the table, the thicknesses of both springs come before their lengths.
     """
-    dimensions = {}
-    tolerance = _plus_minus(process.accuracy_mm)
-    for arm in housing.arms:
-        flexure = arm.flexure
-        # An error of one leaf changes half of the stiffness.
-        stiffness_ratio = 0.5 * (1.0 + compute_stiffness_ratio(flexure, thickness=STEP_MM))
-        dimensions[f"{arm.name} thickness"] = MeasuredDimension(
-            places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
-            nominal=flexure.thickness,
-            tolerance=tolerance,
-            moves=_change_text(f"K_{arm.name[0]}", stiffness_ratio),  # K_l for the low spring, K_h for the high one
-        )
-    for arm in housing.arms:
-        dimensions[f"{arm.name} length"] = MeasuredDimension(
-            places=(f"length, {arm.name} leaves",),
-            nominal=arm.flexure.length,
-            tolerance=tolerance,
-            moves=_change_text(f"K_{arm.name[0]}", compute_stiffness_ratio(arm.flexure, length=STEP_MM)),
-        )
     depth_ratio = (housing.depth + STEP_MM) / housing.depth  # K is proportional to the depth
     return {
-        **dimensions,
+        **{f"{arm.name} thickness": _thickness_dimension(arm, process) for arm in housing.arms},
+        **{f"{arm.name} length": _length_dimension(arm, process) for arm in housing.arms},
         "depth": _single_dimension("depth, leaves", housing.depth, process, _change_text("K", depth_ratio)),
     }
+
+
+def _thickness_dimension(arm: Arm, process: Process) -> MeasuredDimension:
+    """Return the leaf thickness of a spring, to be measured on both leaves.
+
+    Each leaf contributes half of the stiffness, so an error of one leaf changes only half of it.
+    """
+    stiffness_ratio = 0.5 * (1.0 + compute_stiffness_ratio(arm.flexure, thickness=STEP_MM))
+    return MeasuredDimension(
+        places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
+        nominal=arm.flexure.thickness,
+        tolerance=_plus_minus(process.accuracy_mm),
+        moves=_change_text(_stiffness_symbol(arm), stiffness_ratio),
+    )
+
+
+def _length_dimension(arm: Arm, process: Process) -> MeasuredDimension:
+    """Return the length that both leaves of a spring have."""
+    return MeasuredDimension(
+        places=(f"length, {arm.name} leaves",),
+        nominal=arm.flexure.length,
+        tolerance=_plus_minus(process.accuracy_mm),
+        moves=_change_text(_stiffness_symbol(arm), compute_stiffness_ratio(arm.flexure, length=STEP_MM)),
+    )
+
+
+def _stiffness_symbol(arm: Arm) -> str:
+    """Return the symbol of the stiffness of a spring: K_l for the low spring, K_h for the high one."""
+    return f"K_{arm.name[0]}"
 
 
 def _stop_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:

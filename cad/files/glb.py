@@ -17,7 +17,7 @@ MOTION = "motion"
 """The name of the animation, which moves every body to its position in the exploded view within one second."""
 
 _MATERIAL = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.7}, "doubleSided": True}
-_TO_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # in glTF y is up: (x, z, -y)
+_TO_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # glTF has y up: (x, y, z) becomes (x, z, -y)
 _M_PER_MM = 1e-3  # glTF is in metres
 _COMPONENT_TYPES = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's code of each NumPy data type
 _LINEAR_LIMIT = 0.04045  # up to this value, sRGB is proportional to linear colour

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import cadquery as cq
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 CHORD_MM = 0.005  # largest distance between a triangle and the face that it approximates
 ANGLE_RAD = 0.1  # largest angle between neighbouring facets, which gives 16 facets per quarter circle
@@ -44,22 +46,13 @@ def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
 
 
 def read_stl(path: Path) -> trimesh.Trimesh:
-    """Return the triangles [mm] of a binary or text STL file.
+    """Return the triangles [mm] of a binary or text STL file. The normals of a binary file are kept.
 
-    Text files begin with the word `solid`, but some binary files do too. So a file is read as binary if its size agrees
-    with its number of triangles, or if the words `facet normal` are missing. Raises ValueError if the file is damaged
-    or has no triangles. The normals of a binary file are kept.
+    Raises ValueError if the file is damaged or has no triangles.
     """
     data = path.read_bytes()
-    has_binary_size = len(data) == _HEADER_BYTES + _FACET.itemsize * _triangle_count(data)
-    normals = None  # trimesh computes the normals of a text file from the corners
     try:
-        if has_binary_size or not _FACET_WORD.search(data):
-            facets = np.frombuffer(data, dtype=_FACET, offset=_HEADER_BYTES)
-            # The corners (3 n, 3) are in the order of the triangles, three for each.
-            corners, normals = facets["corners"].reshape(-1, 3), facets["normal"]
-        else:
-            corners = np.array(_VERTEX.findall(data), dtype=bytes).astype(np.float64).reshape(-1, 3)
+        corners, normals = _corners_and_normals(data)
         faces = np.arange(len(corners)).reshape(-1, 3)  # raises ValueError if the last triangle is incomplete
     except ValueError as error:
         msg = f"STL: {path.name} is truncated, or a coordinate is not a number; export it again"
@@ -70,6 +63,20 @@ def read_stl(path: Path) -> trimesh.Trimesh:
     mesh = trimesh.Trimesh(corners, faces, face_normals=normals, process=False)
     mesh.merge_vertices()
     return mesh
+
+
+def _corners_and_normals(data: bytes) -> tuple[NDArray[Any], NDArray[Any] | None]:
+    """Return the corners (3 n, 3) [mm] of the n triangles in an STL file, three for each, and the normals (n, 3).
+
+    Text files begin with the word `solid`, but some binary files do too. So a file is read as binary if its size agrees
+    with its number of triangles, or if the words `facet normal` are missing. For a text file, the normals are None, and
+    trimesh computes them from the corners. Raises ValueError if the file is damaged.
+    """
+    has_binary_size = len(data) == _HEADER_BYTES + _FACET.itemsize * _triangle_count(data)
+    if has_binary_size or not _FACET_WORD.search(data):
+        facets = np.frombuffer(data, dtype=_FACET, offset=_HEADER_BYTES)
+        return facets["corners"].reshape(-1, 3), facets["normal"]
+    return np.array(_VERTEX.findall(data), dtype=bytes).astype(np.float64).reshape(-1, 3), None
 
 
 def _triangle_count(data: bytes) -> int:

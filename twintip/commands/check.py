@@ -49,17 +49,23 @@ def run(arguments: Namespace) -> Answer:
         return _check_solved(path, process, arguments)
     _reject_places(path, arguments)
     with showing_progress(f"checking {path.name}"):
-        # Only a file can be compared with a design. `_file_process` has rejected the flag for a folder.
-        if design_name is None or process is None:
-            verdicts = check_path(path.absolute(), process)
-        else:
-            design = load_design(design_name)
-            verdicts = check_path(path.absolute(), design.process, (design, _designed_housing(design, design_name)))
+        verdicts = _find_verdicts(path, process, design_name)
     return Answer(
         code=PASSED if all_passed(verdicts) else FAILED,
         data=[asdict(verdict) for verdict in verdicts],
         parts=verdict_parts(str(path), verdicts),
     )
+
+
+def _find_verdicts(path: Path, process: Process | None, design_name: str | None) -> tuple[Verdict, ...]:
+    """Return the verdicts on a folder or a file. If a design is given, a file is also compared with its housing.
+
+    `process` is the print process of a file. It is None for a folder, which cannot be compared with another design.
+    """
+    if design_name is None or process is None:
+        return check_path(path.absolute(), process)
+    design = load_design(design_name)
+    return check_path(path.absolute(), design.process, (design, _designed_housing(design, design_name)))
 
 
 def _reject_places(path: Path, arguments: Namespace) -> None:

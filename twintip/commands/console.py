@@ -1,4 +1,4 @@
-"""Output of all commands: answers, exit codes and one-line errors, also if nobody reads the output any more."""
+"""Output of all commands: answers, exit codes and one-line errors, even if nobody reads the output any more."""
 
 import json
 import os

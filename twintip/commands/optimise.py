@@ -36,7 +36,7 @@ def run(arguments: Namespace) -> Answer:
     candidates, proofs = _search_and_prove(arguments, study, folder)
     # The numbers of all candidates that could be solved, the best first.
     solved = [candidate.number for candidate in candidates if candidate.verdicts is not None]
-    # The design file of each candidate whose run passed, keyed by its number.
+    # The design file of each candidate whose run passed, keyed by the number of the candidate.
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
     page, messages = _write_study_page(study, folder, solved, proved, force=arguments.force)
     passing_count = sum(candidate.passes for candidate in candidates)
@@ -108,9 +108,9 @@ def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[s
     `proofs` holds the last run for each place, or None if no candidate was run. A study with a front has a record for
     each value of the front's key, which is stored as "at". These records are listed under "front".
     """
-    if not study.front:  # there is only one place
-        [proof_of_place] = proofs.items()
-        return _proof_record(*proof_of_place)
+    if not study.front:
+        [(place, proof)] = proofs.items()  # without a front, there is only one place
+        return _proof_record(place, proof)
     return {"front": [{"at": place.value, **_proof_record(place, proof)} for place, proof in proofs.items()]}
 
 

@@ -26,7 +26,7 @@ _RADIUS = Bounds(at_least=1.0, at_most=1e6)
 
 
 class _Incompatible(NamedTuple):
-    """A rule that rejects `flags` if `applies` returns true for the flags and the sensor.
+    """A rule that rejects each of `flags` if `applies` returns true for all arguments of the command and the sensor.
 
     `bound`, `hint` and `unit` are the parts of the error message.
     """

@@ -86,7 +86,7 @@ def _write_requested_files(arguments: Namespace, store: StudyStore, study: Study
 
 
 def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tuple[Sensitivity, ...]) -> list[str]:
-    """Return the lines that summarise a study: its points, their errors, the rate of solution, and the Sobol indices.
+    """Return the lines that summarise a study: its points, their errors, the points per second, and the Sobol indices.
 
     `messages` maps each error message of refused and failed points to the number of points that have it.
     """

@@ -145,11 +145,11 @@ def _check_flags(arguments: Namespace) -> None:
 def _search(
     arguments: Namespace, design: Design, fruit: "FruitRange | None", preset_or_file: str, given: frozenset[str]
 ) -> "tuple[Suggestion, FruitRange | None]":
-    """Search for the nearest design that passes, starting from the given design or from a preset for the fruit.
+    """Search for the nearest design that passes. If none passes for a fruit, find the most similar fruit that has one.
 
-    The keys of `--keep` are never changed. In a search for a fruit, the keys in `given` are not changed either.
-    `preset_or_file` names the design from which the search starts. The second result is None unless no design passes
-    for the fruit. It is then the most similar fruit for which a design passes, or None if there is no such fruit.
+    The search starts from `design`, which is the preset or file named `preset_or_file`. The keys of `--keep` are never
+    changed. In a search for a fruit, the keys in `given` are not changed either. The first result is the suggestion.
+    The second result is the most similar fruit, or None if it is not needed or not found.
     """
     keep = frozenset(arguments.keep)
     with showing_progress("loading the solvers") as progress, solver_errors_as_input_errors():
@@ -163,7 +163,7 @@ def _search(
         # The suggested design is named after the file to which it is written.
         preset = dataclasses.replace(design, name=design.name if arguments.out is None else arguments.out.stem)
         found = fruit_suggestion(fruit, preset, keep | given, progress)
-        if found.changes is not None:
+        if found.changes is not None:  # a design passes
             return found, None
         failed_or_undecided = [verdict for verdict in found.verdicts if verdict.passed is not True]
         return found, nearest_demand(fruit, failed_or_undecided, preset, keep | given, progress)
