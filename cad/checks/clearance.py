@@ -85,7 +85,8 @@ def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
 def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
     """Return the verdict on the smallest distance [mm] between a shape and the fruit at full travel.
 
-    `shape` is in the coordinates of the sensor [mm]. It is tilted by `tilt` [deg] in each direction of `HEADINGS`.
+    `shape` is in the coordinates of the sensor [mm]. It is tilted by `tilt` [deg] in all directions of `HEADINGS`, of
+    which only those are measured in which it may come closest to the fruit.
     """
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()

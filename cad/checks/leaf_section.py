@@ -42,6 +42,7 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
         if abs(thickness - nominal) > abs(worst_thickness - nominal):
             worst_thickness = thickness
             worst_text = f", largest deviation {point_text}"
+    # The 15 points of a leaf are at five positions along its length and three in depth.
     reference = f"lines through both leaves at 15 points each in {', '.join(forms)}{worst_text}"
     return judge(name, worst_thickness, reference, limit=nominal, tolerance=THICKNESS_TOLERANCE_MM)
 

@@ -56,11 +56,11 @@ def solid_probe(shape: cq.Shape) -> LineProbe:
 def mesh_probe(mesh: trimesh.Trimesh) -> LineProbe:
     """Return a function that measures the chords [mm] of lines in a closed triangle mesh.
 
-    A line from s in direction d meets the plane of a triangle with corner o and sides a and b where
-    s + t d = o + u a + v b. This equation is solved for t, u and v by the method of T. Moller and B. Trumbore,
-    J. Graphics Tools 2 (1997) 21.
+    The method is from T. Moller and B. Trumbore, J. Graphics Tools 2 (1997) 21. A line runs from the point s in the
+    direction d, and a triangle has the corner o and the sides a and b. The line crosses the plane of the triangle at
+    s + t d = o + u a + v b. This equation is solved for t, u and v.
     """
-    # o, a and b of every triangle, each of shape (triangles, 3)
+    # The corner o and the sides a and b of every triangle, each of shape (triangles, 3).
     corners = np.asarray(mesh.triangles)
     origin = corners[:, 0]
     first_side = corners[:, 1] - origin
@@ -69,16 +69,17 @@ def mesh_probe(mesh: trimesh.Trimesh) -> LineProbe:
     def measure_chords(start: Vector, direction: Vector) -> tuple[Chord, ...]:
         """Return the chords [mm] of the line through `start` [mm] along the unit vector `direction`."""
         unit = np.array(direction)
-        from_origin = np.array(start) - origin
-        direction_x_second = np.cross(unit, second_side)
-        determinant = np.einsum("ij,ij->i", first_side, direction_x_second)
+        offset = np.array(start) - origin
+        direction_cross_second = np.cross(unit, second_side)
+        determinant = np.einsum("ij,ij->i", first_side, direction_cross_second)
         # The determinant is 0 for a triangle parallel to the line. Its crossing is then not finite, and is dropped.
         with np.errstate(divide="ignore", invalid="ignore"):
             # u and v are the barycentric coordinates of the crossing, and `crossings` is its position t on the line.
-            u = np.einsum("ij,ij->i", from_origin, direction_x_second) / determinant
-            offset_x_first = np.cross(from_origin, first_side)
-            v = offset_x_first @ unit / determinant
-            crossings = np.einsum("ij,ij->i", second_side, offset_x_first) / determinant
+            u = np.einsum("ij,ij->i", offset, direction_cross_second) / determinant
+            offset_cross_first = np.cross(offset, first_side)
+            v = offset_cross_first @ unit / determinant
+            crossings = np.einsum("ij,ij->i", second_side, offset_cross_first) / determinant
+            # The crossing is inside the triangle if u, v and 1 - u - v are not negative.
             is_hit = (
                 (u >= -_EDGE_TOLERANCE)
                 & (v >= -_EDGE_TOLERANCE)

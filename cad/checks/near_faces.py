@@ -14,9 +14,10 @@ _ROUND_OFF_MM = 1e-9  # round-off error of the gap between two boxes
 def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, float]:
     """Return the name of the pair of shapes that are closest to each other, and the distance [mm] between the two.
 
-    The distance is 0 if the shapes intersect or if one lies inside the other. The CAD kernel measures pairs of faces in
-    ascending order of the gaps between their bounding boxes. The search stops when the next gap exceeds the smallest
-    distance found, because faces cannot be closer to each other than their boxes.
+    `pairs` holds the two shapes of each pair, keyed by name. The distance is 0 if the shapes intersect or if one lies
+    inside the other. The CAD kernel measures pairs of faces in ascending order of the gaps between their bounding
+    boxes. The search stops when the next gap exceeds the smallest distance found, because faces cannot be closer to
+    each other than their boxes.
     """
     faces = {shape: shape.Faces() for pair in pairs.values() for shape in pair}
     boxes = {shape: _bounding_boxes(shape_faces) for shape, shape_faces in faces.items()}

@@ -171,9 +171,9 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> Facing
     Distances are measured along rays. If `direction` is 1, the rays run outward, across gaps; if it is -1, they run
     inward, through walls. Faces are opposite if the cosine of the angle between their normals is below `_OPPOSITE`.
     """
-    points, faces = _ray_starts(mesh)
+    points, start_faces = _ray_starts(mesh)
     normals = np.asarray(mesh.face_normals)
-    rays = direction * normals[faces]
+    rays = direction * normals[start_faces]
     # Each hit is the first point at which a ray meets the mesh, with the index of its ray and of the triangle there.
     hits, ray_of_hit, face_of_hit = mesh.ray.intersects_location(
         points + _OFF_SURFACE_MM * rays, rays, multiple_hits=False
@@ -181,7 +181,7 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> Facing
     if len(hits) == 0:
         return None
     lengths = np.linalg.norm(hits - points[ray_of_hit], axis=1)
-    cosines = np.einsum("ij,ij->i", normals[faces[ray_of_hit]], normals[face_of_hit])
+    cosines = np.einsum("ij,ij->i", normals[start_faces[ray_of_hit]], normals[face_of_hit])
     is_facing = cosines < _OPPOSITE
     lengths[~is_facing | (lengths > _FARTHEST_MM)] = np.inf
     shortest = int(np.argmin(lengths))

@@ -223,19 +223,20 @@ def _tip_dimensions(housing: Housing, measured: Measured) -> list[LinearDimensio
     low_end, high_end = (low.centre, -pin_protrusion), (high.centre, -pin_protrusion)
     shuttle_left, shuttle_right = (low.centre - half_width, neck_level), (low.centre + half_width, neck_level)
     dimensions = [
-        LinearDimension("bottom", low_end, high_end, measured["spacing"].label()),
+        LinearDimension("bottom", low_end, high_end, measured["spacing"].label()),  # spacing of the tips
         LinearDimension("bottom", shuttle_left, shuttle_right, f"2x {MEASURED}"),  # both shuttles are equally wide
     ]
     if housing.pin:
         pin_corner = (low.centre - 0.5 * housing.pin.side, -pin_protrusion)
         foot_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
-        dimensions.append(LinearDimension("left", pin_corner, foot_corner))
+        dimensions.append(LinearDimension("left", pin_corner, foot_corner))  # protrusion of the pins from their feet
     if not _has_neck(housing):
         return dimensions
-    dimensions.append(LinearDimension("right", high_face, (high.centre + half_width, neck_level)))
+    shuttle_corner = (high.centre + half_width, neck_level)
+    dimensions.append(LinearDimension("right", high_face, shuttle_corner))  # top of the neck from the tip face
     if housing.tip_height < neck_level - NEAR_MM:
         shoulder = (high.centre + 0.5 * housing.tip_side, housing.tip_height)
-        dimensions.append(LinearDimension("right", high_face, shoulder))
+        dimensions.append(LinearDimension("right", high_face, shoulder))  # height of the straight part of the tip
     return dimensions
 
 

@@ -96,6 +96,7 @@ def solver_errors_as_input_errors() -> Iterator[None]:
 
     The cause of such an error is a design outside the range of the methods.
     """
+    # These imports load the mesher and the solvers, which many commands do not need.
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from solve.linear import SolveError

@@ -60,9 +60,9 @@ def run(arguments: Namespace) -> Answer:
 def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
     """Read every specimen in the files, and combine it with the geometry of its test.
 
-    The sizes of the specimens come from the flags and from the table of `--sizes`. This table also names the files if
-    no other files are given. A note on it is printed to stderr. Raises InputError if no file is given, or if a size or
-    another flag of the test is missing or superfluous.
+    The sizes of the specimens come from the flags and from the table of `--sizes`. The table also names the files if no
+    other files are given. A note on the table is printed to stderr. Raises InputError if no file is given, or if a size
+    or another flag of the test is missing or superfluous.
     """
     sizes_of_flags = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
     table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(sizes_of_flags))

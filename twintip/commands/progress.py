@@ -105,7 +105,7 @@ def _is_capable_terminal() -> bool:
 
 @contextmanager
 def _progress_bar(work: Work) -> Iterator[None]:
-    """Draw a status line at the bottom of the terminal, and erase it when the block ends.
+    """Draw a status line at the bottom of the terminal during the block, and erase it when the block ends.
 
     The line shows the progress of `work`. It has a bar if the parts of the task are counted, and a spinner if not.
     """
@@ -137,7 +137,7 @@ def _progress_bar(work: Work) -> Iterator[None]:
 
 @contextmanager
 def _progress_lines(work: Work) -> Iterator[None]:
-    """Print a line on `work` to stderr after 5 s, 10 s, 20 s and 40 s of work, and then about once a minute.
+    """During the block, print a line on `work` to stderr after 5 s, 10 s, 20 s and 40 s, and then about once a minute.
 
     A thread prints the lines, because the block does not return control while it works.
     """

@@ -99,6 +99,7 @@ def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     preset_or_file = named_design(arguments)
     if arguments.fruit is None:
         return None, preset_or_file
+    # These imports load the solvers, which is slow, so they are made only for a fruit.
     from pipeline.find.fruit_design import PRESETS, fruit_range_of_design, most_similar_preset
     from pipeline.find.fruit_range import fruit_range
 
@@ -112,7 +113,7 @@ def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
 
 def _change_rows(suggestion: "Suggestion") -> list[Json]:
     """Return a row for each key that a suggestion changes: the key, its original value and its new value."""
-    from pipeline.find.changes import value_of
+    from pipeline.find.changes import value_of  # loads the solvers, which the search has already done
 
     changes = suggestion.changes or {}
     return [{"key": key, "from": value_of(suggestion.design, key), "to": value} for key, value in changes.items()]
