@@ -133,7 +133,8 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
 
     The distance is measured from each surface to the other. Only triangles that the other surface lacks are measured.
     """
-    # If the two surfaces are equal, the result is the distance 0. Its point is arbitrary: the first corner of the file.
+    # If the two surfaces are equal, the result is the distance 0. The point of this result is arbitrary: the first
+    # corner of the file.
     candidates = [Farthest(0.0, file.corners[0, 0], "file")]
     file_only, design_only = file.unshared_triangles(design), design.unshared_triangles(file)
     for owner, own_triangles, other_triangles, other_surface in (
@@ -199,8 +200,9 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
 
     `corners` (n, 3, 3) [mm] are the corners of the triangles. The points are in rows along the longest side of each
     triangle. Rows are at most d = `_SPACING_MM` apart, and so are the points in a row. The angles at the longest side
-    are acute, so every point between two rows lies directly above the longer row. It is at most d above this row, and
-    its foot is at most d / 2 from the nearest point of the row. Its distance from that point is at most sqrt(1.25) d.
+    are acute, so every point between two rows lies directly above the longer row. Such a point is at most d above this
+    row, and its foot is at most d / 2 from the nearest point of the row. So the distance from any point of a triangle
+    to the nearest sample point is at most sqrt(1.25) d.
     """
     # The longest side runs from a to b, and c is the corner opposite to it; each has the shape (n, 3).
     a, b, c, longest = _order_by_longest_side(corners)
@@ -223,10 +225,10 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
 def _order_by_longest_side(corners: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the corners a, b and c (n, 3) [mm] of triangles whose longest side is ab, and its length (n,) [mm].
 
-    `corners` (n, 3, 3) [mm] holds the three corners of each triangle. Their cyclic order is kept.
+    `corners` (n, 3, 3) [mm] holds the three corners of each triangle. The cyclic order of the corners is kept.
     """
     side_lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)  # side i begins at corner i
-    # Corner a is the corner at which the longest side begins. The other two follow it cyclically, hence the modulo 3.
+    # Corner a is the corner at which the longest side begins. The other two corners follow cyclically (modulo 3).
     corner_order = (np.argmax(side_lengths, axis=1)[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(corners, corner_order[:, :, None], axis=1).transpose(1, 0, 2)
     return a, b, c, side_lengths.max(axis=1)
@@ -264,7 +266,7 @@ def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
         nearby = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
         bounds[index] = _triangle_distances(points[index], surface.corners[np.unique(triangle_index[nearby])]).min()
         largest = max(largest, bounds[index])
-    # This may be a point that was not measured: its bound exceeds the largest distance by at most the accuracy.
+    # The farthest point may not have been measured: its bound exceeds the largest distance by at most the accuracy.
     worst = int(np.argmax(bounds))
     distance = round(float(bounds[worst]), _DECIMALS) if bounds[worst] > _SAME_MM else 0.0
     return distance, points[worst]
@@ -273,10 +275,10 @@ def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
 def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
     """Return upper bounds on the distances from points (n, 3) [mm] to a surface, shape (n,) [mm].
 
-    A bound is the distance to the triangles of the nearest sample points. It is computed again with more sample points
-    if the point may be the farthest one. The true distance is at most `_COVER_MM` smaller than the distance to the
-    nearest sample. So the largest distance to a nearest sample, minus `_COVER_MM`, is a lower bound on the largest true
-    distance. A point with an upper bound below it cannot be the farthest.
+    A bound is the distance to the triangles of the nearest sample points. The bound is computed again with more sample
+    points if its point may be the farthest one. The true distance is at most `_COVER_MM` smaller than the distance to
+    the nearest sample. So the largest distance to a nearest sample, minus `_COVER_MM`, is a lower bound on the largest
+    true distance. A point with an upper bound below it cannot be the farthest.
     """
     tree, triangle_index = surface.samples
     bounds = np.full(len(points), np.inf)
@@ -297,8 +299,8 @@ def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
 def _triangle_distances(points: Floats, corners: Floats) -> Floats:
     """Return the distances [mm] from points (..., 3) to the triangles with the `corners` (..., 3, 3), shape (...).
 
-    If the projection of a point lies inside the triangle, the distance is the height of the point above it. Otherwise
-    it is the distance to the nearest edge.
+    If the projection of a point lies inside the triangle, the distance is the height of the point above it. Otherwise,
+    the distance to the nearest edge is returned.
     """
     # Edge i runs from corner i to the next corner. `from_corners` are the vectors from each corner to the point.
     edges = np.roll(corners, -1, axis=-2) - corners

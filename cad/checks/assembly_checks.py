@@ -17,9 +17,9 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     """Return geometry.cover_clearance and geometry.cover_over_fruit [mm] for the covers on both faces of a housing.
 
     `cover` is placed as the back cover, and a rotated copy as the front cover. The clearance is the smallest distance
-    between a cover and the shuttles, necks and leaves. It is measured at rest, halfway to the stops, and at the stops.
-    It must be at least the smallest gap that `process` can print. With a Hall read-out, geometry.sensor_windows [mm] is
-    returned too.
+    between a cover and the shuttles, necks and leaves. Each arm is measured at rest, halfway to its stop, and at its
+    stop. The clearance must be at least the smallest gap that `process` can print. With a Hall read-out,
+    geometry.sensor_windows [mm] is returned too.
     """
     front_place, back_place = cover_locations(sensor.housing)
     # Two back-to-back plates have no cover between them. Only the front cover of the first plate is checked, because
@@ -43,8 +43,8 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
     """Return each arm at rest, halfway to its stop, and at its stop, as pairs of a name and a placed shape [mm].
 
-    An arm is moved as a rigid body. Its leaves then move farther than they would in bending, which is conservative. Of
-    two back-to-back plates, only the first is measured, because the second is a rotated copy of it.
+    An arm is moved as a rigid body. The leaves of the arm then move farther than they would in bending, which is
+    conservative. Of two back-to-back plates, only the first is measured, because the second is a rotated copy of it.
     """
     placement = plate_locations(sensor.housing)[0]
     poses = []
@@ -60,9 +60,9 @@ def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
 def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.plates [mm] for two back-to-back plates, or an empty tuple for a sensor with one plate.
 
-    The verdict fails if the plates intersect or their pads do not meet. Otherwise its value is the smallest distance
-    between the moving parts of one plate and the other plate. It is measured at rest, halfway to the stops, and at the
-    stops.
+    The verdict fails if the plates intersect or their pads do not meet. Otherwise, the value of the verdict is the
+    smallest distance between the moving parts of one plate and the other plate. Each moving part is measured at rest,
+    halfway to its stop, and at its stop.
     """
     if not sensor.housing.back_to_back:
         return ()

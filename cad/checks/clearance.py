@@ -37,8 +37,8 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """
     housing = sensor.housing
     low, high = housing.arms
-    # The arms are inside this box, between their walls and below the top of the cavity. So the frame remains if the box
-    # is cut away.
+    # The arms are inside this box, between their walls and below the top of the cavity. The frame remains if the box is
+    # cut away.
     arm_box = box_through(housing.depth, (low.wall, high.wall), (-_MARGIN_MM, housing.cavity_level))
     frame = sensor.part.shape.cut(arm_box)
     necks = _cut_out_necks(sensor)
@@ -66,7 +66,7 @@ def _cut_out_necks(sensor: SensorSolids) -> cq.Shape:
 def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) -> Verdict:
     """Return the verdict on the distance [mm] between the fruit and a shape that moves with the frame, such as a cover.
 
-    `shape` is in sensor coordinates. It is lowered by the travel, and tilted by the largest tilt of the frame.
+    `shape` is in sensor coordinates. The shape is lowered by the travel, and tilted by the largest tilt of the frame.
     """
     return _clearance_verdict(name, sensor, shape, largest_tilt(sensor.press))
 
@@ -85,8 +85,8 @@ def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
 def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
     """Return the verdict on the smallest distance [mm] between a shape and the fruit at full travel.
 
-    `shape` is in the coordinates of the sensor [mm]. It is tilted by `tilt` [deg] in all directions of `HEADINGS`, of
-    which only those are measured in which it may come closest to the fruit.
+    `shape` is in the coordinates of the sensor [mm]. The shape is tilted by `tilt` [deg]. Of the directions in
+    `HEADINGS`, only those are measured in which it may come closest to the fruit.
     """
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
@@ -178,10 +178,10 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
 def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
     """Return geometry.stops_* and geometry.deflected_gap_* [mm] for the low and the high spring.
 
-    The value of geometry.stops_* is the deflection at which the shuttle or a leaf first meets the frame. It must be at
-    least 1.2 times the deflection at full travel. `deflections` holds this deflection [mm] for the low and the high
-    spring. The value of geometry.deflected_gap_* is the gap that remains between leaf and frame when the shuttle is at
-    its stop.
+    The value of geometry.stops_* is the deflection at which the shuttle or a leaf first meets the frame. This
+    deflection must be at least 1.2 times the deflection at full travel. `deflections` holds the deflection at full
+    travel [mm] for the low and the high spring. The value of geometry.deflected_gap_* is the gap that remains between
+    leaf and frame when the shuttle is at its stop.
     """
     probe = solid_probe(sensor.part.shape)
     verdicts: list[Verdict] = []

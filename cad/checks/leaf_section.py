@@ -26,7 +26,7 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
     """Return the verdict on the leaves of an arm: the thickness [mm] that deviates most from the design.
 
     `forms` holds a line probe for each form of the part, such as the STL file. The verdict fails if there is no
-    material at a measured point. Its reference text gives the place of the largest deviation.
+    material at a measured point. The reference text of the verdict gives the place of the largest deviation.
     """
     name = f"geometry.leaf_thickness_{arm.name}"
     nominal = arm.flexure.thickness

@@ -72,7 +72,8 @@ def mesh_probe(mesh: trimesh.Trimesh) -> LineProbe:
         offset = np.array(start) - origin
         direction_cross_second = np.cross(unit, second_side)
         determinant = np.einsum("ij,ij->i", first_side, direction_cross_second)
-        # The determinant is 0 for a triangle parallel to the line. Its crossing is then not finite, and is dropped.
+        # The determinant is 0 for a triangle parallel to the line. The crossing of such a triangle is not finite, and
+        # is dropped.
         with np.errstate(divide="ignore", invalid="ignore"):
             # u and v are the barycentric coordinates of the crossing, and `crossings` is its position t on the line.
             u = np.einsum("ij,ij->i", offset, direction_cross_second) / determinant

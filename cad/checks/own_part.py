@@ -471,8 +471,9 @@ class _FaceNormals:
             if local_properties.IsNormalDefined():
                 normal = local_properties.Normal()
                 normals.append((normal.X(), normal.Y(), normal.Z()))
-        # The normal is undefined at a singular point, such as the apex of a cone. If it is undefined at all points, a
-        # zero vector replaces it. The face is then a side of every sweep, and defines no direction of a sweep.
+        # The normal is undefined at a singular point, such as the apex of a cone. If the normal is undefined at all
+        # points, a zero vector replaces it. The face is then a side of every sweep, and defines no direction of a
+        # sweep.
         self.normals = np.array(normals or [(0.0, 0.0, 0.0)])
 
     def is_cap(self, direction: Floats) -> bool:
@@ -510,8 +511,8 @@ def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[
 
     `direction` is the unit vector of the sweep, and `faces` are all faces of the part. The ends are the faces
     perpendicular to the direction, at the two levels where such faces have the largest area. The second fraction
-    decides between directions whose first fractions are equal. Both are rounded to three decimals, so that round-off
-    does not decide between equally good directions.
+    decides between directions whose first fractions are equal. Both fractions are rounded to three decimals, so that
+    round-off does not decide between equally good directions.
     """
     total_area = sum(face.area for face in faces)
     cap_areas: dict[float, float] = {}  # area of the perpendicular faces [mm^2], keyed by their level [mm]
@@ -527,7 +528,7 @@ def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[
 def _rotation_to_y(direction: Floats) -> Floats:
     """Return a rotation matrix (3, 3) that maps a unit vector to the y axis; it is the identity for the y axis.
 
-    Its rows are the new x, y and z axes in the old coordinates.
+    The rows of the matrix are the new x, y and z axes in the old coordinates.
     """
     y = direction
     # The new x axis is the old x axis, made perpendicular to the direction. If the old x axis is less than 45 degrees
@@ -625,7 +626,7 @@ def _cut_across_y(shape: cq.Shape, box: cq.BoundBox, plane: float) -> cq.Shape:
 def _section_levels(face: cq.Face) -> list[float]:
     """Return the levels y [mm] of a slanted face at which a bridge between other faces may begin or end.
 
-    They are the levels of its corners. For a curved face, the lowest and the highest level are added.
+    For any face, the levels of its corners are returned. For a curved face, its lowest and its highest level are added.
     """
     corners = [corner.Y for corner in face.Vertices()]
     box = face.BoundingBox()
@@ -739,7 +740,7 @@ def _wall_thickness(
 def _max_element_size(face: cq.Face) -> float:
     """Return the largest element size [mm] at a cylindrical face: a quarter of half its circumference.
 
-    Then at least four elements follow a half-round wall. The size is infinite for any other face.
+    With this size, at least four elements follow a half-round wall. The size is infinite for any other face.
     """
     cylinder = _cylinder_parameters(face)
     if cylinder is None:

@@ -33,8 +33,8 @@ KINDS = (".step", ".stp", ".stl", ".3mf")
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     """Return the verdicts geometry.valid and geometry.one_solid for a shape.
 
-    Their values are the number of faulty faces, edges and vertices, and the number of solids. The reference text of
-    geometry.one_solid mentions faces that belong to no solid.
+    The value of geometry.valid is the number of faulty faces, edges and vertices. The value of geometry.one_solid is
+    the number of solids. Its reference text mentions faces that belong to no solid.
     """
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     fault_count = 0

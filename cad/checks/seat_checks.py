@@ -40,8 +40,8 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
         # Each sensor is centred on the axis of its tip, and the two axes are `spacing` apart.
         reference = f"sensors {PROBE.package_width_mm:g} mm wide do not fit side by side, {housing.spacing:g} mm apart"
         return (judge(name, None, reference, limit=seats.least_wall),)
-    # The wall is part of the plate of the cover, which begins at the height of its rim in front of the frame. It ends
-    # at the marked face of the sensor, `face_distance` in front of the frame.
+    # The wall is part of the plate of the cover, which begins at the height of its rim in front of the frame. The wall
+    # ends at the marked face of the sensor, `face_distance` in front of the frame.
     walls = {"under a sensor": seats.face_distance - RECESS_MM}
     if len(seats.windows) > 1:  # otherwise one window holds both sensors
         walls["between both windows"] = housing.spacing - seats.window_width

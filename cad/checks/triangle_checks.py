@@ -193,7 +193,7 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, direction: float) -> Facing
 def _ray_starts(mesh: trimesh.Trimesh) -> tuple[Floats, Indices]:
     """Return the points (n, 3) [mm] of a mesh from which rays are cast, and the index of the triangle of each, (n,).
 
-    They are random points (with a fixed seed), and the centre of the largest triangle of each plane face.
+    Rays start at random points (with a fixed seed), and at the centre of the largest triangle of each plane face.
     """
     random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
     # trimesh calls a triangle a face, and a plane face a facet.

@@ -237,8 +237,8 @@ class Canvas:
         The list includes plain texts, texts in the block of the sheet, and texts of dimensions.
         """
         texts = []
-        # The entities of a block have block coordinates. Their virtual entities are copies in drawing coordinates. The
-        # virtual entities of a dimension are the lines and texts by which it is drawn.
+        # The entities of a block have block coordinates. The virtual entities of a block are copies in drawing
+        # coordinates. The virtual entities of a dimension are the lines and texts by which it is drawn.
         sheet_entities: list[DXFEntity] = []
         for sheet in self.space.query("INSERT"):
             sheet_entities += cast(Insert, sheet).virtual_entities()
@@ -455,14 +455,14 @@ def _add_dimension_style(document: Drawing, text_height: float) -> None:
     """
     style = document.dimstyles.add(_STYLE)
     # Sizes in text heights: the text itself, the arrows, the gap and the overhang of extension lines, and the gap
-    # around a text. They were chosen by eye.
+    # around a text. The sizes were chosen by eye.
     sizes = {"dimtxt": 1.0, "dimasz": 0.8, "dimexo": 0.4, "dimexe": 0.4, "dimgap": 0.3}
     for name, heights in sizes.items():
         style.dxf.set(name, heights * text_height)
     for name in ("dimclrd", "dimclre", "dimclrt"):  # colours of dimension lines, extension lines and texts
         style.dxf.set(name, _BY_LAYER)
-    # These values mean: no trailing zeros (dimzin), and text above the line (dimtad), rotated with it (dimtih, dimtoh),
-    # and outside if it does not fit (dimtix).
+    # Lengths have no trailing zeros (dimzin). Texts are above the line (dimtad), rotated with it (dimtih, dimtoh), and
+    # outside if they do not fit (dimtix).
     switches = {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}
     for name, number in switches.items():
         style.dxf.set(name, number)

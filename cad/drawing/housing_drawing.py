@@ -1,8 +1,8 @@
 """The drawing of a housing [mm], which also serves as its measuring sheet.
 
-It shows the section, the view from the left and, for a plate with pads, the view from behind. Every dimension is given
-once. The dimensions that determine the stiffness K or the contact are also listed in a table, which has empty cells for
-the measured values.
+The drawing shows the section, the view from the left and, for a plate with pads, the view from behind. Every dimension
+is given once. The dimensions that determine the stiffness K or the contact are also listed in a table, which has empty
+cells for the measured values.
 
 Distances between lines and texts are multiples of the text height. Where no reason is given, they were chosen by eye on
 printed sheets.
@@ -135,8 +135,8 @@ def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
     _draw_callouts(canvas, housing, measured["fillet"])
     if contents.sensor.seats is not None:
         _draw_magnet_pockets(canvas, housing, contents.sensor.seats)
-    # The name of the section is written above all dimensions, which end at the top of the canvas. Its distance from
-    # them was chosen by eye.
+    # The name of the section is written above all dimensions, which end at the top of the canvas. The distance of the
+    # name from the dimensions was chosen by eye.
     name_position = (0.5 * (housing.left + housing.right), canvas.extents().top + 1.6 * canvas.text_height)
     canvas.write_text("A-A", name_position, _VIEW_NAME * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))  # the section has the coordinates of the housing
@@ -157,8 +157,9 @@ def _mark_holes(canvas: Canvas, housing: Housing, to_view: Callable[[float, floa
 def _frame_dimensions(housing: Housing, measured: Measured) -> list[LinearDimension]:
     """Return the dimensions of the frame, to be drawn around the section.
 
-    They are the outer sizes, the wall thicknesses, the positions of the screw holes, and the distance by which the tips
-    protrude from the frame. `measured` holds the entries of the measuring table, whose letters are in the labels.
+    The dimensions are the outer sizes, the wall thicknesses, the positions of the screw holes, and the distance by
+    which the tips protrude from the frame. `measured` holds the entries of the measuring table, whose letters are in
+    the labels.
     """
     low, high = housing.arms
     # The tip faces are at z = 0, so the lower edge of the frame is at z = `housing.protrusion`.
@@ -243,8 +244,8 @@ def _tip_dimensions(housing: Housing, measured: Measured) -> list[LinearDimensio
 def _draw_thickness(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
     """Draw the leaf thickness of a spring at its upper leaf, with the text in the window between the two leaves.
 
-    `measured` is the entry of the measuring table for the thickness. The dimension line is near the left root. Its
-    distances from the root and from the text were chosen by eye.
+    `measured` is the entry of the measuring table for the thickness. The dimension line is near the left root. The
+    distances of this line from the root and from the text were chosen by eye.
     """
     height = canvas.text_height
     left, right = arm.roots
@@ -305,7 +306,7 @@ def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) 
     lower_leaf, _ = low.levels
     leaf_top = lower_leaf + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, leaf_top + radius)
-    # These multiples of the text height keep the texts away from leaves and dimension lines. They were chosen by eye.
+    # These multiples of the text height were chosen by eye. They keep the texts away from leaves and dimension lines.
     radius_text = CalloutText((low.wall, leaf_top + 1.4 * height), "right", label)
     canvas.add_callout("radius", centre, radius, radius_text, angle=225.0)  # the corner is to the lower left of the arc
     hole_label = f"{len(housing.holes)}x {MEASURED}"
@@ -392,9 +393,9 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
     """Return the dimensions of the widths of pins and tips in the view from the left.
 
     The prefix 2x of a label means that the dimension applies to both tips. The mid-plane of the plate is at x =
-    `middle` [mm]. `measured` is the entry of the measuring table for the part that touches the fruit. Its letter is
-    written at the width of the pins, or at the width of flat tips if there are no pins. For domes, it is written at
-    their radius instead.
+    `middle` [mm]. `measured` is the entry of the measuring table for the part that touches the fruit. The letter of
+    this entry is written at the width of the pins, or at the width of flat tips if there are no pins. For domes, it is
+    written at their radius instead.
     """
     dimensions = []
     if housing.pin:
@@ -414,8 +415,8 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
 def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[LinearDimension]:
     """Draw the magnet pockets and the Hall sensor in the view from the left, and return their position dimensions.
 
-    The pockets open at the front of the plate, at x = `front` [mm]. The sensor is in front of them. Both are drawn on
-    the layer NOTES, because they are hidden or not part of the housing.
+    The pockets open at the front of the plate, at x = `front` [mm]. The sensor is in front of them. Pockets and sensor
+    are drawn on the layer NOTES, because they are hidden or not part of the housing.
     """
     top_corner = (front, housing.top_level)
     half_width = 0.5 * seats.pocket_diameter
@@ -499,9 +500,9 @@ def _draw_dowel_diameter(
 def _pad_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) -> list[LinearDimension]:
     """Return the dimensions of a pad: the width of its posts, the height of its bar, and the level of its foot.
 
-    A pad is an upside-down U on the back of the frame, with a post on each wall and a bar along the top. Its edges are
-    set back from the cavity in which the arms move. `to_view` maps the coordinates x and z of the housing to a point in
-    the view [mm].
+    A pad is an upside-down U on the back of the frame, with a post on each wall and a bar along the top. The edges of
+    the pad are set back from the cavity in which the arms move. `to_view` maps the coordinates x and z of the housing
+    to a point in the view [mm].
     """
     # The foot ends at the lower edge of a cover, or at the lower edge of the frame if the cover would extend below it.
     foot_level = max(housing.cover_level, housing.protrusion)

@@ -75,9 +75,9 @@ class _PlacedDimension:
 def draw_dimensions(canvas: Canvas, dimensions: Sequence[LinearDimension], view: Box) -> None:
     """Draw dimensions around a view, whose bounding box is `view` [mm].
 
-    On each side, the dimensions are placed from the shortest to the longest. Each gets the row nearest to the view in
-    which it does not collide with the dimensions already placed. So long dimensions are outside short ones, and their
-    extension lines cross few dimension lines.
+    On each side, the dimensions are placed from the shortest to the longest. Each dimension gets the row nearest to the
+    view in which it does not collide with the dimensions already placed. So long dimensions are outside short ones, and
+    their extension lines cross few dimension lines.
     """
     for side in SIDES:
         side_dimensions = [dimension for dimension in dimensions if dimension.side == side]
@@ -96,9 +96,9 @@ def _place_dimension(
 ) -> _PlacedDimension:
     """Place a dimension in the nearest row in which it collides with none of the dimensions already `placed`.
 
-    `later_ends` [mm] are the ends of longer dimensions, which are placed later, in outer rows. Their extension lines
-    may cross the text. So the text positions that are crossed by the fewest of these lines are tried first. If the
-    dimension collides even in the first empty row, it is placed in this row.
+    `later_ends` [mm] are the ends of longer dimensions, which are placed later, in outer rows. The extension lines of
+    these longer dimensions may cross the text. So the text positions that the fewest lines cross are tried first. If
+    the dimension collides even in the first empty row, it is placed in this row.
     """
     texts = _text_positions(canvas, dimension)
     # The sort is stable, so equally good positions stay in their order of preference.

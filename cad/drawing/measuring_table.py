@@ -75,8 +75,8 @@ def find_general_tolerance(process: Process, length: float, *, is_radius: bool =
 def list_measured_dimensions(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
     """Return the dimensions to be measured on a housing, keyed by name, which are the entries of the measuring table.
 
-    They are in the order of the table, and their letters are assigned in this order. The tolerance of a dimension is
-    the accuracy of `process` or the general tolerance, except for pins.
+    The dimensions are in the order of the table, and their letters are assigned in this order. The tolerance of a
+    dimension is the accuracy of `process` or the general tolerance, except for pins.
     """
     housing = sensor.housing
     dimensions = {

@@ -33,7 +33,7 @@ _STRAIGHT_MM = 1e-6  # an edge is straight if its length exceeds its chord by le
 def project_visible_edges(shape: cq.Shape, side: Side) -> list[cq.Edge]:
     """Return the visible edges of a solid as seen from a side [mm], projected onto the plane z = 0.
 
-    They are the sharp edges of the solid and the silhouettes of its curved faces.
+    The visible edges are the sharp edges of the solid and the silhouettes of its curved faces.
     """
     hidden_line_removal = HLRBRep_Algo()
     hidden_line_removal.Add(shape.wrapped)

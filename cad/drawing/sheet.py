@@ -327,7 +327,8 @@ def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> N
     row_height = _BLOCK.height / len(rows)
     for number, row in enumerate(reversed(rows)):  # the last row is drawn first, at the bottom
         _draw_row(paper, size, row, _MARGIN.bottom + number * row_height, row_height)
-    # The symbol is in the middle of the lower right cell, which is 20 mm wide. Its height of 3.2 mm was chosen by eye.
+    # The symbol is in the middle of the lower right cell, which is 20 mm wide. The height of the symbol, 3.2 mm, was
+    # chosen by eye.
     _draw_first_angle_symbol(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 3.2)
 
 
@@ -407,8 +408,9 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
 def _draw_first_angle_symbol(paper: Canvas, x: float, y: float) -> None:
     """Draw the symbol of first-angle projection, ISO 5456-2, around a point [mm on paper].
 
-    It shows a truncated cone from the side, and to its right the two circles of the cone seen from its small end. The
-    cone is 5 mm long, with diameters of 2.6 and 5.2 mm. The standard does not prescribe the size of the symbol.
+    The symbol shows a truncated cone from the side, and to its right the two circles of the cone seen from its small
+    end. The cone is 5 mm long, with diameters of 2.6 and 5.2 mm. The standard does not prescribe the size of the
+    symbol.
     """
     small_top, small_foot = (x - 7.0, y + 1.3), (x - 7.0, y - 1.3)
     large_top, large_foot = (x - 2.0, y + 2.6), (x - 2.0, y - 2.6)

@@ -121,7 +121,8 @@ class _Arrays:
 def _add_mesh(body: GlbBody, arrays: _Arrays) -> Tree:
     """Add the arrays of a body to `arrays`, and return the glTF mesh that refers to them by the indices of accessors.
 
-    The displacement of the body is the morph target of the mesh. Its weight is 0 until the animation raises it.
+    The displacement of the body is the morph target of the mesh. The weight of the morph target is 0 until the
+    animation raises it.
     """
     vertex_count = len(body.vertices)
     colour = np.full((vertex_count, 4), 255, dtype=np.uint8)  # the fourth channel is opacity

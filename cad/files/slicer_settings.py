@@ -12,8 +12,8 @@ _ROUND_OFF = 1e-6  # tolerance for the round-off error of the number of lines
 def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
     """Return the PrusaSlicer settings, by key, that print a housing as modelled: solid, with lines along its leaves.
 
-    Processes that do not print lines have no settings. The print profile sets the printer and the filament. It also
-    sets the height of the first layer, because PrusaSlicer cannot set this height for a single object.
+    Processes that do not print lines have no settings. The print profile sets the printer and the filament. The profile
+    also sets the height of the first layer, because PrusaSlicer cannot set this height for a single object.
     """
     width = process.line_width_mm
     if process.kind != "fdm" or width is None:

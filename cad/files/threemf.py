@@ -111,8 +111,8 @@ def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
 def read_3mf(path: Path) -> Package:
     """Read the objects to be printed from a 3MF file with lib3mf.
 
-    Equal vertices of an object are merged. They are reported as a fault, because the standard requires merged vertices.
-    Raises ValueError if the file cannot be read or holds no triangles.
+    Equal vertices of an object are merged. Such vertices are reported as a fault, because the standard requires merged
+    vertices. Raises ValueError if the file cannot be read or holds no triangles.
     """
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")

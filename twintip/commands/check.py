@@ -60,7 +60,8 @@ def run(arguments: Namespace) -> Answer:
 def _find_verdicts(path: Path, process: Process | None, design_name: str | None) -> tuple[Verdict, ...]:
     """Return the verdicts on a folder or a file. If a design is given, a file is also compared with its housing.
 
-    `process` is the print process of a file. It is None for a folder, which cannot be compared with another design.
+    `process` is the print process of a file. The process is None for a folder, which cannot be compared with another
+    design.
     """
     if design_name is None or process is None:
         return check_path(path.absolute(), process)
@@ -79,7 +80,7 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     """Solve the stiffness of the springs in a STEP file by finite elements, and check the file.
 
     With `--design`, the part is made by the process of the design, and its stiffnesses are compared with the targets of
-    the design. Without it, the part is made by `process`. Raises InputError if the part cannot be solved.
+    the design. Without a design, the part is made by `process`. Raises InputError if the part cannot be solved.
     """
     design_name: str | None = arguments.design
     held, pressed = _parse_places(arguments)

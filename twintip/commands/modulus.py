@@ -73,7 +73,7 @@ def _compression_tests(arguments: Namespace) -> list[_CompressionTest]:
         files = table.files
     if not files:
         raise validation_error("FILE", None, "", "given, or named in the table of --sizes", "name a file")
-    # Without a table of sizes, all tests have the same geometry. Its flags are checked before any file is read.
+    # Without a table of sizes, all tests have the same geometry. Its flags are checked before the files are read.
     shared_geometry = None if table else _test_geometry(arguments, sizes_of_flags)
     quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     tests = []

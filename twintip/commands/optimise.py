@@ -24,7 +24,7 @@ def run(arguments: Namespace) -> Answer:
     """Search for the best design, and verify it by a whole run of the pipeline.
 
     The exit code is 0 if all verdicts of that run pass, and 1 if not. A study with a front has one best design for each
-    value of the front's key. In this case, the code is 0 if the runs of all these designs pass. Raises InputError if
+    value of the front's key. For such a study, the code is 0 if the runs of all best designs pass. Raises InputError if
     the file describes no search.
     """
     study = read_study(arguments.file)

@@ -16,7 +16,7 @@ _OWN_PROCESS = 'To use your own printer, set process_file = "my-printer.toml" in
 def process_list(own: Process | None) -> Answer:
     """Return a table with one column for each print process, and the sources of all values below it.
 
-    `own` is the process that the design defines in its own file, or None. It is in the last column.
+    `own` is the process that the design defines in its own file, or None. This process is in the last column.
     """
     processes = list(PROCESSES.values())
     if own is not None:

@@ -245,7 +245,7 @@ def _reading_of_forces(arguments: Namespace, sensor: MeasuringUnit) -> FruitRead
 def _readings_of_signal(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitReading | FruitAnswer]:
     """Yield the reading of each press in a file or the standard input, or of each fruit if its presses are combined.
 
-    Presses are combined if `--fruit-presses` is given. They are also combined if a column names the fruit of each
+    Presses are combined if `--fruit-presses` is given. Presses are also combined if a column names the fruit of each
     press, unless `--each` requests a reading for every sample.
     """
     signal = _open_signal(arguments, sensor)

@@ -321,7 +321,7 @@ def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
     """
     rows = [_HEADINGS, *map(_reading_cells, proof.readings)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    # The flags are the last column. It is not aligned, so its width is not used.
+    # The last column holds the flags. This column is not aligned, so its width is not used.
     for *number_cells, flags_cell in rows:
         cells = [cell.rjust(width) for cell, width in zip(number_cells, widths, strict=False)]
         yield "  ".join([*cells, flags_cell]).rstrip()

@@ -96,7 +96,7 @@ def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tup
     if summary.solved:
         rate = summary.solved / summary.seconds
         lines.append(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points per second")
-    # "alone" is the first-order Sobol index of a key, and "with others" its total index. Each is followed by its
+    # "alone" is the first-order Sobol index of a key, and "with others" its total index. Each index is followed by its
     # confidence interval.
     for index in indices:
         first_order = "alone {:.3f} ({:.3f} to {:.3f})".format(index.first, *index.first_interval)
