@@ -646,7 +646,7 @@ def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
     """Yield the centres (3,) [mm] of small pieces of a face, and the projected area along y of each piece [mm^2].
 
     The pieces are about 0.5 mm wide or less when seen along y. The projected area of each triangle of the face is
-    divided equally among the count (count + 1) / 2 pieces of this triangle.
+    divided equally among the pieces of this triangle.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -654,8 +654,9 @@ def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
         a, b, c = positions[list(triangle)]
         projected_area = 0.5 * abs(float(np.cross(b - a, c - a)[1]))
         count = max(1, math.ceil(math.sqrt(projected_area) / _PIECE_MM))
+        piece_area = 2.0 * projected_area / (count * (count + 1))  # there are count (count + 1) / 2 pieces
         for centre in _spread_points(a, b, c, count):
-            yield centre, 2.0 * projected_area / (count * (count + 1))
+            yield centre, piece_area
 
 
 def _spread_points(a: Floats, b: Floats, c: Floats, count: int) -> Iterator[Floats]:

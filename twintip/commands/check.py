@@ -91,14 +91,10 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
 
         # A wrong part is rejected before the springs of the design are solved, which takes a while.
         refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})
-        springs = None
-        housing = None
-        if design is not None and design_name is not None:
-            springs = _designed_springs(design)
-            housing = _housing_of_springs(springs, design_name)
+        springs, housing = _solve_design(design, design_name)
+        if springs is not None and pressed:
             # The pressed faces get the names of the springs. In both, the low tip comes before the high tip.
-            if pressed:
-                pressed = dict(zip(springs.springs, pressed.values(), strict=True))
+            pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         part_process = process if design is None else design.process
         elasticity = (part_process.E_MPa, part_process.poisson)
         with solver_errors_as_input_errors():
@@ -107,6 +103,16 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
         designed = None if design is None or housing is None else (design, housing)
         file_verdicts = check_path(path.absolute(), part_process, designed)
     return _solved_answer(path, stiffness, _target_stiffnesses(springs), file_verdicts)
+
+
+def _solve_design(
+    design: Design | None, design_name: str | None
+) -> "tuple[FittedSprings, Housing] | tuple[None, None]":
+    """Solve the springs of a design, and return them and its housing, or twice None without a design."""
+    if design is None or design_name is None:
+        return None, None
+    springs = _designed_springs(design)
+    return springs, _housing_of_springs(springs, design_name)
 
 
 def _parse_places(arguments: Namespace) -> tuple[list["Place"], dict[str, "Place"]]:

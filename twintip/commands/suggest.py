@@ -50,6 +50,7 @@ def run(arguments: Namespace) -> Answer:
         command = _run_command(preset_or_file, settings, changes)
         lines.append(command)
         if arguments.out is not None:
+            # The first line of the design file is a comment with the command.
             content = f"# {command}\n{design_as_toml(suggestion.changed)}".encode()
             write_files({arguments.out: content}, "--out", force=arguments.force)
             lines.append(f"written to {arguments.out}")
@@ -148,9 +149,9 @@ def _search(
 ) -> "tuple[Suggestion, FruitRange | None]":
     """Search for the nearest design that passes. If none passes for a fruit, find the most similar fruit that has one.
 
-    The search starts from `design`, which is the preset or file named `preset_or_file`. The keys of `--keep` are never
-    changed. In a search for a fruit, the keys in `given` are not changed either. The first result is the suggestion.
-    The second result is the most similar fruit, or None if it is not needed or not found.
+    The search starts from `design`, which is the preset or file named `preset_or_file` with the user's settings. The
+    keys of `--keep` are never changed. In a search for a fruit, the keys in `given` are not changed either. The first
+    result is the suggestion. The second result is the most similar fruit, or None if it is not needed or not found.
     """
     keep = frozenset(arguments.keep)
     with showing_progress("loading the solvers") as progress, solver_errors_as_input_errors():
