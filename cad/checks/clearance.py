@@ -224,7 +224,8 @@ def _gap_above_shuttle(probe: LineProbe, housing: Housing, arm: Arm) -> float:
     """Return the smallest gap [mm] above the shuttle of an arm; it is infinite if no measured point has a gap."""
     smallest = math.inf
     for fraction in _SHUTTLE_FRACTIONS:
-        # The shuttle extends from the roots of its leaves towards the middle of the sensor.
+        # The shuttle extends from the roots of its leaves towards x = 0; `arm.sign` is -1 for the left arm, and 1 for
+        # the right arm.
         x = arm.shuttle - arm.sign * fraction * housing.shuttle_width
         smallest = min(smallest, _gap_above(probe, (x, 0.0, housing.neck_level)))
     return smallest

@@ -37,8 +37,8 @@ def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
     """Return geometry.watertight and geometry.manifold, two verdicts on the edges of a mesh.
 
     The value of geometry.watertight is the number of edges with only one triangle. The value of geometry.manifold is
-    the number of edges with three or more. If the surface is closed but its triangles face inward, the value of
-    geometry.watertight is 1.
+    the number of edges with three or more. If the surface is closed, but all or some of its triangles face inward, the
+    value of geometry.watertight is 1.
     """
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     open_edges = edges[counts < _TRIANGLES_PER_EDGE]

@@ -288,6 +288,7 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
     frame_underside = housing.cavity_level
     label = measured.label()
     offset = _BESIDE_LINE * height + 0.5 * canvas.label_width(label, frame_underside - shuttle_top)
+    # The leaves are to the left of the left shuttle (`arm.sign` = -1), and to the right of the right one (1).
     text_position = (x + arm.sign * offset, housing.top_level + 1.7 * height)
     canvas.add_linear_dimension("z", (x, shuttle_top), (x, frame_underside), x, DimensionText(text_position, label))
 

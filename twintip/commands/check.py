@@ -87,7 +87,7 @@ def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     _require_solvable(path, design_name, held, pressed)
     design = None if design_name is None else load_design(design_name)
     with showing_progress(f"solving {path.name}") as work:
-        from pipeline.springs.own_part import file_stiffness, refuse_part
+        from pipeline.springs.own_part import file_stiffness, refuse_part  # loads the mesher and the solvers
 
         # A wrong part is rejected before the springs of the design are solved, which takes a while.
         refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})
