@@ -96,17 +96,26 @@ class ProvedDesign:
     @property
     def failures(self) -> list[str]:
         """Return a clause for each condition that is not met; the list is empty if the design passes."""
-        texts = []
-        if self.outside > self.most_outside:
-            bound = f"at most {self.most_outside} may be"
-            texts.append(f"{self.outside} of {self.presses} readings are outside their error bars, but {bound}")
-        if self.farthest > MAX_ERROR_IN_BARS:
-            texts.append(
-                f"one error is {self.farthest:.2g} times its half width, but at most {MAX_ERROR_IN_BARS:g} is allowed"
-            )
-        if self.flagged > MAX_FLAGGED * self.presses:
-            texts.append(f"{self.flagged} of {self.presses} readings are flagged, but at most a tenth may be")
-        return texts
+        return _failures(
+            presses=self.presses,
+            outside=self.outside,
+            most_outside=self.most_outside,
+            farthest=self.farthest,
+            flagged=self.flagged,
+        )
+
+
+def _failures(*, presses: int, outside: int, most_outside: int, farthest: float, flagged: int) -> list[str]:
+    """Return a clause for each condition of a proof that is not met; the arguments are fields of `ProvedDesign`."""
+    texts = []
+    if outside > most_outside:
+        bound = f"at most {most_outside} may be"
+        texts.append(f"{outside} of {presses} readings are outside their error bars, but {bound}")
+    if farthest > MAX_ERROR_IN_BARS:
+        texts.append(f"one error is {farthest:.2g} times its half width, but at most {MAX_ERROR_IN_BARS:g} is allowed")
+    if flagged > MAX_FLAGGED * presses:
+        texts.append(f"{flagged} of {presses} readings are flagged, but at most a tenth may be")
+    return texts
 
 
 def prove(report: Report, count: int, seed: int, progress: Callable[[int], None] = lambda _: None) -> ProvedDesign:
@@ -120,7 +129,8 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
     redraws = 0  # number of failed draws that were replaced
     for number in range(count):
         for attempt in range(MAX_DRAWS):
-            # Each draw has its own seed, so that a repeated draw does not change the other presses.
+            # Each draw has its own seed, so that a repeated draw does not change the other presses. The seed of a
+            # repeated draw includes the number of the attempt.
             draw_seed = [seed, number, attempt] if attempt else [seed, number]
             try:
                 readings.append(_simulate_reading(report, np.random.default_rng(draw_seed)))
@@ -140,21 +150,28 @@ def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], re
     replaced by another random press, because they failed.
     """
     readings = tuple(readings)
+    presses = len(readings)
     # The error of each reading without a flag, divided by its half width; above 1, it is outside its error bar.
-    relative_errors = [reading.error_in_bars for reading in readings if not reading.is_flagged]
-    proof = ProvedDesign(
+    errors_in_bars = [reading.error_in_bars for reading in readings if not reading.is_flagged]
+    outside = sum(error > 1.0 for error in errors_in_bars)
+    most_outside = int(binom.ppf(BINOMIAL_QUANTILE, presses, EXPECTED_OUTSIDE))
+    farthest = max(errors_in_bars, default=0.0)
+    flagged = presses - len(errors_in_bars)
+    failures = _failures(
+        presses=presses, outside=outside, most_outside=most_outside, farthest=farthest, flagged=flagged
+    )
+    return ProvedDesign(
         design=design,
         seed=seed,
-        presses=len(readings),
-        outside=sum(error > 1.0 for error in relative_errors),
-        most_outside=int(binom.ppf(BINOMIAL_QUANTILE, len(readings), EXPECTED_OUTSIDE)),
-        farthest=max(relative_errors, default=0.0),
-        flagged=len(readings) - len(relative_errors),
+        presses=presses,
+        outside=outside,
+        most_outside=most_outside,
+        farthest=farthest,
+        flagged=flagged,
         drawn_again=redraws,
-        passed=False,  # set below, because `failures` follows from the other fields
+        passed=not failures,
         readings=readings,
     )
-    return replace(proof, passed=not proof.failures)
 
 
 def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading:
@@ -210,19 +227,30 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     base_K = K if requirements.on_plate else true_K
     newtons_per_mm = (1.0 + 0.01 * gain_percent * rng.normal(size=len(true_K))) * base_K
     drift_percent = UNIFORM_DEVIATION * np.array(report.read_out.channels.gain_drift_percent)
-    unit = unit_of(report, stiffnesses=K.tolist(), percent=spring_percent.tolist(), method="drawn")
+    unit = replace(
+        unit_of(report, stiffnesses=K.tolist(), percent=spring_percent.tolist(), method="drawn"),
+        gain_percent=tuple(np.hypot(gain_percent, drift_percent).tolist()),
+        calibrated_by="plate" if requirements.on_plate else "weights",
+    )
+    unit = _with_counts_of(real_unit, unit, newtons_per_mm)
+    return _correct_by_ball(report, unit, real_unit, rng) if requirements.calibrated_by == "ball" else unit
+
+
+def _with_counts_of(real_unit: SimulatedUnit, unit: PrintedUnit, newtons_per_mm: Floats) -> PrintedUnit:
+    """Return a copy of the calibrated `unit` with the zeros and the range of the counts of `real_unit`.
+
+    `newtons_per_mm` (tips,) [N/mm] is the force on each tip per deflection, as calibrated. It determines the force per
+    count.
+    """
     # In a random unit, the counts of a channel depend only on the deflection of its own tip.
     newtons_per_count = np.diag(newtons_per_mm / np.diag(real_unit.per_mm))
-    unit = replace(
+    return replace(
         unit,
-        gain_percent=tuple(np.hypot(gain_percent, drift_percent).tolist()),
         newtons_per_count=tuple(map(tuple, newtons_per_count.tolist())),
         zero_counts=tuple(real_unit.zeros.tolist()),
         saturation_counts=real_unit.saturation or 0,
-        calibrated_by="plate" if requirements.on_plate else "weights",
         weighed_after_s=real_unit.weighed_s,
     )
-    return _correct_by_ball(report, unit, real_unit, rng) if requirements.calibrated_by == "ball" else unit
 
 
 def _correct_by_ball(
@@ -239,7 +267,7 @@ def _correct_by_ball(
     reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)
     # Presses without noise are identical, so one press represents all of them.
     reading = read_by(sensor.for_ball(ball.radius), real_unit, ball.fruit())
-    correction = fit_ball_correction(BALL_PRESSES * [reading], reference, sensor, "the ball")
+    correction = fit_ball_correction(BALL_PRESSES * [reading], reference, sensor, "the ball")  # its name in messages
     # stated modulus of the ball divided by its true modulus
     modulus_factor = math.exp(0.01 * requirements.ball_percent * rng.normal())
     return replace(unit, ball=replace(correction, factor=modulus_factor * correction.factor))

@@ -20,6 +20,7 @@ from instrument.press.pace import LARGEST_BY_PACE, pace_shift
 from instrument.press.pair_press import ratio_modulus_and_noise
 from instrument.press.seating import Seated, seated_reading
 from instrument.press.touches import PressSamples
+from sensor.arrays import Floats
 from sensor.quantity import COVERAGE
 from sensor.theory.contrast_law import ReadingError, fit_plane, tip_travels
 from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseLaw, RiseReading, RiseSlopes, moduli_without
@@ -75,34 +76,25 @@ def _evaluate_reading(
     E = sensor.correct_modulus(uncorrected.E, press_s)
     unit_errors = sensor.channels_in(timing.deviation, press_s).press_uncertainty([uncorrected.slopes])
     parts = _half_width_parts(sensor, E, uncorrected, unit_errors)
-    u = parts.total  # half width of E [1]
     tilt, direction = _tilt_and_direction(sensor, law, seated)
-    # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
-    deepest_forces = sensor.press_stiffness_ratio(press_s) * seated.deepest_channels[: press.tips]
-    flags = flags_of_modulus(sensor, E, u, deepest_forces, tilt)
+    flags = flags_of_modulus(sensor, E, parts.total, _true_deepest_forces(sensor, press, seated), tilt)
     doubts = _Doubts(
         sample_shift=_largest_sample_shift(sensor, law, seated, timing.lag, press_s),
         shift_by_pace=pace_shift(sensor, press),
     )
-    widened_u = doubts.widened(u)
-    if u <= UNCERTAIN < widened_u:  # if u is larger, `flags` already contains this flag
-        flags.append("uncertain")
-    flags += doubts.flags(u)
+    flags += doubts.flags(parts.total)
     if second_reading.disagrees:
         flags.append("read_outs_disagree")
     if unit_errors["times"] > LARGEST_BY_TIME:
         flags.append("too_fast")
     noise = COVERAGE * sensor.steepness(E) * uncorrected.noise  # part of the half width due to noise [1]
-    # The offset of a pair is reported as its tilt instead.
-    offset, offset_u = (None, None) if sensor.report.read_out.is_pair else _offset_of_high_tips(uncorrected, u, noise)
-    return FruitReading(
-        E=E,
-        reduced=sensor.reduced(E),
-        u=widened_u,
+    offset, offset_u = _offset_of_high_tips(sensor, uncorrected, parts.total, noise)
+    return replace(
+        _reading_of_modulus(sensor, E),
+        u=doubts.widened(parts.total),
         tilt=tilt,
         direction=direction,
         flags=tuple(flags),
-        ripeness=sensor.ripeness_of(E),
         samples=uncorrected.samples,
         noise=noise,
         bend=parts.bend,
@@ -111,11 +103,23 @@ def _evaluate_reading(
         lines_left_out=press.lines_left_out,
         others=second_reading.others,
         relaxation=second_reading.relaxation,
-        firmness=sensor.firmness_of(E),
         press_s=press_s,
         time_s=timing.deviation,
         parts=parts,
     )
+
+
+def _reading_of_modulus(sensor: MeasuringUnit, E: float) -> FruitReading:
+    """Return a reading with the corrected modulus E [MPa] and the numbers that follow only from it."""
+    return FruitReading(E=E, reduced=sensor.reduced(E), ripeness=sensor.ripeness_of(E), firmness=sensor.firmness_of(E))
+
+
+def _true_deepest_forces(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> Floats:
+    """Return the true forces (tips,) [N] in the deepest sample of a press.
+
+    Springs are stiffer in a press than under calibration weights, so the true forces are larger than the measured ones.
+    """
+    return sensor.press_stiffness_ratio(press.duration_s) * seated.deepest_channels[: press.tips]
 
 
 def _half_width_parts(
@@ -149,18 +153,29 @@ class _Doubts:
         return widened_u + self.shift_by_pace if self.shift_by_pace > LARGEST_BY_PACE else widened_u
 
     def flags(self, u: float) -> list[str]:
-        """Return the flags of the changes that are not ignored, for the half width `u` of E [1]."""
-        causes = {"one_sample": self.sample_shift > u, "uneven_pace": self.shift_by_pace > LARGEST_BY_PACE}
+        """Return the flags of the changes that are not ignored, for the half width `u` of E [1].
+
+        The flag `uncertain` is included only if these changes increase `u` beyond `UNCERTAIN`. If `u` itself exceeds
+        this limit, the reading has the flag already.
+        """
+        causes = {
+            "uncertain": u <= UNCERTAIN < self.widened(u),
+            "one_sample": self.sample_shift > u,
+            "uneven_pace": self.shift_by_pace > LARGEST_BY_PACE,
+        }
         return [flag for flag, applies in causes.items() if applies]
 
 
-def _offset_of_high_tips(uncorrected: RiseReading, u: float, noise: float) -> tuple[float, float]:
+def _offset_of_high_tips(
+    sensor: MeasuringUnit, uncorrected: RiseReading, u: float, noise: float
+) -> tuple[float, float] | tuple[None, None]:
     """Return the distance by which the high tips are nearer to the skin than the low tips [mm], and its half width.
 
     `u` is the half width of E [1], and `noise` is its part due to noise [1]. Noise changes the offset directly. All
-    other errors change it through the error of E. This function is not used for a pair, whose offset is reported as a
-    tilt.
+    other errors change it through the error of E. Both results are None for a pair, whose offset is reported as a tilt.
     """
+    if sensor.report.read_out.is_pair:
+        return None, None
     # Round-off may make the noise of E slightly larger than its half width, hence the lower bound of 0.
     other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
     half_width_mm = math.hypot(COVERAGE * uncorrected.offset_noise, uncorrected.offset_per_log_E * other_errors)
@@ -229,11 +244,11 @@ def _held_reading(sensor: MeasuringUnit, press: PressSamples, uncorrected: RiseR
 def _largest_sample_shift(
     sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None
 ) -> float:
-    """Return the largest relative change of E [1] when one sample is left out.
+    """Return the largest relative change of E [1] if a single bad conversion is left out of a press.
 
-    `lag` consecutive samples are left out together, because one bad conversion affects all of them. `press_s` [s] is
-    the duration of the press. The change is counted as 1 if the other samples do not determine a modulus. The result is
-    0 for a long press, in which one sample hardly changes E.
+    A bad conversion affects `lag` consecutive samples, so each such run of samples is left out in turn. `press_s` [s]
+    is the duration of the press. A change is counted as 1 if the other samples do not determine a modulus. The result
+    is 0 for a long press, in which one sample hardly changes E.
     """
     E = sensor.correct_modulus(seated.reading.E, press_s)
     shifts = [0.0]
@@ -252,10 +267,7 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
     tips = sensor.report.design.tips
     uncorrected = seated.reading
     if sensor.report.read_out.is_pair:
-        # The offset is the travel of the low tip minus the travel of the high tip. The high tip lies at +x.
-        pair_tilt = abs(math.degrees(math.atan(uncorrected.offset / tips.spacing_mm)))
-        pair_direction = 0.0 if uncorrected.offset <= 0.0 else 180.0
-        return pair_tilt, pair_direction
+        return _tilt_of_pair(uncorrected.offset, tips.spacing_mm)
     law_at_offset = law.with_offset(uncorrected.offset)
     channel_depths = tip_travels(law_at_offset, seated.deepest_channels.tolist(), uncorrected.E)
     # The law of flesh that relaxes has two channels per tip, and its second half holds the depths of the tips.
@@ -268,12 +280,21 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
     return tilt, None if slope_y is None else math.degrees(math.atan2(slope_y, slope_x))
 
 
-def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
-    """Return the relative standard deviations of E [1] due to errors of the fruit's mean curvature and of the heights.
+def _tilt_of_pair(offset: float, spacing: float) -> tuple[float, float]:
+    """Return the tilt of a pair of tips along its line, and the direction of its lower side from +x [deg].
 
-    The first deviation is due to the curvature. It is followed by one deviation for each tip, due to the error of the
-    tip's height. A height error changes the offset of the press, and is mistaken for a saddle of the skin. This moves
-    the points of contact in the law. `slopes` are the slopes of ln E against each cause of error.
+    `offset` [mm] is the travel of the low tip minus the travel of the high tip, and `spacing` [mm] is their distance.
+    The high tip lies at +x, so it is on the lower side if it travels further.
+    """
+    return abs(math.degrees(math.atan(offset / spacing))), 0.0 if offset <= 0.0 else 180.0
+
+
+def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
+    """Return the relative standard deviations of E [1] due to errors of the fruit's curvature and of the tips' heights.
+
+    The first deviation is due to the mean curvature of the fruit. It is followed by one deviation for each tip, due to
+    the error of the tip's height. A height error changes the offset of the press, and is mistaken for a saddle of the
+    skin, on which the contacts lie elsewhere. `slopes` are the slopes of ln E against each cause of error.
     """
     weights = np.array(sensor.rise_law.contrast.weights)  # change of the offset per change of each gap [1]
     domes = sensor.domes

@@ -201,7 +201,7 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
         counted_deviations = [unshared_deviations[index] for index in counted_indices]
-        answer, modulus_causes = _with_modulus(sensor, answer, counted, counted_deviations)
+        answer, modulus_causes = _add_modulus(sensor, answer, counted, counted_deviations)
         causes |= modulus_causes
     fruit_flags = [flag for flag, applies in causes.items() if applies]
     # Flags that depend on the modulus are evaluated for the fruit, so the same flags of its presses are left out.
@@ -219,7 +219,7 @@ def _hint_of(fruit_flags: Sequence[str], turn: float | None) -> str | None:
     return None if advice is None else advice.format(turn=second_press)
 
 
-def _with_modulus(
+def _add_modulus(
     sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], unshared_deviations: Sequence[float]
 ) -> tuple[FruitAnswer, dict[str, bool]]:
     """Return a copy of the answer with the modulus of the `counted` presses, and its flags.
@@ -228,7 +228,6 @@ def _with_modulus(
     `unshared_deviations` holds one standard deviation of ln E per counted press [1], without the errors that all
     presses share.
     """
-    causes = {}
     # The conditions below hold for all counted presses. They only narrow the types.
     ln_moduli = [math.log(press.E) for press in counted if press.E is not None]
     E = math.exp(press_core.hodges_lehmann(ln_moduli))
@@ -237,17 +236,14 @@ def _with_modulus(
     shared = _root_mean_square([part.largest_shared for part in parts])
     bend = math.fsum(part.bend for part in parts) / len(parts)
     if len(counted) == 1:
+        scatter, disagree = None, False  # a single press cannot disagree
         u = parts[0].total  # half width of E [1]
-        scatter = None
     else:
         scatter = press_core.standard_deviation(ln_moduli)
         disagree = _presses_disagree(ln_moduli, parts, unshared_deviations)
-        causes["presses_disagree"] = disagree
-        prior = _root_mean_square([part.independent / COVERAGE for part in parts])
-        independent = _half_width_by_scatter(scatter, prior, len(ln_moduli), disagree=disagree)
+        independent = _half_width_by_scatter(scatter, parts, disagree=disagree)
         # More presses do not reduce shared errors. The bend is not a random error, so it is added linearly.
         u = math.hypot(independent, shared) + bend
-    causes |= causes_of_modulus(sensor, E, u)
     answer_with_modulus = replace(
         answer,
         E=E,
@@ -258,7 +254,7 @@ def _with_modulus(
         ripeness=sensor.ripeness_of(E),
         firmness=sensor.firmness_of(E),
     )
-    return answer_with_modulus, causes
+    return answer_with_modulus, {"presses_disagree": disagree, **causes_of_modulus(sensor, E, u)}
 
 
 def _presses_disagree(
@@ -294,13 +290,16 @@ def _root_mean_square(values: Sequence[float]) -> float:
     return math.sqrt(math.fsum(value**2 for value in values) / len(values))
 
 
-def _half_width_by_scatter(scatter: float, prior: float, presses: int, *, disagree: bool) -> float:
-    """Return the half width at 95 % [1] of the mean of `presses` presses, whose standard deviation is `scatter` [1].
+def _half_width_by_scatter(scatter: float, parts: Sequence[HalfWidth], *, disagree: bool) -> float:
+    """Return the half width at 95 % [1] of the mean of several presses, whose standard deviation is `scatter` [1].
 
-    `prior` [1] is the standard deviation that the presses themselves state. It has `PRIOR_FREEDOM` degrees of freedom,
-    and is pooled with the scatter. If the presses disagree, the stated value is too small. The half width is then at
-    least the value that follows only from the scatter. The module docstring gives the formula and its source.
+    `parts` holds the half width that each press itself states. The standard deviation that follows from them has
+    `PRIOR_FREEDOM` degrees of freedom, and is pooled with the scatter. If the presses `disagree`, the stated value is
+    too small. The half width is then at least the value that follows only from the scatter. The module docstring gives
+    the formula and its source.
     """
+    presses = len(parts)
+    prior = _root_mean_square([part.independent / COVERAGE for part in parts])  # stated standard deviation [1]
     freedom = presses - 1  # degrees of freedom of the scatter
     pooled_freedom = freedom + PRIOR_FREEDOM
     deviation = math.sqrt((PRIOR_FREEDOM * prior**2 + freedom * scatter**2) / pooled_freedom)

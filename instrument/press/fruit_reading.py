@@ -244,22 +244,23 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
     return tuple(flags)
 
 
+_ORDER_OF_FLAGS = ("out_of_range", "tilt_beyond_design", "press_over_bruise_limit", "uncertain", "beyond_scale")
+"""The flags of a modulus in their order on the screen."""
+
+
 def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, tilt: float | None = None) -> list[str]:
     """Return the flags of a reading E [MPa] with the relative half width u [1], in their order on the screen.
 
     `forces` (tips,) [N] are the forces of the deepest sample. The `tilt` [deg] is checked only if it is known.
     """
-    modulus_causes = causes_of_modulus(sensor, E, u)
-    # The flag `out_of_range` is listed first, and the other flags of the modulus last.
-    out_of_range = modulus_causes.pop("out_of_range")
-    largest_tilt_deg = sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg  # with its own error bar
+    # The limit of the design, increased by the half width of a measured tilt.
+    largest_tilt_deg = sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg
     causes = {
-        "out_of_range": out_of_range,
+        **causes_of_modulus(sensor, E, u),
         "tilt_beyond_design": tilt is not None and tilt > largest_tilt_deg,
         "press_over_bruise_limit": sensor.bruises(forces, E),
-        **modulus_causes,
     }
-    return [flag for flag, applies in causes.items() if applies]
+    return [flag for flag in _ORDER_OF_FLAGS if causes[flag]]
 
 
 def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bool]:

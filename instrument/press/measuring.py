@@ -301,8 +301,8 @@ class MeasuringUnit:
         This is the inverse of `correct_modulus` for a press that lasts as long as the design states.
         """
         before_ball = E / self.ball_factor  # modulus before the correction by the ball [MPa]
-        level = self.report.read_out.level_readings  # without them, no level reading corrects E
-        if not level:
+        level = self.report.read_out.level_readings
+        if not level:  # then only the creep and the ball correct a reading
             return before_ball / self.press_stiffness_ratio()
         true_logs, read_logs = np.log([(row.E_MPa, row.read_MPa) for row in level]).T
         shift = np.interp(math.log(before_ball), true_logs, read_logs - true_logs)  # ln(read / true)
@@ -340,8 +340,8 @@ class MeasuringUnit:
         rows = self.report.moduli  # one row per modulus of the error analysis
         if not rows:
             fruit = self.report.design.fruit
-            # E is proportional to 1 - nu^2. The derivative of ln(1 - nu^2) is 2 nu / (1 - nu^2) in magnitude. It is
-            # multiplied by the standard deviation of nu, which is half of its spread.
+            # E is proportional to 1 - nu^2, so d ln E / d nu = -2 nu / (1 - nu^2). The standard deviation of nu is half
+            # of its spread, which cancels the factor 2.
             return {"poisson": fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)}
         keys = {name: f"{name}_percent" for name in FRUIT_SOURCES}
         if not all(row.sources.keys() >= set(keys.values()) for row in rows):
@@ -362,9 +362,9 @@ class MeasuringUnit:
         return [self.interpolate_percent(E, skin), self.interpolate_percent(E, flesh)]
 
     def interpolate_percent(self, E: float, percent: Sequence[float]) -> float:
-        """Return a percentage of the error analysis at E [MPa], as a fraction [1].
+        """Return the value at E [MPa] of an error that the error analysis states in percent, as a fraction [1].
 
-        `percent` holds one value per modulus of the error analysis. It is interpolated linearly in ln E.
+        `percent` holds one percentage per modulus of the error analysis. It is interpolated linearly in ln E.
         """
         logs = np.log([row.E_MPa for row in self.report.moduli])
         return 0.01 * float(np.interp(math.log(E), logs, percent))
@@ -380,11 +380,12 @@ class MeasuringUnit:
         ball = self.unit.ball
         if ball is None:
             return errors
-        # The ball states a percentage for each form error, even if a report of an older version has none. The lengths
-        # must only agree if the report has form errors.
-        corrections = zip(errors, ball.form_percent, strict=bool(errors))
+        ball_error = 0.01 * ball.percent
+        if not errors:  # the report of an older version, although the ball may state form errors
+            return [ball_error]
+        corrections = zip(errors, ball.form_percent, strict=True)
         remaining_errors = [error - 0.01 * corrected_percent for error, corrected_percent in corrections]
-        return [*remaining_errors, 0.01 * ball.percent]
+        return [*remaining_errors, ball_error]
 
     @property
     def lacks_form(self) -> bool:
@@ -411,24 +412,32 @@ class MeasuringUnit:
         """Return whether a contact pressure exceeds the bruise limit of a fruit of modulus E [MPa].
 
         The result is False if the fruit has no bruise limit. The limit is interpolated at E from the table of the
-        design. `forces` (tips,) [N] are corrected for creep. The contact area of a dome is corrected for large strain,
-        as in the verdict `bruise`.
+        design. `forces` (tips,) [N] are corrected for creep.
         """
         fruit = self.report.design.fruit
         if not fruit.bruise_limits_MPa:
             return False
+        areas = self._contact_areas(forces, E)
+        limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))  # largest pressure [MPa]
+        return bool(np.any(forces > limit * areas))
+
+    def _contact_areas(self, forces: Floats, E: float) -> Floats:
+        """Return the contact areas (tips,) [mm^2] under the `forces` (tips,) [N] on a fruit of modulus E [MPa].
+
+        The contact area of a dome is corrected for large strain, as in the verdict `bruise`.
+        """
         tips = self.report.design.tips
         # radius of a sphere with the mean curvature of the fruit [mm]
         radius = 2.0 / math.fsum(self._given_curvatures or design_curvatures(self.report.design))
         contact_area = tips.tip_shape.contact_area_mm2
         areas = np.array([contact_area(force, self.reduced(E), radius) for force in forces.tolist()])
-        if tips.dome_radius_mm is not None:
-            strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), fruit.poisson)
-            # `edge` corrects the contact radius, and `factor` corrects the force of Hertz's law. By that law, the
-            # contact area is proportional to force^(2/3).
-            areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)
-        limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
-        return bool(np.any(forces > limit * areas))
+        if tips.dome_radius_mm is None:
+            return areas
+        poisson = self.report.design.fruit.poisson
+        strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), poisson)
+        # `edge` corrects the contact radius, and `factor` corrects the force of Hertz's law. By that law, the contact
+        # area is proportional to force^(2/3).
+        return np.asarray(areas * (strain.edge**2 / strain.factor ** (2.0 / 3.0)))
 
     def forces_of_channels(self, channels: Sequence[float]) -> Floats:
         """Return the forces of the tips [N] from the readings of the channels [N]."""

@@ -9,6 +9,7 @@ import math
 import statistics
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -57,18 +58,20 @@ def simultaneous_samples(
     signal = sensor.report.read_out.signal
     if signal is None:  # a design without a read-out states no delays
         return Timing(), all_samples
-    deviation = signal.time_deviation / signal.rate_Hz  # [s]
+    deviation = signal.time_deviation / signal.rate_Hz  # standard deviation of a sampling time [s]
     if not any(signal.delay_ms):  # all channels are converted at the same time
         return Timing(deviation), all_samples
     interval = _median_interval(first_samples, source)
     if interval < SHORTEST_INTERVAL * (1.0 / signal.rate_Hz):
         # The time of a conversion is distributed uniformly between two lines (JCGM 100:2008, 4.3.7).
         return Timing(max(deviation, interval / math.sqrt(12.0))), all_samples
+    samples_with_times = map(partial(_with_channel_times, delays_ms=signal.delay_ms), all_samples)
+    return Timing(deviation, lag=2), _interpolate_channels(samples_with_times, source)
 
-    def with_channel_times(sample: Sample) -> Sample:
-        return sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms))
 
-    return Timing(deviation, lag=2), _interpolate_channels(map(with_channel_times, all_samples), source)
+def _with_channel_times(sample: Sample, delays_ms: Sequence[float]) -> Sample:
+    """Return a copy of a sample with the time of each channel, which has a delay of `delays_ms` (channels,) [ms]."""
+    return sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in delays_ms))
 
 
 def _median_interval(samples: Sequence[Sample], source: str) -> float:
@@ -85,6 +88,19 @@ def _median_interval(samples: Sequence[Sample], source: str) -> float:
     return interval
 
 
+def _forces_at(t: float, samples: Sequence[Sample]) -> tuple[float, ...]:
+    """Return the force of each channel [N] at the time `t` [s], interpolated linearly between its conversions.
+
+    Each of the `samples` holds one force and one time per channel.
+    """
+    forces = []
+    for channel in range(len(samples[0].forces)):
+        times_of_channel = [sample.times[channel] for sample in samples]
+        forces_of_channel = [sample.forces[channel] for sample in samples]
+        forces.append(float(np.interp(t, times_of_channel, forces_of_channel)))
+    return tuple(forces)
+
+
 def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
     """Yield samples in which all channels are interpolated to the earliest time of the sample.
 
@@ -99,12 +115,7 @@ def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sa
         while len(window) > 1 and max(window[1].times) <= t:
             window.popleft()
         if max(window[0].times) <= t:  # each channel has a conversion at or before t, and one at or after t
-            forces = []
-            for tip in range(len(sample.forces)):
-                times_of_tip = [other.times[tip] for other in window]
-                forces_of_tip = [other.forces[tip] for other in window]
-                forces.append(float(np.interp(t, times_of_tip, forces_of_tip)))
-            yield sample._replace(t=t, forces=tuple(forces), times=())
+            yield sample._replace(t=t, forces=_forces_at(t, window), times=())
         elif len(window) > MAX_LINES_APART:
             bound = f"less than {MAX_LINES_APART} lines"
             name = f"{source}, line {sample.line}: from the first time of a channel to the last"

@@ -56,8 +56,9 @@ def _largest_shift(
 
     In the repeated presses, each tip has the same displacement as in the real press. The intended speed is unknown, so
     the larger change is an estimate of the error due to the uneven pace. `forces` (samples, tips) [N] were measured at
-    the times `t` (samples,) [s]. `touch_interval` [s] is the time from the touch to the first sample. Raises RiseError
-    if a press does not determine a modulus, and SolveError if it has no solution.
+    the times `t` (samples,) [s]. `touch_interval` [s] is the time from the touch to the first sample. The result is 0
+    if the tips do not travel. Raises RiseError if a press does not determine a modulus, and SolveError if it has no
+    solution.
     """
     law = sensor.rise_law
     elastic_forces = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - touch_interval))
@@ -69,18 +70,29 @@ def _largest_shift(
     if not travel[-1] > travel[0]:
         return 0.0
     progress = (travel - travel[0]) / (travel[-1] - travel[0])  # fraction of the travel, from 0 to 1
-    durations = _durations_at_two_speeds(progress, t)
-    # Each press begins at the touch, where all displacements are 0. The axes of `times` are (speeds, samples), and the
-    # axes of `paths` are (speeds, samples, tips).
-    times = np.insert(durations[:, None] * progress, 0, -touch_interval, axis=1)
+    # times since the first sample at the two speeds (speeds, samples) [s]
+    times = _durations_at_two_speeds(progress, t)[:, None] * progress
+    forces_at_speeds = _forces_at_speeds(law, flesh, E, times, displacements, touch_interval)
+    measured_modulus = _modulus(sensor, law, forces)
+    return max(
+        abs(_modulus(sensor, law, forces_at_speed) / measured_modulus - 1.0) for forces_at_speed in forces_at_speeds
+    )
+
+
+def _forces_at_speeds(
+    law: RiseLaw, flesh: Relaxation, E: float, times: Floats, displacements: Floats, touch_interval: float
+) -> Floats:
+    """Return the forces (speeds, samples, tips) [N] of presses with the same `displacements` (samples, tips) [mm].
+
+    `E` [MPa] is the instantaneous modulus of the flesh. `times` (speeds, samples) [s] are counted from the first
+    sample, and `touch_interval` [s] is the time from the touch to this sample. Raises SolveError if a press has no
+    solution.
+    """
+    # Each press begins at the touch, where all displacements are 0.
+    times_from_touch = np.insert(times, 0, -touch_interval, axis=1)
     paths = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
-    constant_speed_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, paths)
-    measure_modulus = _modulus(sensor, law, forces)
-    shifts = []
-    for forces_at_speed in constant_speed_forces:
-        modulus = _modulus(sensor, law, forces_at_speed[1:])  # without the touch, which is not a sample
-        shifts.append(abs(modulus / measure_modulus - 1.0))
-    return max(shifts)
+    forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times_from_touch, paths)
+    return np.asarray(forces[:, 1:])  # without the touch, which is not a sample
 
 
 def _durations_at_two_speeds(progress: Floats, t: Floats) -> Floats:

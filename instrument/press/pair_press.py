@@ -14,8 +14,8 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     """Return the reading of a pair from the ratio of its `forces` (2,) [N] in one sample.
 
     If the sensor is tilted, one tip touches first, which changes the ratio. The uncertainty includes the tilt that the
-    design allows. The reading has flags but no modulus if a force is implausible, a tip is out of contact, or no
-    modulus yields this ratio. The flag is then `out_of_range`.
+    design allows. The reading has no modulus if a force is implausible or a tip is out of contact, as its flags state.
+    If no modulus yields this ratio, the reading only has the flag `out_of_range`.
     """
     force_flags = flags_of_forces(sensor, forces)
     if force_flags:

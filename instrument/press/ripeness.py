@@ -27,15 +27,17 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     or if the last class has a limit.
     """
     names = []
-    limits = [0.0]  # the first entry is only a lower bound of the first limit, and is removed below
+    limits = []
+    previous_limit = 0.0  # the first limit must be positive
     for part in text.split(","):
         name, colon, limit_text = part.strip().partition(":")
         limit = parse_number(limit_text) if colon else math.inf  # None if the text is not a number
-        if not name or not name.isprintable() or limit is None or limit <= limits[-1]:
+        if not name or not name.isprintable() or limit is None or limit <= previous_limit:
             bound = "a list of names, all but the last with a limit in MPa, in increasing order"
             raise validation_error(flag, text, "", bound, _HINT)
         names.append(name)
         limits.append(limit)
-    if math.isfinite(limits[-1]):
+        previous_limit = limit
+    if math.isfinite(previous_limit):
         raise validation_error(flag, text, "", "a list whose last class has no limit", _HINT)
-    return RipenessClasses(tuple(names), tuple(limits[1:]))
+    return RipenessClasses(tuple(names), tuple(limits))

@@ -26,20 +26,20 @@ def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.ran
 
     On each tip of the `unit` in turn, weights are hung up to nearly its full scale and then removed again. `bench`
     states the resolutions of balance and dial indicator. Creep between hanging and reading a weight is not simulated,
-    because the stiffnesses of the unit hold for the time of the reading.
+    because the stiffnesses of the unit hold for the time of the reading. The counts have noise, which `rng` draws.
     """
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
     for tip_index, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
         largest_weight = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)  # [g]
-        weights = [_round(fraction * largest_weight, bench.balance_g) for fraction in WEIGHED_AT]  # balance readings
+        weighed = [_round(fraction * largest_weight, bench.balance_g) for fraction in WEIGHED_AT]  # balance readings
         # Step 0 has no weight, so its force is exactly 0.
-        true_weights = [0.0, *(_draw_before_rounding(grams, bench.balance_g, rng) for grams in weights[1:])]
-        for step in _up_and_down(len(weights)):
+        true_weights = [0.0, *(_draw_before_rounding(grams, bench.balance_g, rng) for grams in weighed[1:])]
+        for step in _up_and_down(len(weighed)):
             deflections = np.zeros(len(report.tips))  # only the loaded spring is deflected
             deflections[tip_index] = true_weights[step] / G_PER_N / unit.domes.K[tip_index]
             dial_reading = _format(float(deflections[tip_index]), bench.dial_mm)
-            weight = _format(weights[step], bench.balance_g)
-            lines.append(",".join([tip.name, weight, dial_reading, *_counts(unit, deflections, rng)]))
+            balance_reading = _format(weighed[step], bench.balance_g)
+            lines.append(",".join([tip.name, balance_reading, dial_reading, *_counts(unit, deflections, rng)]))
     return lines
 
 
@@ -53,7 +53,7 @@ def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.rando
     nominal_K = 1.0 / np.diag(report.read_out.springs_mm_per_N)  # [N/mm]
     largest_travel = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal_K))
     lines = [",".join(["travel_mm", *count_keys(tips)])]
-    # The travel is counted from the touch of the last tip. The tips that protrude more have already travelled there.
+    # The travel is counted from the touch of the last tip. Tips that protrude more have already travelled by then.
     initial_travels = unit.heights - unit.heights.min()
     for step in _up_and_down(len(PLATE_AT)):
         travel = PLATE_AT[step] * largest_travel

@@ -45,10 +45,11 @@ class PressedFruit:
     soft_radius: tuple[float, ...] = (math.inf,)
 
     def in_sensor_frame(self, protrusions: Floats) -> EllipsoidFruit:
-        """Return the fruit as the solver needs it, in the frame of a sensor whose domes protrude as stated.
+        """Return the fruit in the frame of a sensor, as the solver needs it.
 
-        `protrusions` (tips,) [mm] are relative to the design. The tilt is converted, because the solver measures it
-        from the normal at the apex of the fruit instead of the normal at the position of the press.
+        `protrusions` (tips,) [mm] are the lengths by which the domes of the sensor protrude further than designed. The
+        tilt is converted, because the solver measures it from the normal at the apex of the fruit instead of the normal
+        at the position of the press.
         """
         layer = None if self.thickness is None else FleshOnStone(self.thickness, self.poisson)
         fruit = EllipsoidFruit(
@@ -86,8 +87,8 @@ class PressedFruit:
 def usual_fruit(report: Report) -> PressedFruit:
     """Return a typical fruit of a design, pressed level at its apex.
 
-    Its modulus is the geometric mean of the range of moduli. Its radii are the means of their ranges, or the radii of
-    the design's fruit if no ranges are stated.
+    The modulus is the geometric mean of the design's range. Each radius is the mean of its range, or the radius of the
+    design's fruit if no range is stated.
     """
     fruit = report.design.fruit
     reading = report.design.reading or ReadingRequirements()
@@ -106,10 +107,10 @@ def usual_fruit(report: Report) -> PressedFruit:
 
 
 def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
-    """Return a random fruit and pose, distributed uniformly over the ranges of a design.
+    """Return a random fruit with uneven skin and flesh, in a random pose, within the ranges of a design.
 
-    The modulus is log-uniform, and tilts and positions are distributed uniformly in a disc. Poisson's ratio is normally
-    distributed, and its standard deviation is half of its spread. Skin and flesh are uneven.
+    The modulus is log-uniform. Tilts and positions are distributed uniformly in a disc, and lengths and the azimuth
+    uniformly over their ranges. Poisson's ratio is normally distributed; its standard deviation is half of its spread.
     """
     reading = report.design.reading or ReadingRequirements()
     fruit = report.design.fruit
@@ -140,8 +141,9 @@ def make_uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -
     design_fruit = report.design.fruit
     scatter = 0.01 * design_fruit.flesh_scatter_percent  # standard deviation of ln E [1]
     flesh_factors = np.exp(scatter * rng.normal(size=len(report.tips)))
-    # The random numbers of the skin are drawn even if the skin has no roughness.
+    # The skin is drawn even without roughness, so that later random numbers do not depend on the roughness.
     skin = random_skin(rng, design_fruit.roughness_mm, *design_fruit.roughness_wave_mm)
+    # The modulus of the flesh is divided by `softness`.
     softness = np.multiply(fruit.softness, flesh_factors)
     return replace(fruit, heights=skin if design_fruit.roughness_mm else None, softness=tuple(softness.tolist()))
 
@@ -152,8 +154,8 @@ def random_skin(
     """Return a function that computes the heights [mm] of a random uneven skin with the root mean square `rms` [mm].
 
     The skin is a sum of plane waves in random directions. Their wavelengths are log-uniform between `shortest` and
-    `longest` [mm]. The arguments of the function are x and y [mm], shape (..., rows, columns). On a grid, x must be
-    constant along each row, and y along each column. This does not apply if there is only one row or one column.
+    `longest` [mm]. The arguments of the function are x and y [mm], shape (..., rows, columns). They are either any
+    points in a single row or column, or a grid in which x is constant along each row, and y along each column.
     """
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, _WAVES))
     wavelengths = np.exp(rng.uniform(math.log(shortest), math.log(longest), _WAVES))
@@ -163,8 +165,9 @@ def random_skin(
     def heights(x: Floats, y: Floats) -> Floats:
         """Return the heights [mm] at the points x and y [mm], in their common shape."""
         shape = np.broadcast_shapes(x.shape, y.shape)
-        if shape[-1] == 1 or shape[-2] == 1:  # a profile instead of a grid
+        if shape[-1] == 1 or shape[-2] == 1:  # points instead of a grid
             return np.asarray(amplitude * np.cos(kx * x[..., None] + ky * y[..., None] + phase).sum(axis=-1))
+        # The first column holds the x of every row, and the first row holds the y of every column.
         x_phase = kx * x[..., :, :1] + phase  # (..., rows, waves)
         y_phase = ky[:, None] * y[..., :1, :]  # (..., waves, columns)
         # With cos(a + b) = cos(a) cos(b) - sin(a) sin(b), all heights are one matrix product of rows and columns.
@@ -178,15 +181,15 @@ def random_skin(
 def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) -> PressedFruit:
     """Return a copy of the fruit with a bruise, a hemisphere of `radius` [mm] with half of the modulus.
 
-    The bruise lies where the first tip pressed before the sensor was turned by `turn` [deg]. It has no effect if it is
-    no longer under a tip.
+    The bruise lies where the first tip pressed before the sensor was turned by `turn` [deg]. A bruise that is no longer
+    under a tip has no effect.
     """
     positions = np.array([(tip.x_mm, tip.y_mm) for tip in report.tips])  # in the frame of the sensor
     angle = -math.radians(turn)  # in the frame of the sensor, the fruit turns in the opposite direction
     cosine, sine = math.cos(angle), math.sin(angle)
     centre = np.array([[cosine, -sine], [sine, cosine]]) @ positions[0]
     is_over_bruise = np.linalg.norm(positions - centre, axis=1) < _LARGEST_BRUISE_OFFSET
-    # The modulus of the flesh is divided by `softness`.
+    # The modulus of the flesh is divided by `softness`, so a factor of 2 halves it.
     softness = np.broadcast_to(fruit.softness, len(positions)) * np.where(is_over_bruise, 2.0, 1.0)
     return replace(
         fruit,
@@ -201,21 +204,24 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     The properties are the modulus, the radii, the thickness over a stone, the tilt and the distance from the apex.
     """
     reading = report.design.reading or ReadingRequirements()
-    design_fruit = report.design.fruit
     radius_ranges = _radius_ranges(report)
-    # Without a stated range, only the thickness of the design's fruit is in range.
-    thickness_range = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
-    # Each row holds the name, the value, the two ends of the range, and the unit.
-    rows: list[tuple[str, float, float, float, str]] = [("E", fruit.E, *range_of_moduli(report), "MPa")]
+    radius_range, radius_across_range = radius_ranges
     radius, radius_across = _order_radii(fruit.radii, radius_ranges)
-    rows.append(("radius", radius, *radius_ranges[0], "mm"))
-    rows.append(("radius across", radius_across, *radius_ranges[1], "mm"))
-    if fruit.thickness is not None:
-        rows.append(("thickness", fruit.thickness, *thickness_range, "mm"))
-    rows.append(("tilt", math.hypot(*fruit.tilt), 0.0, reading.tilt_deg, "deg"))
-    rows.append(("distance from the apex", math.hypot(*fruit.off_centre), 0.0, reading.off_centre_mm, "mm"))
+    depth = report.design.fruit.depth_mm
+    # Without a stated range, only the thickness of the design's fruit is in range.
+    thickness_range = reading.thickness_mm or (depth, depth)
+    tilt, distance = math.hypot(*fruit.tilt), math.hypot(*fruit.off_centre)
+    # Each row holds the name, the value, the two ends of the range, and the unit. None means that there is no value.
+    rows: list[tuple[str, float | None, float, float, str]] = [
+        ("E", fruit.E, *range_of_moduli(report), "MPa"),
+        ("radius", radius, *radius_range, "mm"),
+        ("radius across", radius_across, *radius_across_range, "mm"),
+        ("thickness", fruit.thickness, *thickness_range, "mm"),
+        ("tilt", tilt, 0.0, reading.tilt_deg, "deg"),
+        ("distance from the apex", distance, 0.0, reading.off_centre_mm, "mm"),
+    ]
     for name, value, low, high, unit in rows:
-        if not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
+        if value is not None and not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
             yield f"{name} {value:.4g} {unit} is outside {low:.4g} to {high:.4g} {unit}, the range of the design"
 
 

@@ -44,11 +44,8 @@ def log_lines(
     """
     tips = len(unit.heights)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
-    start_times = []  # times at which the presses start [s]
-    end = tare_s  # time at which the log ends [s]
-    for press in presses:
-        start_times.append(end)
-        end += press.duration_s + PAUSE_S
+    # The last time is the end of the log.
+    *start_times, end = _start_times(presses, tare_s)
     t = np.arange(int(np.ceil(end * rate)) + 1) / rate  # times of the samples [s]
     conversion_times = _conversion_times(report, t, rate, rng)
     deflections = np.zeros((len(t), tips))
@@ -61,6 +58,17 @@ def log_lines(
     return _format_lines(unit, t, signals)
 
 
+def _start_times(presses: Sequence[PressCurve], first: float) -> list[float]:
+    """Return the times [s] at which consecutive presses start, from the `first` [s], and at which one more would start.
+
+    After each press there is a pause of `PAUSE_S`.
+    """
+    times = [first]
+    for press in presses:
+        times.append(times[-1] + (press.duration_s + PAUSE_S))
+    return times
+
+
 def _conversion_times(report: Report, t: Floats, rate: float, rng: np.random.Generator | None) -> Floats:
     """Return the time at which each channel of each sample is converted [s], shape (samples, tips).
 
@@ -70,7 +78,7 @@ def _conversion_times(report: Report, t: Floats, rate: float, rng: np.random.Gen
     times = t[:, None] + _conversion_delays(report, rate)
     if rng is None:
         return times
-    # These numbers are drawn even without a read-out. The noise drawn after them is then the same in both cases.
+    # These numbers are drawn even for a design without a read-out, so that the noise drawn later is the same.
     delay_errors = rng.uniform(-1.0, 1.0, len(report.tips))
     signal = report.read_out.signal
     if signal is None:
@@ -103,8 +111,7 @@ def _format_lines(unit: SimulatedUnit, t: Floats, signals: Floats) -> list[str]:
         cells = [[f"{value:.7g}" for value in row] for row in signals.tolist()]
     else:
         names = list(count_keys(tips))
-        limit = unit.saturation
-        counts = np.rint(signals).clip(-limit, limit).astype(int)
+        counts = np.rint(signals).clip(-unit.saturation, unit.saturation).astype(int)
         cells = [[str(count) for count in row] for row in counts.tolist()]
     rows = [f"{time:.5f},{','.join(row)}" for time, row in zip(t.tolist(), cells, strict=True)]
     return [",".join(["t_s", *names]), *rows]

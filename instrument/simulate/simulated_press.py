@@ -68,9 +68,9 @@ class PressCurve:
         times = np.where(is_retraction, hand_press.press_s * (1.0 - retraction_progress), forward_times)
         deflections_at_t = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
-            # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold. Its deflection is 0
-            # for a tip that never touches.
-            hold_ratio = deflections[-1] / max(float(deflections[PRESS_MOMENTS - 1]), _TINY)
+            before_hold = float(deflections[PRESS_MOMENTS - 1])  # 0 for a tip that never touches
+            # deflection at the end of the hold, relative to its start
+            hold_ratio = deflections[-1] / max(before_hold, _TINY)
             scale = np.where(is_retraction[:, tip], hold_ratio, 1.0)
             deflections_at_t[:, tip] = scale * self._interpolate(deflections, times[:, tip])
         return deflections_at_t
@@ -81,8 +81,8 @@ class PressCurve:
         By Hertz's law, deflection^(2/3) increases nearly linearly with time. So this power is interpolated by a spline,
         and extrapolated linearly from the first moment in contact back to the touch. Before the touch it is 0.
         """
-        first = int(np.argmax(deflections > 0.0))  # index of the first moment in contact
-        if not deflections[first] > 0.0:
+        first = int(np.argmax(deflections > 0.0))  # index of the first moment in contact, or 0 without any
+        if not deflections[first] > 0.0:  # the tip never touches
             return np.zeros(t.shape)
         powers = deflections[first:] ** (2.0 / 3.0)
         spline = CubicSpline(self.times[first:], powers)

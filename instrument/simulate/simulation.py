@@ -15,6 +15,9 @@ from pipeline.storage.stopwatch import Count, ignore_progress
 from sensor.design.bench import Bench
 from sensor.design.reading import ReadingRequirements
 
+# Each file has random numbers of its own, which follow from the seed and one of these numbers.
+_UNIT, _FRUIT_LOG, _BALL_LOG, _WEIGHTS, _PLATE = range(5)
+
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationSettings:
@@ -42,7 +45,7 @@ class SimulationSettings:
 
 def unit_of_seed(report: Report, seed: int) -> SimulatedUnit:
     """Return the random unit of a design that `seed` determines."""
-    return draw_unit(report, np.random.default_rng([seed, 0]))
+    return draw_unit(report, np.random.default_rng([seed, _UNIT]))
 
 
 def designed_press(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> HandPress:
@@ -72,7 +75,7 @@ def log_of_fruit(
     Between the presses, the sensor is turned by the angle of its layout. `count` is called before each press with the
     number of solved presses and the total number of presses. Raises InputError if a press has no solution.
     """
-    rng = settings.random_generator(1)
+    rng = settings.random_generator(_FRUIT_LOG)
     # The temperature during the presses differs from the temperature during the calibration.
     pressing_unit = unit.at_other_temperature(report, rng) if settings.noise else unit
     turn = report.design.tips.tip_layout.turn_deg or 0.0  # the sensor is not turned if its layout has no such angle
@@ -95,7 +98,7 @@ def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSetting
     On a ball, the sensor is tilted by at most half of the largest tilt of the design. Rubber does not relax. Raises
     InputError if a press has no solution.
     """
-    rng = settings.random_generator(2)
+    rng = settings.random_generator(_BALL_LOG)
     steepest = (report.design.reading or ReadingRequirements()).tilt_deg
     hand_press = designed_press(report, ())  # no relaxation
     presses = [press_curve(unit, fruit, hand_press) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
@@ -103,11 +106,11 @@ def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSetting
 
 
 def _weights_lines(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
-    return weights_table(report, unit, bench_of(report), settings.random_generator(3))
+    return weights_table(report, unit, bench_of(report), settings.random_generator(_WEIGHTS))
 
 
 def _plate_lines(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
-    return plate_table(report, unit, bench_of(report), settings.random_generator(4))
+    return plate_table(report, unit, bench_of(report), settings.random_generator(_PLATE))
 
 
 FILES: dict[str, Callable[[Report, SimulatedUnit, SimulationSettings, Count], list[str]]] = {

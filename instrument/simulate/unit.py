@@ -72,8 +72,8 @@ class SimulatedUnit:
         signal = report.read_out.signal
         modulus_drift_percent = 0.0 if signal is None else signal.modulus_drift_percent
         modulus_drift = 0.01 * modulus_drift_percent * rng.uniform(-1.0, 1.0)
-        per_N = np.diag(self.per_mm) / self.domes.K  # signal of each channel per force on its tip
-        zero_drift = per_N * np.array(channels.zero_drift_N) * rng.uniform(-1.0, 1.0, tips)
+        signal_per_N = np.diag(self.per_mm) / self.domes.K  # signal of each channel per force on its tip
+        zero_drift = signal_per_N * np.array(channels.zero_drift_N) * rng.uniform(-1.0, 1.0, tips)
         domes = replace(self.domes, K=self.domes.K * (1.0 + modulus_drift))
         return replace(
             self, domes=domes, per_mm=gain_factors[:, None] * self.per_mm, zero_drift=self.zero_drift + zero_drift
@@ -122,20 +122,21 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
     K = np.array(unit.stiffnesses)  # (tips,) [N/mm]
     factor = 1.0 if unit.ball is None else unit.ball.factor
     designed = designed_unit(report)
-    # per_N (channels, tips) is the signal of each channel per force on each tip [counts/N], or [1] for newtons.
+    # signal_per_N (channels, tips) is the signal of each channel per force on each tip: [counts/N], or [1] for newtons.
     if unit.newtons_per_count:
-        per_N = np.linalg.inv(np.array(unit.newtons_per_count))
+        signal_per_N = np.linalg.inv(np.array(unit.newtons_per_count))
         zeros, saturation = np.array(unit.zero_counts), unit.saturation_counts
     else:
-        per_N, zeros, saturation = np.diag(1.0 / np.array(unit.gain)), designed.zeros, None
+        signal_per_N = np.diag(1.0 / np.array(unit.gain))
+        zeros, saturation = designed.zeros, None
     return replace(
         designed,
         domes=domes_of(report.design, factor * K),
         creep=_creep_exponent(unit.measured_creep_or(report.creep).per_decade),
         weighed_s=unit.weighed_after_s,
-        per_mm=per_N * K,  # K multiplies the columns, one per tip
+        per_mm=signal_per_N * K,  # K multiplies the columns, one per tip
         zeros=zeros,
-        noise=np.abs(np.diag(per_N)) * designed.noise,
+        noise=np.abs(np.diag(signal_per_N)) * designed.noise,
         saturation=saturation,
     )
 
@@ -147,16 +148,12 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     zeros and the sensitivities.
     """
     designed = designed_unit(report)
-    design, signal = report.design, report.read_out.signal
+    design = report.design
     nominal_K = designed.domes.K
     tips = len(nominal_K)
     stiffness_factors = _draw_stiffness_factors(design, rng)
     saturation = report.read_out.channels.saturation_counts
-    if signal is None:
-        full_scale_N = np.maximum(report.read_out.full_scale_N, _SMALLEST_FULL_SCALE)
-        counts_per_N = _FULL_SCALE_FRACTION * saturation / full_scale_N
-    else:
-        counts_per_N = np.array(signal.counts_per_N)
+    counts_per_N = _designed_counts_per_N(report)
     # A Hall sensor responds to the deflection, so the counts per mm do not depend on the true stiffness of the spring.
     counts_per_mm = counts_per_N * nominal_K * (1.0 + _SENSITIVITY_DEVIATION * rng.normal(size=tips))
     creep_per_decade = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)  # springs do not stiffen
@@ -171,6 +168,17 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
         noise=counts_per_N * designed.noise,
         saturation=saturation,
     )
+
+
+def _designed_counts_per_N(report: Report) -> Floats:
+    """Return the counts of each channel per force on its tip [1/N], shape (tips,).
+
+    For a design without a read-out, full scale is the fraction `_FULL_SCALE_FRACTION` of the converter's range.
+    """
+    if report.read_out.signal is not None:
+        return np.array(report.read_out.signal.counts_per_N)
+    full_scale_N = np.maximum(report.read_out.full_scale_N, _SMALLEST_FULL_SCALE)
+    return np.asarray(_FULL_SCALE_FRACTION * report.read_out.channels.saturation_counts / full_scale_N)
 
 
 def _creep_exponent(per_decade: float) -> float:
