@@ -95,8 +95,8 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
         """Return the half width due to relative standard deviations of the uncorrected reading and of E [1]."""
         return COVERAGE * math.hypot(steepness * math.hypot(*reading_errors), *modulus_errors)
 
-    # The error due to the pose varies with the tilt from press to press. It also varies with the shape from fruit to
-    # fruit, which all presses on a fruit share. So its correlation is undetermined, and all other entries are shared.
+    # A part of the pose error depends on the tilt and varies from press to press. Another part depends on the shape of
+    # the fruit, which all presses share. So its correlation is undetermined. All other errors of the fruit are shared.
     pose = fruit_errors.pop("pose", 0.0)
     model_error = UNIFORM_DEVIATION * sensor.model_error  # uniform within its bound (JCGM 100:2008, 4.3.7)
     shared_errors_of_E = [*temperature_errors, *fruit_errors.values(), *sensor.form_deviations(E)]

@@ -367,6 +367,22 @@ class RiseSums:
         deviation = instrument - self.mean_instrument  # from the mean of the samples before this one
         self.mean_instrument += deviation / self.count
         self.spread += deviation * (instrument - self.mean_instrument)
+        self.update_force_means(forces, deviation)
+        self.mean_steps = [mean + (step - mean) / self.count for mean, step in zip(self.mean_steps, steps)]
+        self.step_comoments = [
+            comoment + deviation * (step - mean)
+            for comoment, step, mean in zip(self.step_comoments, steps, self.mean_steps)
+        ]
+        if total >= self.largest_total:
+            self.largest_total = total
+            self.save_sums()
+
+    def update_force_means(self, forces: "Sequence[float]", deviation: float) -> None:
+        """Update the means and co-moments of F, F^(2/3) and F^(-1/3) with the forces [N] of a sample.
+
+        `deviation` [N] is the deviation of the sample's instrument from its mean over the earlier samples. `count`
+        includes the sample.
+        """
         means = []
         comoments = []
         for force, old_means, old_comoments in zip(forces, self.means, self.comoments):
@@ -381,14 +397,6 @@ class RiseSums:
             comoments.append((force_comoment, power_comoment))
         self.means = means
         self.comoments = comoments
-        self.mean_steps = [mean + (step - mean) / self.count for mean, step in zip(self.mean_steps, steps)]
-        self.step_comoments = [
-            comoment + deviation * (step - mean)
-            for comoment, step, mean in zip(self.step_comoments, steps, self.mean_steps)
-        ]
-        if total >= self.largest_total:
-            self.largest_total = total
-            self.save_sums()
 
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
         """Return E [MPa], the offset [mm] and flags; E is None if it cannot be determined.
@@ -423,11 +431,12 @@ class RiseSums:
         z, offset, fruit = self.solve_contrast(rigid, dome, force_comoments, means)
         if z is None:
             return None, 0.0, OUT_OF_RANGE
-        # An error of ln E is the error of the cubic divided by the slope of the cubic.
         body = dot(fruit, force_comoments)
-        slope = z * z * (2.0 * dome + 3.0 * body * z) / 3.0  # derivative with respect to -ln E
+        # derivative of the cubic with respect to -ln E [N mm]
+        slope = z * z * (2.0 * dome + 3.0 * body * z) / 3.0
         force_slopes = self.force_slopes(z, fruit, [mean[2] for mean in means])
         noise_error, delay_error = self.cubic_errors(force_slopes, spread, step_comoments)
+        # An error of ln E is the error of the cubic divided by this slope.
         if noise_error > unit.largest_noise * abs(slope):
             return None, 0.0, NO_RISE
         self.noise = noise_error / abs(slope)
@@ -510,8 +519,8 @@ class ContrastLine:
         deviations = [
             (total - self.mean_force, contrast - self.mean_contrast) for total, contrast in zip(totals, contrasts)
         ]
-        self.spread = sum(u * u for u, _ in deviations)  # [N^2]
-        self.moment = sum(u * y for u, y in deviations)  # [N mm]
+        self.spread = sum(u * u for u, _ in deviations)  # sum of the squared deviations of the force [N^2]
+        self.moment = sum(u * y for u, y in deviations)  # sum of the products of both deviations [N mm]
         self.slope = 0.0  # [mm/N]; it is unknown if all points have the same total force
         if self.spread > 0.0:
             self.slope = min(max(self.moment / self.spread, unit.least_slope), unit.most_slope)
@@ -594,10 +603,10 @@ class Touch:
         return self.out_of_contact > 1 and not any(self.unit.are_firm(forces))
 
     def is_bad_conversion(self, forces: "Sequence[float]") -> bool:
-        """Return whether a bad conversion caused the samples out of contact, instead of a lift.
+        """Return whether the samples out of contact were caused by a bad conversion instead of a lift.
 
-        This is the case if the contact before and after them is firm. `forces` [N] are the forces of the first sample
-        in contact after them.
+        They were if the contact before and after them is firm. `forces` [N] are the forces of the first sample in
+        contact after them.
         """
         unit = self.unit
         # Interpolation spreads a bad conversion over two samples, so the samples just before and after may be affected
@@ -649,21 +658,9 @@ class Touch:
         accepted samples to these points. `scale` [1] multiplies the stated variance of the forces.
         """
         unit = self.unit
-        # limits by the range of moduli
-        smallest = unit.least_slope
-        largest = unit.most_slope
-        variance = scale * max(line.distance_variance(smallest), line.distance_variance(largest))
+        variance = scale * max(line.distance_variance(unit.least_slope), line.distance_variance(unit.most_slope))
         noise = unit.largest_residual * math.sqrt(variance)  # largest error of the contrast in one sample [mm]
-        if line.spread > 0.0:
-            # The fitted points limit the least-squares slope to within its error. If they contradict the range of
-            # moduli, that range is ignored.
-            slope = line.moment / line.spread
-            error = noise / math.sqrt(line.spread)
-            smallest = max(smallest, slope - error)
-            largest = min(largest, slope + error)
-            if smallest > largest:
-                smallest = slope - error
-                largest = slope + error
+        smallest, largest = self.fit_limits(line, noise)
         chord = self.chord_limits(line, noise)
         if chord:
             smallest_by_chord = max(smallest, chord[0])
@@ -671,6 +668,23 @@ class Touch:
             # A chord that contradicts the other limits is ignored.
             if smallest_by_chord <= largest_by_chord:
                 return smallest_by_chord, largest_by_chord
+        return smallest, largest
+
+    def fit_limits(self, line: ContrastLine, noise: float) -> tuple[float, float]:
+        """Return the smallest and the largest slope [mm/N] that the range of moduli and the points of `line` allow.
+
+        The points limit the least-squares slope to within its error. If they contradict the range of moduli, that range
+        is ignored. `noise` [mm] is the largest error of the contrast in one sample.
+        """
+        smallest = self.unit.least_slope
+        largest = self.unit.most_slope
+        if line.spread > 0.0:  # otherwise the points have the same total force, and determine no slope
+            slope = line.moment / line.spread
+            error = noise / math.sqrt(line.spread)
+            smallest = max(smallest, slope - error)
+            largest = min(largest, slope + error)
+            if smallest > largest:
+                return slope - error, slope + error
         return smallest, largest
 
     def chord_limits(self, line: ContrastLine, noise: float) -> tuple[float, float] | None:
@@ -691,22 +705,14 @@ class Touch:
     def drop_outliers(self, decided_count: int) -> None:
         """Drop a run of outliers that begins among the first `decided_count` samples of the window.
 
-        One bad conversion makes `unit.spike_length` consecutive samples bad. Each such run is left out in turn, and a
-        line of the contrast against the total force is fitted to the other samples. The run without which the residuals
-        are smallest is the suspect. It is dropped if one of its samples is an outlier for every possible slope, which
-        means that its residual exceeds `unit.largest_residual` standard deviations. Samples that were accepted before
-        are not dropped. The window must be full.
+        The suspected run is dropped if one of its samples is an outlier for every possible slope, which means that its
+        residual exceeds `unit.largest_residual` standard deviations. Samples that were accepted before are not dropped.
+        The window must be full.
         """
         unit = self.unit
         points = [sample.point for sample in self.window]
         length = unit.spike_length  # number of samples in a run
-        # A full window holds the fitted samples and one run, so a run may begin at `fitted_samples` + 1 positions.
-        lines = [
-            ContrastLine(unit, points[:first] + points[first + length :]) for first in range(unit.fitted_samples + 1)
-        ]
-        squares = [line.squares for line in lines]
-        first = squares.index(min(squares))  # index of the first sample of the suspected run
-        line = lines[first]
+        first, line = self.find_suspect(points)
         # If earlier residuals exceed the stated noise, the variance is scaled up to match them.
         scale = max(1.0, self.squares / self.fits) if self.fits else 1.0
         residual = self.worst_residual(points[first : first + length], line, scale)
@@ -717,6 +723,23 @@ class Touch:
             for sample in outliers:
                 self.drop(sample.number)
             self.window = [sample for sample in self.window if sample not in outliers]
+
+    def find_suspect(self, points: list[tuple[float, float, float, float]]) -> tuple[int, ContrastLine]:
+        """Return the index of the first point of the suspected run, and the line that is fitted to all other points.
+
+        One bad conversion makes `unit.spike_length` consecutive points bad. Each such run is left out in turn, and a
+        line of the contrast against the total force is fitted to the other points. The run without which the residuals
+        are smallest is the suspect. `points` holds the `Unit.contrast_point` of each sample in a full window.
+        """
+        unit = self.unit
+        length = unit.spike_length  # number of points in a run
+        # A full window holds the fitted samples and one run, so a run may begin at `fitted_samples` + 1 positions.
+        lines = [
+            ContrastLine(unit, points[:first] + points[first + length :]) for first in range(unit.fitted_samples + 1)
+        ]
+        squares = [line.squares for line in lines]
+        suspect = squares.index(min(squares))
+        return suspect, lines[suspect]
 
     def worst_residual(
         self, points: list[tuple[float, float, float, float]], line: ContrastLine, scale: float
@@ -815,7 +838,8 @@ class UnitPress:
             self.touch.number += 1  # the sample is counted, but not used
             self.forget_previous()
         elif flags:  # a tip is out of contact
-            if self.touch.add_out_of_contact(forces):
+            is_lift = self.touch.add_out_of_contact(forces)
+            if is_lift:
                 self.end_touch()
         else:
             # This sample, in contact again, shows whether the samples out of contact before it were a lift.
@@ -870,8 +894,7 @@ class UnitPress:
         if not self.touched:
             return None, None, LIFT_OFF
         unit = self.unit
-        index = 0  # index of the load, where 0 selects the whole press
-        E, offset, flags = self.sums_by_load[0].read(whole=True)
+        index, E, offset, flags = self.read_from(0)  # the whole press
         for _ in range(unit.rounds):
             if E is None:
                 break
@@ -880,16 +903,24 @@ class UnitPress:
             seated_index = sum(load < seating_load for load in unit.loads[:-1])
             if seated_index == index:
                 break
-            index = seated_index
-            E, offset, flags = self.sums_by_load[index].read(whole=not index)
-            while E is None and index:
-                index -= 1
-                E, offset, flags = self.sums_by_load[index].read(whole=not index)
+            index, E, offset, flags = self.read_from(seated_index)
         if E is None:
             return None, None, flags
         self.noise = self.sums_by_load[index].noise
         E, reduced, outside = unit.check_range(unit.correct_modulus(E))
         return E, reduced, outside | flags
+
+    def read_from(self, index: int) -> tuple[int, float | None, float, int]:
+        """Read the press from the load with this `index`, or from the next lower load that yields a modulus.
+
+        The load with the index 0 selects the whole press. Return the index of the load that was used, E [MPa], the
+        offset [mm] and flags; E is None if no load yields a modulus.
+        """
+        E, offset, flags = self.sums_by_load[index].read(whole=not index)
+        while E is None and index:
+            index -= 1
+            E, offset, flags = self.sums_by_load[index].read(whole=not index)
+        return index, E, offset, flags
 
 
 def unshared_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
@@ -1005,7 +1036,7 @@ def readings_of(
             press = UnitPress(unit, press.last)
         if is_bad:
             yield None, None, flags
-    reading = press.read()
+    reading = press.read()  # this also accepts pending samples, which may increase `firm_samples`
     if press.firm_samples > unit.spike_length or (press.touched and not has_reading):
         yield reading
 
@@ -1013,7 +1044,7 @@ def readings_of(
 def recorded_counts(path: str, size: int) -> "Iterator[list[int]]":
     """Yield the counts in each line of a comma-separated file: the last `size` cells of the line.
 
-    Lines with fewer cells are skipped, and so are lines in which one of these cells is not an integer, such as a
+    Lines with fewer cells are skipped. Lines in which one of these cells is not an integer are skipped too, such as a
     header.
     """
     with open(path, "rb") as lines:

@@ -86,7 +86,7 @@ def readings_of(
         tare, recorded_samples = None, iter(signal)
     timing, simultaneous = simultaneous_samples(sensor, recorded_samples, signal.source)
     in_newtons = _convert_to_newtons(sensor, signal, simultaneous, tare)
-    light_touch = FruitReading(flags=("lift_off",))
+    light_touch = FruitReading(flags=("lift_off",))  # replaced by the reading of each light touch
     has_press = False
     for press in split_presses(sensor, in_newtons, signal.source, timing.lag, every_sample=every_sample):
         reading = press_reading(sensor, press, timing)
@@ -171,8 +171,9 @@ def _refuse_touched_tare(
 ) -> None:
     """Raise InputError if the counts of a tare show that the sensor was touched.
 
-    The sensor was touched if the `tare` (channels,) [counts] is more than a full scale from the calibrated zero. It was
-    also touched if one of the `tare_samples` differs from the tare by more than the smallest force of a tip in contact.
+    The sensor was touched if the `tare` (channels,) [counts] is more than a full scale from the zero of the
+    calibration. It was also touched if one of the `tare_samples` differs from the tare by more than the smallest force
+    of a tip in contact.
     """
     unit = sensor.unit
     # Difference between the tare forces and the calibrated zero, as a fraction of full scale.

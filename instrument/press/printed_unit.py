@@ -5,7 +5,7 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -134,11 +134,12 @@ class PrintedUnit:
         if not _SAFE_TEXT.fullmatch(self.method):
             raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
         self._check_list_lengths()
-        for first, second in _KEY_PAIRS:
-            if (getattr(self, first) is None) != (getattr(self, second) is None):
-                missing, given = (first, second) if getattr(self, first) is None else (second, first)
-                name = f"unit.{missing}"
-                raise validation_error(name, None, "", f"given with {given}", _HINT)
+        for pair in _KEY_PAIRS:
+            missing = [key for key in pair if getattr(self, key) is None]
+            given = [key for key in pair if key not in missing]
+            if missing and given:
+                name = f"unit.{missing[0]}"
+                raise validation_error(name, None, "", f"given with {given[0]}", _HINT)
         if self.newtons_per_count or self.zero_counts:
             self._check_counts()
 
@@ -158,11 +159,11 @@ class PrintedUnit:
         Its numbers must be finite, and `saturation_counts` must fit into a 32-bit integer of the firmware.
         """
         tip_count = len(self.tips)
-        rows = [*self.newtons_per_count, self.zero_counts]  # the matrix, and the zeros as a last row
-        entries = [entry for row in rows for entry in row]
-        is_complete = len(rows) == tip_count + 1 and all(len(row) == tip_count for row in rows)
+        rows = [*self.newtons_per_count, self.zero_counts]  # each must hold one finite number per channel
+        numbers = [number for row in rows for number in row]
+        is_complete = len(self.newtons_per_count) == tip_count and all(len(row) == tip_count for row in rows)
         has_saturation = 0 < self.saturation_counts <= _LARGEST_COUNT
-        if not is_complete or not all(map(math.isfinite, entries)) or not has_saturation:
+        if not (is_complete and all(map(math.isfinite, numbers)) and has_saturation):
             bound = (
                 f"{tip_count} lists of {tip_count} finite numbers, together with {tip_count} zero_counts "
                 f"and saturation_counts of 1 to {_LARGEST_COUNT}"
@@ -285,13 +286,21 @@ def _digest_of_0_2(design: Design) -> str:
         tables.get(table, {}).pop(key, None)
     for table, key, value, preceding_keys in _WRITTEN_BY_0_2:
         if table in tables and key not in tables[table]:
-            # The order of the keys affects the digest, so the key is inserted after the last of its preceding keys.
-            # Without any of them, it is inserted at the start.
-            items = list(tables[table].items())
-            indices_after = [1 + index for index, (name, _) in enumerate(items) if name in preceding_keys]
-            index = max(indices_after, default=0)
-            tables[table] = dict([*items[:index], (key, value), *items[index:]])
+            tables[table] = _insert_key(tables[table], key, value, preceding_keys)
     return hashlib.sha256(tables_as_toml(tables).encode()).hexdigest()
+
+
+def _insert_key(
+    table: Mapping[str, object], key: str, value: object, preceding_keys: Collection[str]
+) -> dict[str, object]:
+    """Return a copy of a table with a new key after the last of its `preceding_keys`, or else at the start.
+
+    The position of the key matters, because the order of the keys affects a digest.
+    """
+    items = list(table.items())
+    indices_after = [1 + index for index, (name, _) in enumerate(items) if name in preceding_keys]
+    index = max(indices_after, default=0)
+    return dict([*items[:index], (key, value), *items[index:]])
 
 
 def check_weighed_after(name: str, after_s: float | None) -> None:
@@ -321,8 +330,9 @@ def nominal_unit(report: Report) -> PrintedUnit:
 def printed_stiffness_percent(report: Report) -> list[float]:
     """Return the relative standard deviation of each printed spring's stiffness [%], in the order of the tips.
 
-    The stiffness of a leaf is proportional to its modulus and to the third power of its thickness. The process states
-    the scatter of the modulus, and the accuracy of the thickness as two standard deviations.
+    The stiffness of a leaf is proportional to its modulus and to the third power of its thickness. The scatter of the
+    modulus and the accuracy of the thickness are properties of the print process. This accuracy is two standard
+    deviations of the thickness.
     """
     design = report.design
     process = design.process
@@ -426,7 +436,7 @@ def _check_ball_lengths(ball: BallCorrection, report: Report) -> None:
 def unit_as_toml(unit: PrintedUnit) -> str:
     """Return a unit as the text of a unit.toml, from which `read_unit` restores it.
 
-    Keys without a value are left out. So is the calibration of the counts, if there is none.
+    Keys without a value are left out. The calibration of the counts is left out too, if there is none.
     """
     omitted = () if unit.zero_counts else ("newtons_per_count", "zero_counts", "saturation_counts")
     given = {key: value for key, value in to_plain(unit).items() if value is not None and key not in omitted}

@@ -50,8 +50,8 @@ class Seating:
 def seating_of(sensor: MeasuringUnit) -> Seating:
     """Return the loads at which flat tips may be seated, from the first touch to nearly full scale.
 
-    Only a pair of flat tips has several loads. They form a geometric series, which ends one step below full scale.
-    Other tips have the single load 0, because they need no seating.
+    Only a pair of flat tips has several loads: the load at the first touch, and a geometric series that ends one step
+    below full scale. Other tips have the single load 0, because they need no seating.
     """
     tips = sensor.report.design.tips
     least_forces = sensor.least_forces
@@ -88,10 +88,10 @@ class Seated(NamedTuple):
 def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
     """Return the reading of a press from the load at which its tips are seated.
 
-    The load depends on the modulus and the tilt that are read from it, so load and reading are iterated. If the samples
-    above a load do not determine a modulus, the next lower load is used. The press has the same channels as `law`.
-    Samples that are `lag` samples apart have independent noise. Raises RiseError if the whole press does not determine
-    a modulus.
+    That load depends on the modulus and the tilt, which are read from the samples above it. So the press is read
+    several times. If the samples above a load do not determine a modulus, the next lower load is used. `law` must have
+    the same channels as the press. Samples that are `lag` samples apart have independent noise. Raises RiseError if
+    the whole press does not determine a modulus.
     """
     seating = seating_of(sensor)
     index = 0  # index of the load, where 0 selects the whole press

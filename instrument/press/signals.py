@@ -65,7 +65,7 @@ class Signal:
         out, and each time a clock restarts. Raises InputError if a column is missing, or belongs to another sensor.
         """
         self.source = rows.source
-        # The keys of the columns; a table may have a common time `t`, or one time per channel.
+        # The names of the columns; a table may have a common time `t`, or one time per channel.
         forces, counts, times = force_keys(tips), count_keys(tips), time_keys(tips)
         example = ",".join(["t_s", *(f"{key}_N" for key in forces)])  # a valid header, for messages
         table = one_table(rows, flags.applied(_column_quantities(tips)), (forces, counts), example)
@@ -73,19 +73,22 @@ class Signal:
         self._say = say
         self._columns = {column.name: column for column in table.columns}
         self.counted = set(counts) <= self._columns.keys()
-        keys = counts if self.counted else forces
+        channels = counts if self.counted else forces
         self.timed = not self._columns.keys().isdisjoint(times)
         required_times = times if self.timed else ("t",)
-        _check_columns(table, (*required_times, *keys), ("t", "fruit"), example)
+        _check_columns(table, (*required_times, *channels), ("t", "fruit"), example)
         self.names_fruit = "fruit" in self._columns
-        self._force_columns = [self._columns[key] for key in keys]
+        self._force_columns = [self._columns[key] for key in channels]
         self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *times) if key in self._columns]
         # The rows have not been read yet, so the summary describes only the columns.
         self.summary = replace(table, rows=iter(()), left_out=[], skipped=[]).summary
         self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
-        """Yield the samples. Raise InputError for an invalid line, and if there is no sample."""
+        """Yield the samples, and report each line that is left out.
+
+        Raises InputError for an invalid line, and if there is no sample.
+        """
         table = self._table
         sample_count = 0
         for row in table.rows:

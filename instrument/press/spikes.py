@@ -74,7 +74,7 @@ def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats
     There is one slope for each of several depths of the press. `linear` (tips,) [mm/N] and `domes` (tips,)
     [mm/N^(2/3)] are the weights of F and F^(2/3) in the contrast. The derivative dF/dx of the forces with respect to
     the travel x solves [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF/dx = 1. For flesh that relaxes, any slope between the
-    slopes of the individual tips is possible, so the smallest and the largest of them are returned instead.
+    slopes of the individual tips is possible, so there are two slopes for each depth: the smallest and the largest.
     """
     law = sensor.rise_law.contrast
     _, C, S = law.arrays  # compliance of the springs [mm/N], and of the flesh times E [1/mm]

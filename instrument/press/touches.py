@@ -74,7 +74,7 @@ class PressSamples:
         firm.
         """
         firm = (self.forces > FIRM * least_forces).all(axis=1)
-        # The convolution is the number of firm samples in each run of spike_length + 1 samples.
+        # The convolution counts the firm samples in each run of spike_length + 1 samples.
         return bool(np.convolve(firm, np.ones(spike_length + 1)).max() > spike_length)
 
 
@@ -93,13 +93,10 @@ def split_presses(
     touch: _Touch | None = None  # None between two presses
     for sample in samples:
         in_contact = contact.includes_all_tips(sample)
-        has_ended = False  # whether the touch has ended before this sample
-        if touch is not None:
-            # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
-            has_ended = touch.is_over(sample) if in_contact else touch.add_out_of_contact(sample)
-        elif not in_contact:
+        if touch is None and not in_contact:
             contact.add(sample)
-        if touch is not None and has_ended:
+        # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
+        if touch is not None and (touch.is_over(sample) if in_contact else touch.add_out_of_contact(sample)):
             yield from touch.end()
             # The samples of the lift do not belong to a press, but the flesh relaxes during them too.
             for lift_sample in touch.lift_samples:
