@@ -28,17 +28,18 @@ OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 def bench_row(name: str, bench: str) -> list[str]:
     """Return the table row of a preset on a bench, with a cell for each of `HEADS`.
 
-    If a run would reject the bench, the last cell is "refused by a run". Raises ValueError for a preset without
-    `[reading]`.
+    `name` is the name of the preset, and `bench` is a key of `BENCHES`. If a run would reject the bench, the last cell
+    is "refused by a run". Raises ValueError for a preset without `[reading]`.
     """
     design = load_design(name, BENCHES[bench])
+    # Sized springs have exactly the designed stiffness, and a sensor with them does not check its bench.
     sensor = Sensor(design=design, options=RunOptions(), springs_as="sized")
     readings = sensor.readings
     if readings is None or readings.calibration is None:
         msg = f"{name}: the preset has no readings, so its calibration is unknown. Add [reading] to the preset."
         raise ValueError(msg)
     calibration = readings.calibration
-    worst = readings.worst_uncertainty
+    worst = readings.worst_uncertainty  # at the modulus where its ratio to the limit is largest
     # All tips of a group have equal springs, so the first tip represents its group.
     low, high = (calibration.stiffness_percent[tips[0]] for tips in design.tips.spring_groups)
     verdicts = [sensor.verdict(f"reading.{key}") for key in ("uncertainty", "calibration")]

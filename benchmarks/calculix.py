@@ -65,7 +65,7 @@ def _failure(reason: str) -> str:
 
 
 def _parse_results(text: str, deck: Deck) -> list[StepResult]:
-    """Return the results of each step from the text of a .dat file.
+    """Return the results of each step of a `deck` from the `text` of its .dat file.
 
     In each step, CalculiX prints the total forces of the node sets, and then the displacements of the sets in
     `deck.printed`. Raises SolveError if a step is missing or its forces do not balance.
@@ -73,13 +73,14 @@ def _parse_results(text: str, deck: Deck) -> list[StepResult]:
     results: list[StepResult] = []
     forces: dict[str, float] = {}
     displacements = np.zeros(deck.node_count)
-    # The text before the first heading is dropped. Then the quantity, the node set and the table follow in turn.
+    # `split` also returns the groups of each heading. So the text before the first heading is followed by a quantity, a
+    # node set and a table in turn.
     pieces = _TABLE_HEADING.split(text)[1:]
     for quantity, name, table in zip(pieces[::3], pieces[1::3], pieces[2::3], strict=True):
         numbers = np.array(table.split(), dtype=np.float64)
         if quantity == "total force":
             forces[name.lower()] = float(numbers[2])  # the z component of three
-        else:
+        else:  # the displacements of a node set
             # A row holds the number of a node, which starts at 1, and its displacements along x, y and z.
             displacements[numbers[::4].astype(int) - 1] = numbers[3::4]
             if name.lower() == deck.printed[-1]:  # the last table of a step
@@ -98,12 +99,13 @@ def check_balance(program: str, forces: Mapping[str, float], step: LinearStep) -
     `forces` holds the total force along z that `program` reports for each node set [N]. Names of supports begin with
     "support". The applied forces are the nodal loads, and the forces on the sets whose displacement is prescribed.
     """
-    support = sum(value for name, value in forces.items() if name.startswith("support"))
-    applied = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
-    is_loaded = np.isfinite(applied) and applied != 0.0
-    if not (is_loaded and abs(applied + support) <= BALANCE_LIMIT * abs(applied)):
+    support_force = sum(force for name, force in forces.items() if name.startswith("support"))
+    applied_force = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
+    is_loaded = np.isfinite(applied_force) and applied_force != 0.0
+    # The two forces have opposite signs.
+    if not (is_loaded and abs(applied_force + support_force) <= BALANCE_LIMIT * abs(applied_force)):
         msg = (
-            f"{program}: the supports carry {support:.6g} N under an applied force of {applied:.6g} N. They must "
-            f"balance to {BALANCE_LIMIT:.0e}. Look at the output of the program."
+            f"{program}: the supports carry {support_force:.6g} N under an applied force of {applied_force:.6g} N. "
+            f"They must balance to {BALANCE_LIMIT:.0e}. Look at the output of the program."
         )
         raise SolveError(msg)

@@ -97,8 +97,15 @@ def main() -> int:
         errors.append(math.inf if reading.E is None else reading.E / fruit.E - 1.0)
         bars.append(0.0 if reading.E is None else reading.u)
         print(row_text(fruit, reading), *reading.flags, flush=True)
-    sizes = np.abs(errors)
-    inside_count, far_outside_count = np.sum(sizes <= bars), np.sum(sizes > 2.0 * np.array(bars))
+    return print_summary(np.abs(errors), np.array(bars))
+
+
+def print_summary(sizes, bars):
+    """Print how many errors lie within their error bars, and return the exit code, as `main` does.
+
+    `sizes` (presses,) [1] are the absolute relative errors, and `bars` (presses,) [1] are the error bars.
+    """
+    inside_count, far_outside_count = np.sum(sizes <= bars), np.sum(sizes > 2.0 * bars)
     print(
         f"{len(sizes)} presses: largest error {100.0 * sizes.max():.2f} %, {inside_count} within their error bar, "
         f"{far_outside_count} beyond twice their bar"

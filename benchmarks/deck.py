@@ -1,5 +1,6 @@
 """The tasks of the benchmarks as CalculiX decks, with the elements of `reference.element_study`. Units: N, mm, MPa."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -50,16 +51,24 @@ def contact_deck(mesh: SkfemMesh, E: float, poisson: float, shift: float) -> Dec
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
     sets = boundary_sets(elements, basis, ("base", *planes, *tips))
+    steps = _contact_steps(tips, planes, shift)
+    return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, printed_set=tips[-1])
+
+
+def _contact_steps(tips: Sequence[str], planes: Sequence[str], shift: float) -> list[LinearStep]:
+    """Return the load steps of `contact_deck`, which presses `tips` by `shift` [mm].
+
+    `planes` are the planes of symmetry at which the mesh of the fruit is cut.
+    """
     # Displacement components that are held at 0: 1, 2 and 3 are x, y and z.
     held = {"base": (1, 2, 3)} | ({SIDE: (2,)} if SIDE in planes else {})
     if MIDDLE in planes:
         # A quarter has one tip. The plane between the tips holds x if its mirror image moves equally, and y and z if
         # its mirror image moves oppositely.
         pressed = {tips[-1]: shift}
-        steps = [LinearStep(held={**held, MIDDLE: fixed}, pressed=pressed) for fixed in ((1,), (2, 3))]
-    else:
-        steps = []
-        for pressed_tip in tips:
-            pressed = {tip: shift if tip == pressed_tip else 0.0 for tip in tips}
-            steps.append(LinearStep(held=held, pressed=pressed))
-    return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, printed_set=tips[-1])
+        return [LinearStep(held={**held, MIDDLE: fixed}, pressed=pressed) for fixed in ((1,), (2, 3))]
+    steps = []
+    for pressed_tip in tips:
+        pressed = {tip: shift if tip == pressed_tip else 0.0 for tip in tips}
+        steps.append(LinearStep(held=held, pressed=pressed))
+    return steps

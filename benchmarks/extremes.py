@@ -77,19 +77,12 @@ def random_settings(rng: random.Random) -> dict[str, object]:
         **_press_settings(rng, min(side, height)),
         **_print_settings(rng),
     }
-    # The other settings depend on the shapes.
-    if settings["tips.shape"] in ("cube", "cylinder"):
-        settings["tips.fillet_mm"] = _sometimes(rng, 0.3, rng.uniform(0.0, 0.5) * side)
-    if settings["tips.shape"] != "cube" or settings["tips.fillet_mm"]:
-        settings["tips.socket"] = "pin"  # no process prints such tips
-    if settings["fruit.shape"] == "block":
-        settings["fruit.height_mm"] = height
-    else:
-        settings["fruit.radius_mm"] = radius
-        settings["fruit.thickness_mm"] = radius * rng.uniform(0.1, 2.0)
-    if settings["fruit.shape"] == "ellipsoid":
-        settings["fruit.radius_across_mm"] = radius * _log_uniform(rng, 0.3, 3.0)
-    return settings | _tip_settings(rng, settings, side) | _flesh_settings(rng, E_max, side) | _reading_settings(rng)
+    settings |= _fillet_settings(rng, settings, side)
+    settings |= _fruit_size_settings(rng, settings, height, radius)
+    settings |= _tip_settings(rng, settings, side)
+    settings |= _flesh_settings(rng, E_max, side)
+    settings |= _reading_settings(rng)
+    return settings | _read_out_settings(rng, has_reading="reading.tilt_deg" in settings)
 
 
 def _log_uniform(rng: random.Random, low: float, high: float) -> float:
@@ -162,6 +155,34 @@ def _print_settings(rng: random.Random) -> dict[str, object]:
     }
 
 
+def _fillet_settings(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
+    """Return the random fillet of flat tips of width `side` [mm], and a socket for tips that no process prints.
+
+    `settings` holds the shape of the tips.
+    """
+    values: dict[str, object] = {}
+    if settings["tips.shape"] in ("cube", "cylinder"):
+        values["tips.fillet_mm"] = _sometimes(rng, 0.3, rng.uniform(0.0, 0.5) * side)
+    if settings["tips.shape"] != "cube" or values["tips.fillet_mm"]:
+        values["tips.socket"] = "pin"  # no process prints such tips
+    return values
+
+
+def _fruit_size_settings(
+    rng: random.Random, settings: dict[str, object], height: float, radius: float
+) -> dict[str, object]:
+    """Return the size of a fruit: the `height` [mm] of a block, or random sizes relative to the `radius` [mm].
+
+    `settings` holds the shape of the fruit.
+    """
+    if settings["fruit.shape"] == "block":
+        return {"fruit.height_mm": height}
+    values: dict[str, object] = {"fruit.radius_mm": radius, "fruit.thickness_mm": radius * rng.uniform(0.1, 2.0)}
+    if settings["fruit.shape"] == "ellipsoid":
+        values["fruit.radius_across_mm"] = radius * _log_uniform(rng, 0.3, 3.0)
+    return values
+
+
 def _tip_settings(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
     """Return the random settings that only cones, domes or lines of tips have.
 
@@ -207,35 +228,38 @@ def _flesh_settings(rng: random.Random, E_max: float, side: float) -> dict[str, 
 
 
 def _reading_settings(rng: random.Random) -> dict[str, object]:
-    """Return random settings of the tables `[reading]` and `[readout]`, each in half of the designs.
+    """Return random settings of the table `[reading]` for half of the designs, and none for the others."""
+    if rng.random() >= OFTEN:
+        return {}
+    values: dict[str, object] = {
+        "reading.tilt_deg": rng.uniform(0.0, 15.0),
+        "reading.tilt_change_deg": rng.choice([0.0, rng.uniform(0.0, 5.0)]),
+        "reading.off_centre_mm": rng.choice([0.0, _log_uniform(rng, 1e-2, 10.0)]),
+        "reading.radius_spread": rng.uniform(0.0, 0.5),
+        "reading.stiffness_percent": rng.uniform(0.0, 50.0),
+        "reading.gain_percent": rng.uniform(0.0, 50.0),
+        "reading.bias_limit": _log_uniform(rng, 1e-3, 1.0),
+        "reading.uncertainty_limit": _log_uniform(rng, 1e-3, 1.0),
+    }
+    if rng.random() < OFTEN:
+        values["reading.calibrated_by"] = rng.choice(["weights", "plate"])
+    return values
 
-    A design without a read-out states the noise of its forces instead.
+
+def _read_out_settings(rng: random.Random, *, has_reading: bool) -> dict[str, object]:
+    """Return random settings of the table `[readout]` for half of the designs.
+
+    If a design with the table `[reading]` has no read-out, the noise of its forces is set instead.
     """
-    values: dict[str, object] = {}
     if rng.random() < OFTEN:
-        values |= {
-            "reading.tilt_deg": rng.uniform(0.0, 15.0),
-            "reading.tilt_change_deg": rng.choice([0.0, rng.uniform(0.0, 5.0)]),
-            "reading.off_centre_mm": rng.choice([0.0, _log_uniform(rng, 1e-2, 10.0)]),
-            "reading.radius_spread": rng.uniform(0.0, 0.5),
-            "reading.stiffness_percent": rng.uniform(0.0, 50.0),
-            "reading.gain_percent": rng.uniform(0.0, 50.0),
-            "reading.bias_limit": _log_uniform(rng, 1e-3, 1.0),
-            "reading.uncertainty_limit": _log_uniform(rng, 1e-3, 1.0),
-        }
-        if rng.random() < OFTEN:
-            values["reading.calibrated_by"] = rng.choice(["weights", "plate"])
-    if rng.random() < OFTEN:
-        values |= {
+        return {
             "readout.bits": rng.randint(8, 32),
             "readout.rate_Hz": _log_uniform(rng, 0.1, 1e5),
             "readout.noise_nV": _log_uniform(rng, 1e-2, 1e6),
             "readout.drift_K": rng.uniform(0.0, 50.0),
             "readout.tare_K": rng.uniform(0.0, 50.0),
         }
-    elif "reading.tilt_deg" in values:  # there is a reading, but no read-out to determine its noise
-        values["reading.noise_percent"] = rng.uniform(0.0, 50.0)
-    return values
+    return {"reading.noise_percent": rng.uniform(0.0, 50.0)} if has_reading else {}
 
 
 def random_design(seed: int, number: int) -> dict[str, str]:

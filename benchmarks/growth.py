@@ -176,25 +176,33 @@ def _cpu_seconds() -> float:
 def growth_rows() -> Iterator[list[str]]:
     """Yield a table row for each size of each kind of work; the last row of each kind shows the exponent.
 
-    Each size runs in a process of its own, which prints its cost in the last line. The exponent describes the CPU time
-    between the two largest sizes. Raises RuntimeError if a run fails.
+    The exponent describes the CPU time between the two largest sizes. Raises RuntimeError if a run fails.
     """
     for name, growth in GROWTHS.items():
         previous_cpu = math.nan  # CPU time at the previous size [s]
         for index, size in enumerate(growth.sizes):
-            usage = resource_usage([sys.executable, "-m", "benchmarks.growth", name, str(size)], ROOT, ONE_THREAD)
-            if usage.exit_code:
-                failure = f"exit code {usage.exit_code}: {usage.last_line}"
-                msg = f"{name!r} at the size {size} ended with {failure}. Run this size by itself to see its output."
-                raise RuntimeError(msg)
-            cost = json.loads(usage.out.splitlines()[-1])
+            cost, peak_MiB = measured_cost(name, size)
             exponent_cells = ["", ""]
             if index == len(growth.sizes) - 1:
                 exponent = math.log(cost["cpu"] / previous_cpu) / math.log(size / growth.sizes[index - 1])
                 exponent_cells = [f"{exponent:.2f}", f"{growth.theory:g}"]
             previous_cpu = cost["cpu"]
-            cost_cells = [f"{cost['wall']:.2g}", f"{cost['cpu']:.2g}", f"{usage.peak_MiB:.0f}"]
+            cost_cells = [f"{cost['wall']:.2g}", f"{cost['cpu']:.2g}", f"{peak_MiB:.0f}"]
             yield [name, str(size), *cost_cells, *exponent_cells]
+
+
+def measured_cost(name: str, size: int) -> tuple[dict[str, float], float]:
+    """Run the kind of work called `name` at one size in a process of its own; return its cost and peak memory [MiB].
+
+    The cost is the JSON object of `print_cost`, with the keys "wall" and "cpu" [s]. Raises RuntimeError if the run
+    fails.
+    """
+    usage = resource_usage([sys.executable, "-m", "benchmarks.growth", name, str(size)], ROOT, ONE_THREAD)
+    if usage.exit_code:
+        failure = f"exit code {usage.exit_code}: {usage.last_line}"
+        msg = f"{name!r} at the size {size} ended with {failure}. Run this size by itself to see its output."
+        raise RuntimeError(msg)
+    return json.loads(usage.out.splitlines()[-1]), usage.peak_MiB
 
 
 if __name__ == "__main__":

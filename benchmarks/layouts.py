@@ -24,6 +24,7 @@ from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
 MODULI = (0.5, 1.0, 3.5)  # of the fruit [MPa]
+LEVEL_MODULUS = 1.0  # modulus at which the constants of domes in the contrast law are determined [MPa]
 TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)  # of the sensor [deg]
 DIRECTIONS = 8  # number of directions of a tilt
 SAMPLES = 12  # samples over the travel of a pair
@@ -75,14 +76,7 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
 
     `tilt` is in degrees. The error is nan if a tip does not touch.
     """
-    S = compliance.S
-    hertz = 0.0  # flat tips do not flatten
-    if row.tips.tip_shape.obeys_hertz:
-        level_domes = dome_contrast(scene, compliance, row.C, 1.0)
-        S = level_domes.S
-        hertz = level_domes.hertz
-    weights = contrast_weights(row.tips.places_mm, row.tips.springs)
-    law = ContrastLaw(weights=weights, gaps=(0.0,) * len(S), C=row.C.tolist(), S=S.tolist(), hertz=hertz)
+    law = _contrast_law(row, scene, compliance)
     angles = 2.0 * math.pi * np.arange(DIRECTIONS if tilt else 1) / DIRECTIONS
     tilts = [(tilt * math.cos(angle), tilt * math.sin(angle)) for angle in angles]  # about x and y [deg]
     stands = [Stand(tilt_deg=components) for components in tilts]
@@ -93,6 +87,22 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
             yield read_modulus(law, forces.tolist()) / pose.E - 1.0
         except ReadingError:
             yield math.nan
+
+
+def _contrast_law(row: Row, scene: Scene, compliance: FruitCompliance) -> ContrastLaw:
+    """Return the contrast law of a level sensor, whose tips have no gaps.
+
+    `compliance` is the compliance of the fruit under the tips. If the tips are domes, their compliance and their
+    flattening come from a level press instead.
+    """
+    S = compliance.S
+    hertz = 0.0  # flat tips do not flatten
+    if row.tips.tip_shape.obeys_hertz:
+        level_domes = dome_contrast(scene, compliance, row.C, LEVEL_MODULUS)
+        S = level_domes.S
+        hertz = level_domes.hertz
+    weights = contrast_weights(row.tips.places_mm, row.tips.springs)
+    return ContrastLaw(weights=weights, gaps=(0.0,) * len(S), C=row.C.tolist(), S=S.tolist(), hertz=hertz)
 
 
 def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float) -> Iterator[float]:

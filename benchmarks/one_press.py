@@ -79,30 +79,28 @@ class Bench:
         self.design = measured.design
         unit = measured.measuring(percent=1.0, gain_percent=0.1)  # uncertainty of the springs and of the channels
         calibrated_by = "plate" if self.design.reading.on_plate else "weights"
-        self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=calibrated_by))
-        self.unit = self.before_ball  # reads the presses
         self.sensor = domes_of(measured.design, measured.K)  # presses the fruit
         self.rng = np.random.default_rng(seed)
-        self.cells = CELLS  # cells per side of a grid
+        self.unit = replace(unit, unit=replace(unit.unit, calibrated_by=calibrated_by))  # reads the presses
         if self.design.reading.calibrated_by == "ball":
-            self.unit = self.calibrate_on_ball(self.sensor, self.design.reading.ball_percent)
+            self.unit = self.calibrate_on_ball(self.unit, self.design.reading.ball_percent)
 
-    def calibrate_on_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
-        """Return the unit with the domes of `sensor`, calibrated on a rubber ball.
+    def calibrate_on_ball(self, before: MeasuringUnit, percent: float) -> MeasuringUnit:
+        """Return a copy of the unit `before`, calibrated on a rubber ball.
 
         The modulus of the ball is known to `percent` [%]. The ball is pressed once at each of `BALL_TILTS`. The force
         depends on E / (1 - nu^2). Therefore the ball has the same E / (1 - nu^2) as a fruit whose E is the geometric
         mean of the unit's range.
         """
-        before = self.before_ball
         middle_E = math.sqrt(math.prod(before.range_MPa))
         rubber_E = middle_E * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
         ball = ReferenceBall(E_MPa=rubber_E, radius_mm=BALL_RADIUS, percent=percent)
-        self.unit = before.for_ball(BALL_RADIUS)  # `read` uses this unit
+        unit = before.for_ball(BALL_RADIUS)
         level = Fruit(E=rubber_E, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
-        readings = [self.read(replace(level, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in BALL_TILTS]
-        self.unit = before
-        correction = fit_ball_correction(readings, ball, before, "the ball")
+        readings = []
+        for tilt, azimuth in BALL_TILTS:
+            readings.append(self.read(replace(level, tilt=tilt, tilt_azimuth=azimuth), unit=unit))
+        correction = fit_ball_correction(readings, ball, before, "the ball")  # its name in messages
         return replace(before, unit=replace(before.unit, ball=correction))
 
     def mean_fruit(self, E: float, **changes: object) -> Fruit:
@@ -137,24 +135,29 @@ class Bench:
         sensor: Sensor | None = None,
         fractions: np.ndarray = SAMPLES,
         t: np.ndarray | None = None,
+        *,
+        unit: MeasuringUnit | None = None,
+        cells: int = CELLS,
     ) -> FruitReading:
         """Return the reading of a press on a fruit, solved by independent boundary elements.
 
         The samples are at `fractions` (samples,) of the full travel [1]. If their times `t` (samples,) [s] are given,
-        the flesh relaxes as in `FLESH`. Otherwise the flesh is elastic, and the speed is constant. `sensor` is by
-        default the sensor of the design.
+        the flesh relaxes as in `FLESH`. Otherwise the flesh is elastic, and the speed is constant. `sensor` presses the
+        fruit, and `unit` reads the press; both are by default those of the bench. The grids have `cells` per side.
         """
         sensor = sensor or self.sensor
+        unit = unit or self.unit
         travels = self.design.press.travel_mm * fractions
         if t is None:
-            forces = press(sensor, fruit, travels, self.cells)
+            times = PRESS_S * fractions
+            forces = press(sensor, fruit, travels, cells)
         else:
-            forces = press_over_time(sensor, fruit, travels, t, FLESH, self.cells)
-        times = PRESS_S * fractions if t is None else t
+            times = t
+            forces = press_over_time(sensor, fruit, travels, t, FLESH, cells)
         # The unit reads only samples at which all tips touch.
-        touching = (forces > self.unit.least_forces).all(axis=1)
+        touching = (forces > unit.least_forces).all(axis=1)
         samples = PressSamples(channels=forces[touching], tips=len(sensor.K), t=times[touching], touched_s=0.0)
-        return press_reading(self.unit, samples)
+        return press_reading(unit, samples)
 
     def compare(self, E: float, reading: FruitReading) -> Comparison:
         """Return a reading compared with the true modulus E [MPa]; the error is infinite if no modulus was read."""
@@ -171,9 +174,9 @@ def value_at_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
 def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightMap:
     """Return a height map [mm]: the sum of `WAVE_COUNT` plane waves with random directions and phases.
 
-    `length` [mm] is the wavelength, and `rms` [mm] is the root mean square of the sum.
+    `length` [mm] is the length of all waves, and `rms` [mm] is the root mean square of the sum.
     """
-    angles, phases = rng.uniform(0.0, 2.0 * math.pi, (2, WAVE_COUNT))
+    angles, phases = rng.uniform(0.0, 2.0 * math.pi, (2, WAVE_COUNT))  # [rad]
     k_x, k_y = 2.0 * math.pi / length * np.array([np.cos(angles), np.sin(angles)])  # wave vectors [1/mm]
 
     def heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -290,15 +293,16 @@ SINGLE = {
 def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
     """Yield the name of each case of flesh that yields at a pressure, and its reading compared with elastic flesh.
 
-    The yield pressure is 0.8 or 1.1 times the mean pressure under the most loaded tip, on elastic flesh at full travel.
+    The yield pressure is 0.8 or 1.1 times a mean pressure. This is the mean over the contact of the most loaded tip, on
+    elastic flesh at full travel.
     """
     for E in MODULI:
         fruit = bench.mean_fruit(E)
         elastic = Pressing(bench.sensor, fruit)
-        largest_mean_pressure = (elastic.forces(bench.design.press.travel_mm) / elastic.area).max()
+        mean_pressure = (elastic.forces(bench.design.press.travel_mm) / elastic.area).max()  # the largest of all tips
         elastic_E = bench.read(fruit).E
         for fraction in (0.8, 1.1):
-            reading = bench.read(replace(fruit, yields=fraction * largest_mean_pressure))
+            reading = bench.read(replace(fruit, yields=fraction * mean_pressure))
             yield f"at {fraction:g} of the mean, {E:g} MPa", bench.compare(elastic_E, reading)
 
 
@@ -331,7 +335,7 @@ STEADY_PACE = pace_with_change(1.0, 1.0)  # the pace does not change before the 
 def uneven_paces(bench: Bench) -> Iterator[tuple[str, Comparison]]:
     """Yield the name of each press at an uneven pace, and its reading compared with a press at a steady pace.
 
-    The flesh relaxes.
+    In all these presses, the flesh relaxes as in `FLESH`.
     """
     paces = (
         ("pause of 2 s at 0.8", pace_with_pause(0.8, 2.0)),
@@ -348,9 +352,9 @@ def uneven_paces(bench: Bench) -> Iterator[tuple[str, Comparison]]:
 def random_paces(bench: Bench, count: int) -> Iterator[Comparison]:
     """Yield `count` readings of random fruit, alternately with a change of pace and with a pause.
 
-    The flesh relaxes. Each reading is compared with a press of the same fruit at a steady pace. The pace changes or
-    pauses at a random fraction of the travel, from 0.4 to 0.9. A changed pace is a third to three times the steady one,
-    and a pause lasts 0.3 to 3 s.
+    The flesh relaxes as in `FLESH`. Each reading is compared with a press of the same fruit at a steady pace. The pace
+    changes or pauses at a random fraction of the travel, from 0.4 to 0.9. A changed pace is a third to three times the
+    steady one, and a pause lasts 0.3 to 3 s.
     """
     for number in range(count):
         fruit = bench.random_fruit()
@@ -384,16 +388,14 @@ def asymmetric_fruit(bench: Bench, count: int) -> Iterator[Comparison]:
     """
     hollow: list[Comparison] = []
     yielded_count = 0
-    bench.cells = HOLLOW_CELLS  # finer grids, restored below
     while yielded_count < count:
         fruit = bench.random_fruit(bumps=random_asymmetry(bench.rng))
-        comparison = bench.compare(fruit.E, bench.read(fruit))
+        comparison = bench.compare(fruit.E, bench.read(fruit, cells=HOLLOW_CELLS))
         if is_hollow(bench, fruit):
             hollow.append(comparison)
         else:
             yielded_count += 1
             yield comparison
-    bench.cells = CELLS
     if hollow:
         print_many("shapes, hollow under a tip", hollow)
 
@@ -450,24 +452,22 @@ def real_cheeks(bench: Bench, count: int) -> Iterator[Comparison]:
     unit.
     """
     design = bench.design
-    unit = bench.unit
     real = FRUITS[design.name]
     stone = FleshOnStone(design.fruit.thickness_mm, design.fruit.poisson)
+    ranges = (design.reading.radius_mm, design.reading.radius_across_mm)
     within_ranges: list[Comparison] = []
     known_radius: list[Comparison] = []
     for _ in range(count):
         radii = bench.rng.uniform(*real.radius_mm), bench.rng.uniform(*real.radius_across_mm)
         fruit = bench.random_fruit(R1=radii[0], R2=radii[1], layer=stone)
         comparison = bench.compare(fruit.E, bench.read(fruit))
-        ranges = (design.reading.radius_mm, design.reading.radius_across_mm)
         if all(low <= radius <= high for radius, (low, high) in zip(radii, ranges, strict=True)):
             within_ranges.append(comparison)
             continue
         yield comparison
         mean_radius = 2.0 / (1.0 / radii[0] + 1.0 / radii[1])  # the radius of the mean curvature
-        bench.unit = replace(unit, radii_mm=(mean_radius, mean_radius))  # only for the next reading
-        known_radius.append(bench.compare(fruit.E, bench.read(fruit)))
-        bench.unit = unit
+        informed_unit = replace(bench.unit, radii_mm=(mean_radius, mean_radius))
+        known_radius.append(bench.compare(fruit.E, bench.read(fruit, unit=informed_unit)))
     if within_ranges:
         print_many("real cheeks within the ranges of the design", within_ranges)
     print_many("real cheeks outside these ranges, with the mean radius known", known_radius)

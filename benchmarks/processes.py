@@ -42,17 +42,20 @@ def spring_rows(process: str) -> tuple[list[list[str]], bool]:
     springs, cpu = time_call(partial(springs_for, design, sizing, "fitted"))
     if springs.housing is None:
         return [], True
-    peer_stiffnesses = calculix_stiffnesses(springs) if is_installed() else None
+    # for each spring, CalculiX's stiffness [N/mm], or None if CalculiX is not installed
+    peer_stiffnesses = calculix_stiffnesses(springs) if is_installed() else [None] * len(springs.springs)
     rows = []
     meets_goals = True
-    for index, (spring, arm) in enumerate(zip(springs.springs.values(), springs.housing.arms, strict=True)):
+    for spring, arm, peer_stiffness in zip(
+        springs.springs.values(), springs.housing.arms, peer_stiffnesses, strict=True
+    ):
         target_error = spring.stiffness / spring.target - 1.0
         meets_goals = meets_goals and abs(target_error) <= TARGET
         calculix_cells = ["-", "-"]
-        if peer_stiffnesses is not None:
-            difference = peer_stiffnesses[index] / spring.stiffness - 1.0
+        if peer_stiffness is not None:
+            difference = peer_stiffness / spring.stiffness - 1.0
             meets_goals = meets_goals and abs(difference) <= SAME_MESH
-            calculix_cells = [f"{1e3 * peer_stiffnesses[index]:.6g}", signed_percent(difference)]
+            calculix_cells = [f"{1e3 * peer_stiffness:.6g}", signed_percent(difference)]
         # Stiffnesses are shown in N/m, and computed in N/mm.
         fit_cells = [f"{1e3 * spring.target:.6g}", f"{arm.flexure.length:.3f}", f"{1e3 * spring.stiffness:.6g}"]
         error_cells = [signed_percent(target_error), percent(spring.error / spring.stiffness)]

@@ -28,8 +28,8 @@ as wide as the errors, and less if they are wider."""
 def proof_row(proof: ProvedDesign) -> list[str]:
     """Return the table row of a design.
 
-    Its errors and error bars are root mean squares over the readings without a flag. The last cell divides the errors
-    by the standard deviations that the error bars represent, which are the bars divided by `COVERAGE`.
+    The errors and the error bars in the row are root mean squares over the readings without a flag. The last cell
+    divides each error by the standard deviation that its error bar represents, which is the bar divided by `COVERAGE`.
     """
     unflagged = [reading for reading in proof.readings if reading.error is not None and not reading.is_flagged]
     errors = np.array([reading.error for reading in unflagged])  # relative [1]

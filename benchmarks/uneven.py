@@ -37,7 +37,10 @@ cost least."""
 
 
 def dome_row(radius: float, spacing: float, travel: float) -> list[str]:
-    """Return the table row for a dome radius, a spacing and a travel [mm]; it has dashes if the design is rejected."""
+    """Return the table row for a dome radius, a spacing and a travel [mm].
+
+    If the design is rejected, the reason is printed, and the row has dashes. It has dashes too if there is no reading.
+    """
     size_cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
     dashes = ["-" for _ in HEADS[len(size_cells) :]]
     try:
@@ -48,7 +51,7 @@ def dome_row(radius: float, spacing: float, travel: float) -> list[str]:
     if readings is None or not readings.moduli:
         return [*size_cells, *dashes]
     uneven = [row.uneven for row in readings.moduli if row.uneven is not None]
-    numbers = (
+    numbers = (  # in the order of `HEADS`
         max(errors.skin_percent for errors in uneven),
         max(errors.flesh_percent for errors in uneven),
         max(errors.one_press_percent for errors in uneven),

@@ -87,7 +87,7 @@ def contact_task(deck: Deck) -> PeerTask:
 def product_rows() -> Iterator[Measurement]:
     """Yield the rows of the product's forces with their error bars, at two tolerances.
 
-    The CPU time includes the compliance of the fruit. The error bar adds the error due to the slope of the skin.
+    The CPU time includes the compliance of the fruit. The error bar includes the error due to the slope of the skin.
     """
 
     def press_rigid_tips(tolerance: float) -> SensorResponse:
@@ -96,7 +96,7 @@ def product_rows() -> Iterator[Measurement]:
         compliance = contact_compliance(FRUIT, TIPS, tolerance=CONTACT_FRACTION * tolerance)
         return scene_response(SCENE, compliance, no_compliance, [E_MPA], [TRAVEL_MM])
 
-    press_rigid_tips(ROUGH_TOLERANCE)  # This solve is not measured, because the first one in a process loads libraries.
+    press_rigid_tips(ROUGH_TOLERANCE)  # not measured, because the first solve in a process loads libraries
     for tolerance in (ROUGH_TOLERANCE, DEFAULT_TOLERANCE):
         response, cpu = time_call(partial(press_rigid_tips, tolerance))
         # The first indices are the only modulus and the only travel.

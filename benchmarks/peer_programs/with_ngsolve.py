@@ -118,16 +118,17 @@ def mesh_of_deck(deck):
 
 
 def deck_task(path):
-    """Solve a deck with elements of order 2 on its own tetrahedra."""
+    """Return the number of dofs, and the answers of a deck in a file, with elements of order 2 on its tetrahedra."""
     deck = read_deck(path)
     steps = [{"held": step.held, "pressed": step.pressed, "support": step.support} for step in deck.steps]
     return answer_steps(mesh_of_deck(deck), steps, {"order": 2, "E": deck.E, "poisson": deck.poisson})
 
 
 def block_task(path):
-    """Press the quarter of a block on a mesh that is refined towards the edges of the tip `levels` times.
+    """Return the number of dofs, and the answers of presses on the quarter of a block, from the task in a file.
 
-    The planes x = 0 and y = 0 are planes of symmetry, and the tip lies on the top at z = 0.
+    The mesh is refined `levels` times towards the edges of the tip. The planes x = 0 and y = 0 are planes of symmetry,
+    and the tip lies on the top at z = 0.
     """
     task = read_scene(path)
     length, width, height = task["size"]
@@ -140,15 +141,20 @@ def block_task(path):
         face.name = name
         if name == "high_tip":
             face.maxh = task["tip_size"]
-            for edge in face.edges:
-                if edge.center[1] > NEAR:  # not an edge in the plane of symmetry
-                    edge.hpref = 1
-            for vertex in face.vertices:
-                vertex.hpref = 1
+            mark_for_refinement(face)
     mesh = ngs.Mesh(occ.OCCGeometry(shape).GenerateMesh(maxh=task["size_mm"], grading=0.4))
     if task["levels"]:
         mesh.RefineHP(task["levels"], factor=task["factor"])
     return answer_steps(mesh, task["steps"], task)
+
+
+def mark_for_refinement(face):
+    """Mark the corners and the edges of a tip's face, so that `RefineHP` refines the mesh towards them."""
+    for edge in face.edges:
+        if edge.center[1] > NEAR:  # not an edge in the plane of symmetry
+            edge.hpref = 1
+    for vertex in face.vertices:
+        vertex.hpref = 1
 
 
 def block_face_name(centre, height, task):
