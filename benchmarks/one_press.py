@@ -293,8 +293,7 @@ SINGLE = {
 def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
     """Yield the name of each case of flesh that yields at a pressure, and its reading compared with elastic flesh.
 
-    The yield pressure is 0.8 or 1.1 times a mean pressure. This is the mean over the contact of the most loaded tip, on
-    elastic flesh at full travel.
+    The yield pressure is 0.8 or 1.1 times the largest mean pressure under a tip, on elastic flesh at full travel.
     """
     for E in MODULI:
         fruit = bench.mean_fruit(E)

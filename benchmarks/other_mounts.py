@@ -138,7 +138,7 @@ def _screw_layer(housing: Housing, E: float, poisson: float) -> ElasticLayer:
     """Return a layer in the holes that is as stiff in shear as loose screws are in bending.
 
     A screw is a beam with both ends built in and loaded at its middle, whose stiffness is 192 EI / L^3 (S. P.
-    Timoshenko, Strength of Materials, part I, 1955). It spans the frame and its covers, if any.
+    Timoshenko, Strength of Materials, part I, 1955). The screw spans the frame and its covers, if any.
     """
     span = housing.stack + (2.0 * (PLATE_MM + RECESS_MM) if housing.mount == "covers" else 0.0)
     bending_stiffness = 192.0 * STEEL_MPA * math.pi / 64.0 * SCREW_CORE_MM**4 / span**3  # [N/mm]

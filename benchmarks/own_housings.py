@@ -75,8 +75,8 @@ def ribs() -> cq.Workplane:
 def folded_leaf() -> cq.Workplane:
     """Return the housing with its upper low leaf folded on its way to the wall, like the letter S.
 
-    The leaf runs in three passes, 2 mm apart: from the shuttle towards the wall, back, and to the wall. Its ends are
-    1 mm inside the shuttle and the wall.
+    The leaf is 1 mm thick. It runs in three passes, 2 mm apart: from the shuttle towards the wall, back, and to the
+    wall. The ends of the leaf are 1 mm inside the shuttle and the wall.
     """
     low = HOUSING.arms[0]
     level = low.levels[1]
@@ -153,7 +153,8 @@ def curved_leaf() -> cq.Workplane:
 def hinge() -> cq.Workplane:
     """Return the housing with high leaves of 3 mm, each with a hinge at either end.
 
-    A hinge is the thin part of the leaf between two round cuts, one above and one below its mid-plane.
+    A hinge is the thin part of the leaf between two round cuts, one above and one below its mid-plane. It is 0.6 mm
+    thick, because the cuts have a radius of 1.4 mm, and their centres are 1.7 mm from the mid-plane.
     """
     high = HOUSING.arms[1]
     start, end = high.roots
@@ -162,7 +163,7 @@ def hinge() -> cq.Workplane:
     for level in high.levels:
         thick_leaf = _box((start - 0.5, end + 0.5), (level - 1.5, level + 1.5), (-half_depth, half_depth))
         plate = plate.union(thick_leaf)
-        for x in (start + 2.0, end - 2.0):
+        for x in (start + 2.0, end - 2.0):  # the positions of the hinges
             for side in (-1.0, 1.0):  # below and above the mid-plane
                 round_cut = _plane().center(x, level + side * 1.7).circle(1.4).extrude(HOUSING.depth)
                 plate = plate.cut(round_cut)

@@ -1,9 +1,8 @@
 """Peers: other finite-element programs with a Python interface.
 
-Their own interpreter runs them, so that they are never imported here.
-
-`make bench-peers` creates their environment. If a peer crashes, hangs or prints an invalid answer, SolveError is
-raised, and the tables show the reason instead of a number.
+An interpreter of their own runs the peers, so that they are never imported here. `make bench-peers` creates its
+environment. If a peer crashes, hangs or prints an invalid answer, SolveError is raised, and the tables show the reason
+instead of a number.
 """
 
 import json

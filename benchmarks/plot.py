@@ -20,8 +20,8 @@ _COLOURS = mpl.color_sequences["tab20"]
 def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
     """Return an SVG of the largest error [1] against CPU time [s], with a panel per title and a curve per method.
 
-    `panels` maps the title of each panel to its measurements. Formulas, which have no dofs, are left out. So are
-    methods that failed, and errors of 0, which a logarithmic axis cannot show.
+    `panels` maps the title of each panel to its measurements. The plot leaves out formulas, which have no dofs, methods
+    that failed, and errors of 0, which a logarithmic axis cannot show.
     """
     drawing = io.StringIO()
     with mpl.rc_context(STYLE):

@@ -66,7 +66,7 @@ def spring_rows(process: str) -> tuple[list[list[str]], bool]:
 def calculix_stiffnesses(springs: FittedSprings) -> tuple[float, ...]:
     """Return CalculiX's stiffness of each spring of a housing in its mount [N/mm].
 
-    It is the inverse of the displacement of a tip under a unit force. Raises SolveError if CalculiX fails.
+    A stiffness is the inverse of the displacement of a tip under a unit force. Raises SolveError if CalculiX fails.
     """
     process = springs.process
     half = clamped_half(flexure_mesh(springs.housing), process.E_MPa, process.poisson, mount_layers(springs.housing))

@@ -39,7 +39,7 @@ cost least."""
 def dome_row(radius: float, spacing: float, travel: float) -> list[str]:
     """Return the table row for a dome radius, a spacing and a travel [mm].
 
-    If the design is rejected, the reason is printed, and the row has dashes. It has dashes too if there is no reading.
+    If the design is rejected, the reason is printed. A design that is rejected or has no reading has a row with dashes.
     """
     size_cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
     dashes = ["-" for _ in HEADS[len(size_cells) :]]

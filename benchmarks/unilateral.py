@@ -118,7 +118,7 @@ def peer_rows() -> Iterator[Measurement]:
 
 
 def _pressed(peer: Peer, task: PeerTask) -> Solved:
-    """Return a peer's forces on both tips [N]. They are doubled, because half the fruit carries half of each force."""
+    """Return a peer's forces on both tips [N], doubled because half the fruit carries half of each force."""
     answer = peer_answer(peer, task)
     (result,) = answer.results
     forces = [2.0 * abs(result.forces[name]) for name in FACES]

@@ -239,8 +239,7 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
 def _with_counts_of(real_unit: SimulatedUnit, unit: PrintedUnit, newtons_per_mm: Floats) -> PrintedUnit:
     """Return a copy of the calibrated `unit` with the zeros and the range of the counts of `real_unit`.
 
-    `newtons_per_mm` (tips,) [N/mm] is the force on each tip per deflection, as calibrated. It determines the force per
-    count.
+    The force per count follows from `newtons_per_mm` (tips,) [N/mm], the calibrated force on each tip per deflection.
     """
     # In a random unit, the counts of a channel depend only on the deflection of its own tip.
     newtons_per_count = np.diag(newtons_per_mm / np.diag(real_unit.per_mm))
@@ -276,8 +275,8 @@ def _correct_by_ball(
 def _calibration_percent(report: Report) -> tuple[Floats, Floats]:
     """Return the standard deviations [%] of the stiffnesses (tips,) and gains (tips,) after the calibration.
 
-    They come from the error analysis of the report. Without one, the design states them, or `_UNSTATED_PERCENT` is used
-    for the stiffnesses.
+    The deviations come from the error analysis of the report. A report without one uses the deviations that the design
+    states, or `_UNSTATED_PERCENT` if the design states none for the stiffnesses.
     """
     requirements = report.design.reading or ReadingRequirements()
     calibration = None if report.reading is None else report.reading.calibration

@@ -65,11 +65,12 @@ class Deck:
     def prescribed(self, step):
         """Return the numbers of the dofs with prescribed displacements, in increasing order, and their values [mm].
 
-        The number of a dof is 3 * node + axis, with the axes 0 to 2.
+        The number of a dof is 3 * node + axis, with the axes 0 to 2. Components are counted from 1 instead.
         """
         values = {}
         for name, components in step.held.items():
-            values |= {3 * int(node) + c - 1: 0.0 for node in self.sets[name] for c in components}
+            for component in components:
+                values |= {3 * int(node) + component - 1: 0.0 for node in self.sets[name]}
         for name, shift in step.pressed.items():
             values |= {3 * int(node) + VERTICAL - 1: shift for node in self.sets[name]}
         dofs = np.array(sorted(values))

@@ -11,7 +11,7 @@ from stiffness_solver import StiffnessSolver
 HEXAHEDRA = {"C3D20R": 1, "C3D20": 2}
 
 
-def region(deck):
+def build_region(deck):
     """Return felupe's mesh of a deck, and its elements with their quadrature."""
     if deck.kind == "C3D10":
         mesh = felupe.Mesh(deck.nodes, deck.cells, cell_type="tetra10")
@@ -26,7 +26,7 @@ def solve(deck):
 
     The dofs of a node are x, y and z, so the loads along z are at every third dof.
     """
-    mesh, elements = region(deck)
+    mesh, elements = build_region(deck)
     field = felupe.FieldContainer([felupe.Field(elements, dim=3)])
     body = felupe.SolidBody(umat=felupe.LinearElastic(E=deck.E, nu=deck.poisson), field=field)
     K = body.assemble.matrix().tocsr()

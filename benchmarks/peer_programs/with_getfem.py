@@ -18,7 +18,7 @@ TIP_REGION = 100  # number of the region of the pressed faces, larger than the n
 NEAR = 1e-7  # largest distance between a node and its counterpart [mm]
 
 
-def elements(deck):
+def build_elements(deck):
     """Return the mesh, displacement space and quadrature of a deck, and GetFEM's number of each of its nodes.
 
     GetFEM numbers the nodes anew, so they are found by their positions. Ends the program if a node has no counterpart.
@@ -32,10 +32,10 @@ def elements(deck):
     displacement = getfem.MeshFem(mesh, 3)
     displacement.set_fem(getfem.Fem(fem))
     positions = displacement.basic_dof_nodes()[:, ::3]  # (3, nodes) [mm]; each node has three dofs
-    distance, node = cKDTree(deck.nodes).query(positions.T)
+    distance, node = cKDTree(deck.nodes).query(positions.T)  # the nearest node of the deck to each node of GetFEM
     if distance.max() > NEAR:
         sys.exit(f"A node of GetFEM is {distance.max():.1e} mm from the nearest node of the deck, above {NEAR:g} mm.")
-    number = np.empty(len(deck.nodes), dtype=int)
+    number = np.empty(len(deck.nodes), dtype=int)  # the inverse of `node`
     number[node] = np.arange(len(node))
     return mesh, displacement, getfem.MeshIm(mesh, getfem.Integ(rule)), number
 
@@ -60,7 +60,7 @@ def solve(deck):
 
     A dof is 3 * node + axis, both in the deck and in GetFEM. Only the numbers of the nodes differ.
     """
-    mesh, displacement, rule, number = elements(deck)
+    mesh, displacement, rule, number = build_elements(deck)
     K = stiffness_matrix(deck, mesh, displacement, rule)
     count = displacement.nbdof()
     answers = []
@@ -79,14 +79,14 @@ def solve(deck):
     return count, answers
 
 
-def contact(deck):
+def solve_contact(deck):
     """Return the number of dofs, and the answer for unilateral contact with rigid tips whose faces lie in one plane.
 
     The contact is solved by the augmented Lagrangian of Alart and Curnier, without friction. The mesh must consist of
     tetrahedra. Ends the program if Newton's method does not converge.
     """
     (step,) = deck.steps
-    mesh, displacement, rule, number = elements(deck)
+    mesh, displacement, rule, number = build_elements(deck)
     model = getfem.Model("real")
     model.add_fem_variable("u", displacement)
     lam, mu = lame_constants(deck)
@@ -149,7 +149,7 @@ def faces_on(mesh, deck, name):
     return mesh.faces_from_pid(points)
 
 
-TASKS = {"deck": solve, "contact": contact}
+TASKS = {"deck": solve, "contact": solve_contact}
 
 if __name__ == "__main__":
     clock = Clock()

@@ -141,7 +141,7 @@ class _Doubts:
     """Relative changes of E [1] that cast doubt on a press, if they are large.
 
     `sample_shift` is the largest change when one sample is left out. If it exceeds the half width of E, that sample may
-    be bad. `shift_by_pace` is the change due to an uneven pace of the press. It is ignored up to `LARGEST_BY_PACE`.
+    be bad. `shift_by_pace` is the change due to an uneven pace of the press, and is ignored up to `LARGEST_BY_PACE`.
     """
 
     sample_shift: float
@@ -222,8 +222,8 @@ def _held_reading(sensor: MeasuringUnit, press: PressSamples, uncorrected: RiseR
     """Return the apparent modulus and the relaxation in the hold of a press on flesh that relaxes.
 
     The offset of the press is taken from its `uncorrected` reading, because it does not change in the hold. The result
-    is None if the hold ended before the reading time of the design. It is empty if the forces in the hold do not
-    determine a modulus.
+    is None if the hold ended before the reading time of the design. The result has no modulus if the forces in the hold
+    do not determine one.
     """
     press_s = press.duration_s
     law_at_offset = sensor.rise_law.with_offset(uncorrected.offset)
@@ -262,7 +262,8 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
     """Return the tilt of the sensor on the skin in the deepest sample, and its direction [deg].
 
     The tilt is the slope of the plane through the depths of the tips. The direction points to the lower side of the
-    sensor, and is measured from +x towards +y. It is None if the layout does not determine it, as for tips in a line.
+    sensor, and is measured from +x towards +y. A layout such as tips in a line determines no direction, which is then
+    None.
     """
     tips = sensor.report.design.tips
     uncorrected = seated.reading

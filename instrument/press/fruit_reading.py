@@ -234,7 +234,7 @@ LINE = (
 def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
     """Return the flags of one sample with the `forces` (tips,) [N].
 
-    They are `bad_force` if a force is implausible, and `lift_off` if a tip is out of contact.
+    The flag `bad_force` means that a force is implausible, and `lift_off` that a tip is out of contact.
     """
     flags = []
     if not sensor.are_plausible(forces).all():

@@ -83,9 +83,9 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     """Return the parts of the half width at 95 % of a reading E [MPa], as fractions of E [1].
 
     `deviations` are errors of the uncorrected reading due to noise, the unit and the press. `bend` [1] is the error due
-    to nonlinear channels and springs; it is not random, so it is added linearly. Both are multiplied by the steepness,
-    d ln E / d ln(reading). The errors due to the fruit, its pose and the temperature of the leaves are errors of E
-    itself.
+    to nonlinear channels and springs; it is not random, so it is added linearly. These errors of the reading are
+    multiplied by the steepness, d ln E / d ln(reading), to obtain errors of E. The errors due to the fruit, its pose
+    and the temperature of the leaves are errors of E itself.
     """
     steepness = sensor.steepness(E)
     fruit_errors = sensor.fruit_deviations(E)  # maps each cause to a relative standard deviation [1]

@@ -16,8 +16,8 @@ LATE_FRACTION = 0.95
 class HeldReading(NamedTuple):
     """The apparent modulus [MPa] at the reading time of the design, and the relaxation ratio [1].
 
-    The relaxation ratio is the apparent modulus late in the hold divided by the apparent modulus at its start. It is
-    None if the press ended before this late moment.
+    The relaxation ratio is the apparent modulus late in the hold divided by the apparent modulus at its start. There is
+    no ratio, and `relaxation` is None, if the press ended before this late moment.
     """
 
     apparent: float

@@ -104,8 +104,9 @@ class MeasuringUnit:
     def curvature_deviation(self) -> float:
         """Return the standard deviation of the mean curvature of the skin [1/mm].
 
-        It is 0 if the radii are given. It is also 0 if the design has reading.radius_mm and its report has an error
-        analysis, because the source `pose` of the analysis then includes this error.
+        The curvature is exact, with a deviation of 0, if the radii are given. The result is also 0 if the design has
+        reading.radius_mm and its report has an error analysis, because the source `pose` of the analysis then includes
+        this error.
         """
         requirements = self.report.design.reading
         is_in_pose = bool(self.report.moduli) and requirements is not None and requirements.radius_mm is not None
@@ -311,8 +312,8 @@ class MeasuringUnit:
     def steepness(self, E: float) -> float:
         """Return the derivative of ln E with respect to ln(reading) at E [MPa].
 
-        It multiplies relative errors of the reading. It is 1 for a fruit without a skin, whose reading is proportional
-        to E.
+        Relative errors of the reading are multiplied by this derivative. A fruit without a skin has the steepness 1,
+        because its reading is proportional to E.
         """
         if self.report.design.fruit.skin_mm is None:
             return 1.0
@@ -324,7 +325,8 @@ class MeasuringUnit:
     def refuse_without_rise_level(self) -> None:
         """Raise InputError if the report of a line or a square has no level readings of whole presses.
 
-        Reports from versions before 0.2 lack them. So do reports of designs whose travel is too short for a reading.
+        Reports from versions before 0.2 lack these readings. Reports of designs whose travel is too short for a reading
+        lack them too.
         """
         if not self.report.read_out.is_pair and not self.report.read_out.level_readings:
             hint = "run the design again; if that does not help, increase press.travel_mm, which is too short to read"
@@ -352,7 +354,7 @@ class MeasuringUnit:
     def unevenness_deviations(self, E: float) -> list[float]:
         """Return the relative standard deviations of E [MPa] due to uneven skin and due to uneven flesh [1].
 
-        They vary from press to press on the same fruit. The list is empty for reports of older versions.
+        Both deviations vary from press to press on the same fruit. The list is empty for reports of older versions.
         """
         uneven_rows = [row.fruit for row in self.report.moduli if row.fruit is not None]
         if not uneven_rows:
@@ -372,8 +374,8 @@ class MeasuringUnit:
     def form_deviations(self, E: float) -> list[float]:
         """Return the relative standard deviations of E [MPa] due to form errors of the tips [1].
 
-        They are the same in all presses of the unit. The list is empty for reports of older versions. The correction by
-        a reference ball removes a part of these errors and adds its own error.
+        Form errors are the same in all presses of the unit. Reports of older versions state none. The correction by a
+        reference ball removes a part of these errors and adds its own error, which is the last item.
         """
         rows = [row.form_percent for row in self.report.moduli if row.form_percent]  # one row per modulus
         errors = [self.interpolate_percent(E, percent) for percent in zip(*rows, strict=True)]  # one per form error

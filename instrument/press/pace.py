@@ -99,8 +99,8 @@ def _durations_at_two_speeds(progress: Floats, t: Floats) -> Floats:
     """Return the durations [s] that a whole press has at a fast and at a slow speed, in this order, shape (2,).
 
     `progress` (samples,) is the fraction of the travel at the times `t` (samples,) [s]. The travel is divided into
-    `PARTS` equal parts. The two speeds are the quartiles of their speeds. The whole press lasts `PARTS` times as long
-    as a part at that speed.
+    `PARTS` equal parts, each with its mean speed. The quartiles of these speeds are the fast and the slow speed. A
+    press at one of these speeds lasts `PARTS` times as long as a part at this speed.
     """
     part_ends = np.interp(np.linspace(0.0, 1.0, PARTS + 1), progress, t)
     quartiles = [PARTS // 4, -1 - PARTS // 4]  # indices in the sorted durations: a short one and a long one

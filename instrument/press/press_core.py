@@ -2,8 +2,8 @@
 
 `pipeline read --micropython` copies this file, and the C header implements the same method. So the module imports only
 math, and the memory that a press needs does not grow. Forces are in N, lengths in mm and moduli in MPa. A list holds
-one value per tip. `pipeline read` uses this module to split a signal into touches and to find outliers. It raises an
-error if samples are flagged here as bad, saturated or untared.
+one value per tip. `pipeline read` uses this module to split a signal into touches and to find outliers. The command
+raises an error for samples that this module only flags as bad, saturated or untared.
 """
 
 import math
@@ -133,8 +133,8 @@ class Unit:
     def correct_modulus(self, level_modulus: float) -> float:
         """Return the modulus [MPa] of a fruit for which a level sensor reads `level_modulus` [MPa].
 
-        The correction is a factor whose logarithm is interpolated in ln E. It covers the shape and the skin of the
-        fruit, and the creep of the springs. A unit without a table of corrections needs none.
+        The correction is a factor whose logarithm is interpolated in ln E. This factor corrects for the shape and the
+        skin of the fruit, and for the creep of the springs. A unit without a table of corrections needs no correction.
         """
         logs = self.level_logs
         shifts = self.level_shifts
@@ -293,10 +293,11 @@ class UnitTare:
 class RiseSums:
     """Running sums of one press, from which its modulus follows by a regression with an instrumental variable.
 
-    The instrumental variable, or instrument, of a sample is the total force one or two samples earlier. It rises
-    during the press, but its noise is independent of the sample's noise. A sample is used if the forces of the samples
-    just before it exceed `least` [N], one limit per tip. A selection by its own forces would prefer positive noise.
-    A co-moment of two quantities is the sum of the products of their deviations from their means.
+    The instrumental variable, or instrument, of a sample is the total force one or two samples earlier. The instrument
+    rises during the press, but its noise is independent of the sample's noise. A sample is used if the forces of the
+    samples just before it exceed `least` [N], one limit per tip. A selection of samples by their own forces would
+    prefer positive noise. A co-moment of two quantities is the sum of the products of their deviations from their
+    means.
     """
 
     def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
@@ -478,8 +479,8 @@ class RiseSums:
         """Return the standard deviations of the cubic [N mm] due to noise, and due to random delays of the channels.
 
         The delays have a standard deviation of one sampling period. `force_slopes` [mm/N] are the derivatives of the
-        contrast. `spread` [N^2] is the sum of the squared deviations of the instrument, and `step_comoments` [N^2] are
-        its co-moments with the changes of the forces in one sampling period.
+        contrast with respect to the forces. `spread` [N^2] is the sum of the squared deviations of the instrument.
+        `step_comoments` [N^2] are its co-moments with the changes of the forces in one sampling period.
         """
         unit = self.unit
         noise_variance = 0.0  # variance of the contrast in one sample [mm^2]
@@ -592,7 +593,7 @@ class Touch:
         """Add a sample with a tip out of contact; return whether the sensor was lifted.
 
         One bad conversion affects at most `unit.spike_length` samples. So the sensor was lifted if more samples are out
-        of contact. It was also lifted if none of the `forces` [N] is firm in a second sample out of contact.
+        of contact. The sensor was also lifted if none of the `forces` [N] is firm in a second sample out of contact.
         """
         self.number += 1
         if not self.window:  # no sample in contact came before
@@ -605,8 +606,8 @@ class Touch:
     def is_bad_conversion(self, forces: "Sequence[float]") -> bool:
         """Return whether the samples out of contact were caused by a bad conversion instead of a lift.
 
-        They were if the contact before and after them is firm. `forces` [N] are the forces of the first sample in
-        contact after them.
+        The cause is a bad conversion if the contact before and after these samples is firm. `forces` [N] are the forces
+        of the first sample in contact after them.
         """
         unit = self.unit
         # Interpolation spreads a bad conversion over two samples, so the samples just before and after may be affected
@@ -639,8 +640,8 @@ class Touch:
     def release(self, count: int) -> None:
         """Accept the pending samples among the first `count` samples of the window.
 
-        They are added to the means and passed to `take`. They stay in the window, because later samples are compared
-        with them.
+        The accepted samples are added to the means and passed to `take`. They stay in the window, because later samples
+        are compared with them.
         """
         for sample in self.window[: max(count, 0)]:  # no samples if `count` is negative
             if sample.is_pending:
@@ -813,8 +814,8 @@ class UnitPress:
         """Return the channels of a sample at the time of its first conversion; empty if there is no previous sample.
 
         The converter reads the channels in turn. So each channel is interpolated between its last two conversions.
-        `unit.later` holds the delay of each channel in sampling periods. It is empty if all channels are converted at
-        once. The sample is stored for the next interpolation.
+        `unit.later` holds the delay of each channel in sampling periods. If `unit.later` is empty, all channels are
+        converted at once, and the sample is returned unchanged. Otherwise it is stored for the next interpolation.
         """
         if not self.unit.later:
             return sample
@@ -886,9 +887,9 @@ class UnitPress:
         """Return E [MPa], E / (1 - nu^2) [MPa] and flags, from the part of the press in which flat tips are seated.
 
         The modulus and the offset determine the load at which the tips are fully seated. The press is then read from
-        that load on. This is repeated until the load no longer changes. If a load yields no modulus, the next lower
-        load is used. Both moduli are None if the press determines no modulus. Pending samples are accepted or dropped
-        first.
+        that load on. Both steps are repeated until the load no longer changes. If a load yields no modulus, the next
+        lower load is used. Both moduli are None if the press determines no modulus. Before the reading, pending samples
+        are accepted or dropped.
         """
         self.touch.close()
         if not self.touched:
@@ -926,7 +927,7 @@ class UnitPress:
 def unshared_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
     """Return the standard deviation of ln E of one press, without the errors that all presses of a fruit share.
 
-    `deviations` are standard deviations without noise at the logarithms `logs` of moduli. They are interpolated to E
+    The `deviations` at the logarithms `logs` of moduli are standard deviations without noise, and are interpolated to E
     [MPa]. `noise` is the standard deviation of ln E due to noise, and is added in quadrature.
     """
     without_noise = interpolate(logs, deviations, math.log(E))

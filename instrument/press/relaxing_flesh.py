@@ -14,7 +14,7 @@ from sensor.theory.relaxation import Relaxation
 class RelaxingFlesh:
     """The flesh under the tips of a sensor, which relaxes as the design states.
 
-    It remembers the forces of earlier samples, so the samples must be added one after the other.
+    The flesh remembers the forces of earlier samples, so the samples must be added one after the other.
     """
 
     def __init__(self, relaxation: Relaxation, least_forces: Floats) -> None:

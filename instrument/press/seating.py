@@ -9,6 +9,7 @@ geometric series, which the firmware uses too.
 
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -94,25 +95,34 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
     the whole press does not determine a modulus.
     """
     seating = seating_of(sensor)
-    index = 0  # index of the load, where 0 selects the whole press
-    rise, reading = _reading_from(sensor, law, press, lag, seating.least_forces[0])
+    read_from_load = partial(_reading_from_load, sensor, law, press, lag, seating)
+    index, rise, reading = read_from_load(0)  # the whole press
     deepest_channels = rise.forces[-1]  # the rise ends with the deepest sample
     for _ in range(MAX_ITERATIONS):
         seating_index = seating.load_index(reading.E, reading.offset)
         if seating_index == index:
             break
-        # This loop always finds a reading, because the whole press, whose index is 0, was read above.
-        for candidate in range(seating_index, -1, -1):
-            with suppress(RiseError):
-                least_forces = seating.least_forces[candidate]
-                rise, reading = _reading_from(sensor, law, press, lag, least_forces, whole=not candidate)
-                index = candidate
-                break
+        index, rise, reading = read_from_load(seating_index)
     return Seated(reading, rise, deepest_channels)
 
 
+def _reading_from_load(
+    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, seating: Seating, index: int
+) -> tuple[int, Rise, RiseReading]:
+    """Read a press from the load number `index` of `seating`, or from the next lower load that yields a modulus.
+
+    The load number 0 selects the whole press. Return the number of the load that was used, the part of the press above
+    it, and its reading. Raises RiseError if not even the whole press determines a modulus.
+    """
+    for higher_load in range(index, 0, -1):
+        with suppress(RiseError):
+            least_forces = seating.least_forces[higher_load]
+            return higher_load, *_reading_from(sensor, law, press, lag, least_forces, whole=False)
+    return 0, *_reading_from(sensor, law, press, lag, seating.least_forces[0], whole=True)
+
+
 def _reading_from(
-    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least_forces: Floats, *, whole: bool = True
+    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least_forces: Floats, *, whole: bool
 ) -> tuple[Rise, RiseReading]:
     """Return the part of a press in which all tip forces exceed `least_forces` (tips,) [N], and its reading.
 

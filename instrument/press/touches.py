@@ -93,10 +93,16 @@ def split_presses(
     touch: _Touch | None = None  # None between two presses
     for sample in samples:
         in_contact = contact.includes_all_tips(sample)
-        if touch is None and not in_contact:
-            contact.add(sample)
+        has_ended = False  # whether a touch has ended before this sample
+        if touch is None:
+            if not in_contact:
+                contact.add(sample)
         # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
-        if touch is not None and (touch.is_over(sample) if in_contact else touch.add_out_of_contact(sample)):
+        elif in_contact:
+            has_ended = touch.is_over(sample)
+        else:
+            has_ended = touch.add_out_of_contact(sample)
+        if touch is not None and has_ended:
             yield from touch.end()
             # The samples of the lift do not belong to a press, but the flesh relaxes during them too.
             for lift_sample in touch.lift_samples:

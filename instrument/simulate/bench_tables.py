@@ -89,8 +89,8 @@ class Ball:
 def usual_ball(report: Report) -> Ball:
     """Return a rubber ball that resembles the fruit of a design.
 
-    It has the mean curvature of the fruit, or the smallest allowed radius. Its E / (1 - nu^2) equals E / (1 - nu^2) of
-    flesh whose modulus is the geometric mean of the design's range.
+    The ball has the mean curvature of the fruit, or the smallest allowed radius. Its E / (1 - nu^2) equals the value
+    for flesh whose modulus is the geometric mean of the design's range.
     """
     first, second = designed_radii(report)
     radius = 2.0 / (1.0 / first + 1.0 / second)
