@@ -15,6 +15,7 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.springs.fitted_springs import FittedSprings, springs_for
 from pipeline.springs.mounts import mount_layers
 from pipeline.springs.sizing import spring_sizing
+from pipeline.springs.spring import MadeSpring
 from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES
 from solve.housing.clamped_half import clamped_half
@@ -46,21 +47,31 @@ def spring_rows(process: str) -> tuple[list[list[str]], bool]:
     peer_stiffnesses = calculix_stiffnesses(springs) if is_installed() else [None] * len(springs.springs)
     rows = []
     meets_goals = True
-    for spring, arm, peer_stiffness in zip(
-        springs.springs.values(), springs.housing.arms, peer_stiffnesses, strict=True
-    ):
-        target_error = spring.stiffness / spring.target - 1.0
-        meets_goals = meets_goals and abs(target_error) <= TARGET
-        calculix_cells = ["-", "-"]
-        if peer_stiffness is not None:
-            difference = peer_stiffness / spring.stiffness - 1.0
-            meets_goals = meets_goals and abs(difference) <= SAME_MESH
-            calculix_cells = [f"{1e3 * peer_stiffness:.6g}", signed_percent(difference)]
-        # Stiffnesses are shown in N/m, and computed in N/mm.
-        fit_cells = [f"{1e3 * spring.target:.6g}", f"{arm.flexure.length:.3f}", f"{1e3 * spring.stiffness:.6g}"]
-        error_cells = [signed_percent(target_error), percent(spring.error / spring.stiffness)]
-        rows.append([f"{process} {arm.name}", *fit_cells, *error_cells, *calculix_cells, f"{cpu:.2g}"])
+    springs_and_arms = zip(springs.springs.values(), springs.housing.arms, peer_stiffnesses, strict=True)
+    for spring, arm, peer_stiffness in springs_and_arms:
+        length_cell = f"{arm.flexure.length:.3f}"
+        cells, meets_spring_goals = spring_cells(spring, length_cell, peer_stiffness)
+        meets_goals = meets_goals and meets_spring_goals
+        rows.append([f"{process} {arm.name}", *cells, f"{cpu:.2g}"])
     return rows, meets_goals
+
+
+def spring_cells(spring: MadeSpring, length_cell: str, peer_stiffness: float | None) -> tuple[list[str], bool]:
+    """Return the cells of a spring from its target to the comparison with CalculiX, and whether it meets all goals.
+
+    `length_cell` is the length of its leaves as text. `peer_stiffness` [N/mm] is CalculiX's stiffness, or None.
+    """
+    target_error = spring.stiffness / spring.target - 1.0
+    meets_goals = abs(target_error) <= TARGET
+    calculix_cells = ["-", "-"]
+    if peer_stiffness is not None:
+        difference = peer_stiffness / spring.stiffness - 1.0
+        meets_goals = meets_goals and abs(difference) <= SAME_MESH
+        calculix_cells = [f"{1e3 * peer_stiffness:.6g}", signed_percent(difference)]
+    # Stiffnesses are shown in N/m, and computed in N/mm.
+    fit_cells = [f"{1e3 * spring.target:.6g}", length_cell, f"{1e3 * spring.stiffness:.6g}"]
+    error_cells = [signed_percent(target_error), percent(spring.error / spring.stiffness)]
+    return [*fit_cells, *error_cells, *calculix_cells], meets_goals
 
 
 def calculix_stiffnesses(springs: FittedSprings) -> tuple[float, ...]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from benchmarks.harness import section, write_section
 from pipeline.options import load_design
+from pipeline.reading.analysis import ReadingAccuracy
 from pipeline.sensor import Sensor
 from sensor.design.parameters import Design
 from sensor.quantity import InputError
@@ -50,8 +51,13 @@ def dome_row(radius: float, spacing: float, travel: float) -> list[str]:
         return [*size_cells, *dashes]
     if readings is None or not readings.moduli:
         return [*size_cells, *dashes]
+    return [*size_cells, *(f"{number:.2g}" for number in largest_numbers(readings))]
+
+
+def largest_numbers(readings: ReadingAccuracy) -> tuple[float, ...]:
+    """Return the numbers of the accuracy of readings that the table shows, in the order of the last eight `HEADS`."""
     uneven = [row.uneven for row in readings.moduli if row.uneven is not None]
-    numbers = (  # in the order of `HEADS`
+    return (
         max(errors.skin_percent for errors in uneven),
         max(errors.flesh_percent for errors in uneven),
         max(errors.one_press_percent for errors in uneven),
@@ -61,7 +67,6 @@ def dome_row(radius: float, spacing: float, travel: float) -> list[str]:
         100.0 * (readings.bias.value if readings.bias else 0.0),
         readings.touch.value,
     )
-    return [*size_cells, *(f"{number:.2g}" for number in numbers)]
 
 
 def changed_design(radius: float, spacing: float, travel: float) -> Design:

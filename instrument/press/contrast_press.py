@@ -87,31 +87,40 @@ def _evaluate_reading(
         flags.append("read_outs_disagree")
     if unit_errors["times"] > LARGEST_BY_TIME:
         flags.append("too_fast")
-    noise = COVERAGE * sensor.steepness(E) * uncorrected.noise  # part of the half width due to noise [1]
-    offset, offset_u = _offset_of_high_tips(sensor, uncorrected, parts.total, noise)
     return replace(
-        _reading_of_modulus(sensor, E),
+        _unflagged_reading(sensor, E, uncorrected, parts),
         u=doubts.widened(parts.total),
         tilt=tilt,
         direction=direction,
         flags=tuple(flags),
-        samples=uncorrected.samples,
-        noise=noise,
-        bend=parts.bend,
-        offset=offset,
-        offset_u=offset_u,
         lines_left_out=press.lines_left_out,
         others=second_reading.others,
         relaxation=second_reading.relaxation,
         press_s=press_s,
         time_s=timing.deviation,
-        parts=parts,
     )
 
 
-def _reading_of_modulus(sensor: MeasuringUnit, E: float) -> FruitReading:
-    """Return a reading with the corrected modulus E [MPa] and the numbers that follow only from it."""
-    return FruitReading(E=E, reduced=sensor.reduced(E), ripeness=sensor.ripeness_of(E), firmness=sensor.firmness_of(E))
+def _unflagged_reading(sensor: MeasuringUnit, E: float, uncorrected: RiseReading, parts: HalfWidth) -> FruitReading:
+    """Return a reading without flags: the corrected modulus E [MPa], and the numbers that follow from it.
+
+    `uncorrected` is the reading before its correction. `parts` are the parts of the half width of E.
+    """
+    noise = COVERAGE * sensor.steepness(E) * uncorrected.noise  # part of the half width due to noise [1]
+    offset, offset_u = _offset_of_high_tips(sensor, uncorrected, parts.total, noise)
+    return FruitReading(
+        E=E,
+        reduced=sensor.reduced(E),
+        u=parts.total,
+        ripeness=sensor.ripeness_of(E),
+        samples=uncorrected.samples,
+        noise=noise,
+        bend=parts.bend,
+        offset=offset,
+        offset_u=offset_u,
+        firmness=sensor.firmness_of(E),
+        parts=parts,
+    )
 
 
 def _true_deepest_forces(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> Floats:

@@ -93,16 +93,9 @@ def split_presses(
     touch: _Touch | None = None  # None between two presses
     for sample in samples:
         in_contact = contact.includes_all_tips(sample)
-        has_ended = False  # whether a touch has ended before this sample
-        if touch is None:
-            if not in_contact:
-                contact.add(sample)
-        # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
-        elif in_contact:
-            has_ended = touch.is_over(sample)
-        else:
-            has_ended = touch.add_out_of_contact(sample)
-        if touch is not None and has_ended:
+        if touch is None and not in_contact:
+            contact.add(sample)
+        if touch is not None and touch.has_ended(sample, in_contact=in_contact):
             yield from touch.end()
             # The samples of the lift do not belong to a press, but the flesh relaxes during them too.
             for lift_sample in touch.lift_samples:
@@ -197,14 +190,16 @@ class _Touch:
         self._core.add(sample.forces)
         yield from self._store_accepted()
 
-    def add_out_of_contact(self, sample: Sample) -> bool:
-        """Add a sample with a tip out of contact; return whether the sensor was lifted."""
+    def has_ended(self, sample: Sample, *, in_contact: bool) -> bool:
+        """Return whether this sample shows that the touch has ended with a lift.
+
+        `in_contact` states whether all tips touch. A sample with a tip out of contact is added to the touch, because
+        only later samples show whether it is a part of a lift or a bad conversion.
+        """
+        if in_contact:
+            return self._core.out_of_contact > 0 and not self._core.is_bad_conversion(sample.forces)
         self._pending[self._core.number + 1] = sample
         return self._core.add_out_of_contact(sample.forces)
-
-    def is_over(self, sample: Sample) -> bool:
-        """Return whether the samples out of contact before this sample were a lift rather than a bad conversion."""
-        return self._core.out_of_contact > 0 and not self._core.is_bad_conversion(sample.forces)
 
     def end(self) -> Iterator[PressSamples]:
         """End the touch and yield the whole press; with `every_sample`, yield it up to each pending sample instead."""
