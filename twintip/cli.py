@@ -38,8 +38,8 @@ _COMPLETION = "--completion"
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command, print its answers as they arrive, and return the exit code of the last answer.
 
-    `argv` holds the command and its flags. If it is None, the command and flags are the arguments of the process. Then
-    the threads, warnings and streams of the process are set up first. A wrong input is printed as one line.
+    `argv` holds the command and its flags. If it is None, they are the arguments of the process, whose threads,
+    warnings and streams are then set up first. An error that the user can correct is printed as one line.
 
     Raises KeyboardInterrupt if a signal ended the command, even if a library converted the interruption to another
     error.
@@ -90,7 +90,8 @@ def _error_line(error: Exception) -> str:
     if isinstance(error, BrokenExecutor):
         return "A worker process died, probably for lack of memory. Free some memory and run the command again."
     message = str(error)
-    # An InputError has such a line as its message. So has an OSError of this program, which has no error number.
+    # The message of an InputError is such a line already. So is the message of an OSError that this program raises,
+    # which has no error number.
     if not isinstance(error, OSError) or (error.errno is None and message):
         return message
     name = error.filename or "output"
@@ -155,10 +156,10 @@ def completion(words: list[str]) -> str:
 
 
 def _parse_arguments(command: str, words: list[str]) -> argparse.Namespace:
-    """Parse the words after a command, which are its flags and their values.
+    """Parse the `words` after a command, which are its flags and their values.
 
-    Raises InputError for an unknown command or flag, with the closest known name in the message, and for a removed
-    flag.
+    Raises InputError for an unknown command or flag, with the closest known name in the message. InputError is also
+    raised for a removed flag, and for a word that is neither a flag nor the value of one.
     """
     if command.startswith("-") and command not in COMMANDS:
         raise unknown_name("flag", _flag(command), ["--help", "--version", _COMPLETION])
@@ -224,7 +225,7 @@ def command_parser(name: str) -> _Parser:
 
 
 def front_parser(command_parser_class: type[argparse.ArgumentParser] | None = None) -> _Parser:
-    """Return the parser whose help lists the commands. `command_parser` returns the parser for the flags of a command.
+    """Return the parser whose help lists the commands, each with its purpose but without its flags.
 
     If `command_parser_class` is given, each command has a parser of this class with all its flags. The script for
     completion is generated from these parsers.

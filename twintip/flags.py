@@ -38,8 +38,8 @@ def number(text: str) -> float:
 def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float, float]:
     """Return the two principal radii [mm] in the value `text` of `--radius`, as in "26,30"; one radius is used twice.
 
-    Raises InputError unless there are one or two numbers within `bounds`. Its message contains `bound`, the text that
-    describes what is allowed, and `hint`.
+    Raises InputError unless there are one or two numbers within `bounds`. The message of the error contains `bound`,
+    the text that describes what is allowed, and `hint`.
     """
     parts = text.split(",")
     radii = [value for value in map(parse_number, parts) if value is not None]

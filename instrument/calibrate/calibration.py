@@ -224,9 +224,9 @@ def read_print_table(
     signed. The table of a coupon has a column `coupon` instead. `flags` specifies columns and units that the header
     lacks. `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts.
 
-    Raises InputError unless the table has exactly one of the columns `tip` and `coupon`. It is also raised if a tip is
-    unknown, if only some channels have counts, and if a count is beyond the range of the converter. A table without
-    counts raises it if `counts_as` is given.
+    Raises InputError unless the table has exactly one of the columns `tip` and `coupon`. InputError is also raised if a
+    tip is unknown, if only some channels have counts, if a count is beyond the range of the converter, and if
+    `counts_as` is given for a table without counts.
     """
     count_names = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(count_names, COUNTS)})
@@ -267,8 +267,8 @@ def _has_counts_of_all_channels(table: MeasuredTable, count_names: Sequence[str]
 def _complete_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
     """Return the table of weights with each tip or leaf named exactly as in the design.
 
-    `names` are the names in the design. A table may write a name in any case. It may also write only the first letter,
-    if no other name begins with this letter. Raises InputError for any other name.
+    `names` are the names in the design. A table may write a name in any case, or only its first letter if no other name
+    begins with this letter. Raises InputError for any other name.
     """
     ((column, texts),) = table.texts.items()  # `tip` or `coupon`, the only column of texts
     initials = [name[0].casefold() for name in names]
@@ -306,12 +306,7 @@ def calibrate_unit(
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighing = correct_weights(table, report, after_s)
     springs, channels, spring_notes = _measure_springs(table, weighing, plate, designed)
-    unit = _build_unit(report, weighing, springs, channels)
-    ball_presses = None
-    if ball is not None:
-        # The presses on the ball are read with the calibrated springs, but without the correction that they determine.
-        correction, ball_presses = measure_ball_correction(ball, MeasuringUnit(report=report, unit=unit))
-        unit = replace(unit, ball=correction)
+    unit, ball_presses = _correct_by_ball(_build_unit(report, weighing, springs, channels), ball, report)
     sensor = MeasuringUnit(report=report, unit=unit)
     designed_stiffnesses = designed.unit.stiffnesses
     try:  # a unit whose springs differ too much from the design cannot read a modulus
@@ -337,6 +332,21 @@ def calibrate_unit(
         channels=channels,
         ball_presses=ball_presses,
     )
+
+
+def _correct_by_ball(
+    unit: PrintedUnit, ball: PressedBall | None, report: Report
+) -> tuple[PrintedUnit, BallPresses | None]:
+    """Return the unit with its correction by presses on a reference ball, and the numbers of these presses.
+
+    Without a `ball`, the unit is returned unchanged, and there are no numbers. Raises InputError if the presses do not
+    determine a correction.
+    """
+    if ball is None:
+        return unit, None
+    # The presses are read with the calibrated springs, but without the correction that they determine.
+    correction, ball_presses = measure_ball_correction(ball, MeasuringUnit(report=report, unit=unit))
+    return replace(unit, ball=correction), ball_presses
 
 
 def _notes_on_missing_presses(report: Report, plate: MeasuredTable | None, ball: PressedBall | None) -> list[str]:
@@ -417,20 +427,30 @@ def _choose_springs(
     `deflection_lines` are the fitted lines of deflection [mm] against weight [N], one for each tip. `channels` is None
     if the table of weights has no counts. `plate_springs` is None if there was no press on a plate.
     """
-    if plate_springs is not None:
-        return _CalibratedSprings(
-            method="counts of weights, and a hard plate",
-            calibrated_by="plate",
-            stiffnesses=[spring.K for spring in plate_springs],
-            gain_percent=[spring.deflection_percent for spring in plate_springs],
-            lacks_of_fit=[spring.lack_of_fit for spring in plate_springs],
-        )
+    if plate_springs is None:
+        return _springs_by_weights(report, deflection_lines, channels)
+    return _CalibratedSprings(
+        method="counts of weights, and a hard plate",
+        calibrated_by="plate",
+        stiffnesses=[spring.K for spring in plate_springs],
+        gain_percent=[spring.deflection_percent for spring in plate_springs],
+        lacks_of_fit=[spring.lack_of_fit for spring in plate_springs],
+    )
+
+
+def _springs_by_weights(
+    report: Report, deflection_lines: Sequence[Line], channels: ChannelCalibration | None
+) -> _CalibratedSprings:
+    """Return the springs that the weights determine, from the line of deflection [mm] against weight [N] of each tip.
+
+    `channels` is None if the table of weights has no counts. Nothing is then known of the channels, so the design's
+    error for uncalibrated channels applies.
+    """
     gain_percent: Sequence[float]
     if channels:
         method = "weights and deflections, counts of the same weights"
         gain_percent = channels.gain_percent
     else:
-        # Without counts nothing is known of the channels, so the design's error for uncalibrated channels applies.
         method = "weights and deflections"
         requirements = report.design.reading or ReadingRequirements()
         gain_percent = len(deflection_lines) * [requirements.uncalibrated_gain_percent]
@@ -510,11 +530,12 @@ def _measure_springs_on_plate(
     deflection_lines: Sequence[Line],
     report: Report,
 ) -> tuple[list[PressedSpring], list[str]]:
-    """Measure the springs by a press on a plate; returns one spring for each tip, and notes on their accuracy.
+    """Measure the springs by a press on a plate, and return one spring for each tip and notes on their accuracy.
 
     `plate` is the table of the press. The `channels`, calibrated by the `table` of weights, convert its counts to
-    forces. `deflection_lines` are the lines of deflection [mm] against weight [N], one for each tip. Their stiffnesses
-    must agree with the press. Raises InputError if they do not, or if the table of weights has no counts.
+    forces; they are None if the weights have no counts. `deflection_lines` are the lines of deflection [mm] against
+    weight [N], one for each tip. Raises InputError without counts, and if the stiffnesses from the weights contradict
+    the press.
     """
     if channels is None:
         columns = ", ".join(count_keys(len(report.tips)))
@@ -523,19 +544,19 @@ def _measure_springs_on_plate(
     weight_stiffnesses = [stiffness_of_line(line) for line in deflection_lines]
     plate_springs = fit_springs_on_plate(plate, channels, weight_stiffnesses, report)
     names = [tip.name for tip in report.tips]
-    return plate_springs, _note_on_plate(plate_springs, weight_stiffnesses, names, plate)
+    return plate_springs, _notes_on_plate(plate_springs, weight_stiffnesses, names, plate)
 
 
-def _note_on_plate(
+def _notes_on_plate(
     plate_springs: Sequence[PressedSpring],
     weight_stiffnesses: Sequence[Estimate],
     names: Sequence[str],
     plate: MeasuredTable,
 ) -> list[str]:
-    """Return a list with a note if the plate determines a stiffness much less accurately than the weights do.
+    """Return one note if the plate determines a stiffness much less accurately than the weights do, otherwise none.
 
-    Otherwise the list is empty. `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine, `names` are
-    the names of the tips, and `plate` is the table of the press on the plate.
+    `weight_stiffnesses` are the stiffnesses [N/mm] that the weights determine, `names` are the names of the tips, and
+    `plate` is the table of the press on the plate.
     """
     plate_errors = [COVERAGE * spring.K.percent for spring in plate_springs]  # half widths at 95 % [%]
     weight_errors = [COVERAGE * K.percent for K in weight_stiffnesses]
@@ -592,9 +613,10 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     forces = named_table.numbers["force"]  # not corrected for creep
     lines = fit_weight_lines(named_table, [arm.name for arm in weighed_arms], [], forces)
     stiffnesses = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in weighed_arms]
-    factors = np.array([modulus_factor(arm.flexure) for arm in weighed_arms])  # modulus per stiffness [1/mm]
+    factors = np.array([modulus_factor(arm.flexure) for arm in weighed_arms])  # modulus divided by stiffness [1/mm]
     moduli = factors * [stiffness.value for stiffness in stiffnesses]
-    inverse_variances = np.array([stiffness.relative for stiffness in stiffnesses]) ** -2.0  # relative to E
+    # A modulus has the same relative error as its stiffness. All variances here are relative.
+    inverse_variances = np.array([stiffness.relative for stiffness in stiffnesses]) ** -2.0
     E = float(np.average(moduli, weights=inverse_variances))
     # The relative variance of the weighted mean is 1 / sum(weights). The scatter of the leaves increases it.
     chi_squared = float(inverse_variances @ (moduli / E - 1.0) ** 2)

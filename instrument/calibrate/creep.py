@@ -14,7 +14,7 @@ this power with respect to n. All springs of a print share one n, which is the w
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,8 +73,8 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
     geometric mean of all reading times under load. The column `t` of the table holds the reading times. Without this
     column, all weights were read after `after_s` [s], by default `WEIGHED_AFTER_S`, and need no correction.
 
-    Raises InputError for invalid times, and for times given both in the table and by `after_s`. It is also raised for a
-    compliance that decreases with time, or that at least doubles in a decade.
+    Raises InputError for invalid times, and for times given both in the table and by `after_s`. InputError is also
+    raised for a compliance that decreases with time, or that at least doubles in a decade.
     """
     forces = table.numbers["force"]
     if "t" not in table.numbers:
@@ -100,9 +100,8 @@ def _choose_creep(table: MeasuredTable, report: Report, common_time: float) -> t
     is the creep of the process. `common_time` [s] is the time to which the weights are corrected.
     """
     process_creep = report.creep
-    if report.design.process.is_metal:  # metal springs do not creep
-        return process_creep, False, ""
-    measured = _measure_creep(table, report, common_time)
+    is_metal = report.design.process.is_metal  # metal springs do not creep, so there is nothing to measure
+    measured = None if is_metal else _measure_creep(table, report, common_time)
     if measured is None:
         return process_creep, False, ""
     if not _is_more_accurate(measured, process_creep):
@@ -148,28 +147,39 @@ def _measure_creep(table: MeasuredTable, report: Report, common_time: float) -> 
     exponents = list(_fit_exponents(table, report, common_time))
     if not exponents:
         return None
+    exponent = _weighted_mean(exponents)
+    n, error = exponent.value, exponent.error
+    # A compliance cannot decrease. Chance may make the exponent negative, by up to two standard errors.
+    if not (n + 2.0 * error >= 0.0 and n < _LARGEST_EXPONENT):
+        field = f"{table.source}: growth of the deflection per decade of time"
+        hint = "check t_s, and hang each weight alone, on a spring that has rested"
+        raise validation_error(field, float(f"{10.0**n - 1.0:.3g}"), "", "at least 0 and less than 1", hint)
+    # The growth per decade is c = 10^n - 1, so its error is dc/dn = ln 10 (1 + c) times the error of n.
+    per_decade = 10.0 ** max(n, 0.0) - 1.0
+    return CreepLaw(per_decade, math.log(10.0) * (1.0 + per_decade) * error)
+
+
+def _weighted_mean(exponents: Sequence[Estimate]) -> Estimate:
+    """Return the mean of the exponents [1] of several columns, weighted by their inverse variances, with its error.
+
+    If the columns scatter by more than their errors explain, the Birge ratio increases the error of the mean. The Birge
+    ratio is the root of chi squared per degree of freedom.
+    """
     inverse_variances = np.array([exponent.error for exponent in exponents]) ** -2.0
     values = np.array([exponent.value for exponent in exponents])
     mean = float(np.average(values, weights=inverse_variances))
-    # If the columns scatter by more than their errors explain, the Birge ratio increases the error of the mean. It is
-    # the root of chi squared per degree of freedom. One column has no degree of freedom, and its chi squared is 0.
-    reduced_chi_squared = float(inverse_variances @ (values - mean) ** 2) / max(len(exponents) - 1, 1)
+    degrees_of_freedom = max(len(exponents) - 1, 1)  # a single column has none, but its chi squared is 0
+    reduced_chi_squared = float(inverse_variances @ (values - mean) ** 2) / degrees_of_freedom
     error = math.sqrt(max(reduced_chi_squared, 1.0) / float(inverse_variances.sum()))
-    # A compliance cannot decrease. Chance may make the mean negative, by up to two standard errors.
-    if not (mean + 2.0 * error >= 0.0 and mean < _LARGEST_EXPONENT):
-        field = f"{table.source}: growth of the deflection per decade of time"
-        hint = "check t_s, and hang each weight alone, on a spring that has rested"
-        raise validation_error(field, float(f"{10.0**mean - 1.0:.3g}"), "", "at least 0 and less than 1", hint)
-    # The growth per decade is c = 10^n - 1, so its error is dc/dn = ln 10 (1 + c) times the error of n.
-    per_decade = 10.0 ** max(mean, 0.0) - 1.0
-    return CreepLaw(per_decade, math.log(10.0) * (1.0 + per_decade) * error)
+    return Estimate(mean, error)
 
 
 def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> Iterator[Estimate]:
     """Yield the creep exponents [1] of each tip: one from the dial indicator, and one from the counts of its channel.
 
     A tip is skipped if it has too few rows, or if no weight was read at several times. Its channel is skipped if the
-    table has no counts. `common_time` [s] is the time to which the weights are corrected.
+    table has no counts. `common_time` [s] is the time to which the weights are corrected. The error of each exponent is
+    its standard deviation.
     """
     tips = np.array(table.texts["tip"])
     keys = count_keys(len(report.tips))
@@ -212,7 +222,7 @@ def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Flo
         # Linearised about the current n, d = d0 + C F t^n + (C dn) F t^n ln t. The third coefficient gives the step dn.
         corrected_forces = forces * np.exp(exponent * log_times)
         columns = np.column_stack([np.ones(len(forces)), corrected_forces, corrected_forces * log_times])
-        inverse = np.linalg.pinv(columns)
+        inverse = np.linalg.pinv(columns)  # (3, rows): each row yields one coefficient from the readings
         zero, compliance, step_times_compliance = inverse @ readings
         residuals = readings - columns @ [zero, compliance, step_times_compliance]
         degrees_of_freedom = len(forces) - columns.shape[1]  # at least 1, because a tip has `_FEWEST_ROWS` rows

@@ -34,6 +34,9 @@ from sensor.theory.student import student_quantile
 FEWEST_FRUIT = 6  # minimum number of fruit for a scale, by judgement: enough for a curve and for its error
 PARAMETERS = 2  # fitted parameters of a power law; they reduce the degrees of freedom of the half width
 _ROUND_OFF = 1e-9  # upper limit of the difference between logarithms that round-off causes
+# Larger values are probably in another unit.
+_LARGEST_FIRMNESS = 1e4  # force of a penetrometer [N], or modulus of a compression test [MPa]
+_LARGEST_TIP_FORCE_N = 1e3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +70,8 @@ class _Points(NamedTuple):
 _Curve = Callable[[_Points, Floats], _Points]
 """A function that fits a curve to points.
 
-Its second argument holds the two values of ln E at the ends of the curve. It returns the points that define the curve.
+The second argument holds the two values of ln E at the ends of the curve. The function returns the points that define
+the curve.
 """
 
 
@@ -81,23 +85,18 @@ def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAG
     keys = force_keys(tips)
     quantities = {
         "fruit": Quantity(units={}),
-        "firmness": Quantity(units=FORCE, most=1e4),
-        "E": Quantity(units=MODULUS, most=1e4),
+        "firmness": Quantity(units=FORCE, most=_LARGEST_FIRMNESS),
+        "E": Quantity(units=MODULUS, most=_LARGEST_FIRMNESS),
         "t": Quantity(units=TIME),
     }
-    quantities |= {key: Quantity(units=FORCE, most=1e3) for key in keys}
+    quantities |= {key: Quantity(units=FORCE, most=_LARGEST_TIP_FORCE_N) for key in keys}
     example = ",".join(["fruit", "firmness_N", *(f"{key}_N" for key in keys)])
     table = numbers_of(source, flags.applied(quantities), [("fruit", *keys)], example)
     firmness_columns = {"firmness", "E"} & set(table.numbers)
     if len(firmness_columns) != 1:
+        place = place_of(table.source, table.header)
         bound = "exactly one, firmness_N (a penetrometer) or E_MPa (a compression test)"
-        raise validation_error(
-            place_of(table.source, table.header),
-            len(firmness_columns),
-            "firmness columns",
-            bound,
-            f"for instance {example}",
-        )
+        raise validation_error(place, len(firmness_columns), "firmness columns", bound, f"for instance {example}")
     (column,) = firmness_columns  # the only one
     for line, firmness in zip(table.lines, table.numbers[column].tolist(), strict=True):
         if not firmness > 0.0:  # its logarithm is fitted
@@ -137,24 +136,31 @@ def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Flo
     # In the cross-validation, the curves span all presses, not just the means of the fruit in the fit.
     span = np.array([presses.ln_E.min(), presses.ln_E.max()])
     squared_errors = {name: _leave_one_out_errors(curve, groups, means, span) for name, curve in _CURVES.items()}
-    variances = {name: float(errors.mean()) for name, errors in squared_errors.items()}
+    deviations = {name: math.sqrt(float(errors.mean())) for name, errors in squared_errors.items()}
     chosen_curve = _simplest_good_curve(squared_errors)
-    deviation = math.sqrt(variances[chosen_curve])
     error_of_mean = math.sqrt(float(_leave_one_out_errors(_constant_curve, groups, means, span).mean()))
-    _check_prediction(source, deviation, error_of_mean)
+    _check_prediction(source, deviations[chosen_curve], error_of_mean)
+    scale = _scale_of_curve(chosen_curve, means, deviations[chosen_curve], unit)
+    return ScaleFit(scale=scale, fruit=len(groups), left_out=deviations)
+
+
+def _scale_of_curve(name: str, means: _Points, deviation: float, unit: str) -> FruitScale:
+    """Fit the curve called `name` to the means of all fruit, and return it as a scale with its error band.
+
+    `deviation` [1] is the standard deviation of the ln firmness that the curve predicts for fruit left out of the fit.
+    `unit` is the unit of the firmness.
+    """
     ends = np.array([means.ln_E.min(), means.ln_E.max()])
-    points = _CURVES[chosen_curve](means, ends)
+    points = _CURVES[name](means, ends)
     # A half width d of ln firmness means that the firmness is larger or smaller by the factor exp(d).
-    half_width = math.expm1(student_quantile(len(groups) - PARAMETERS) * deviation)
-    scale = FruitScale(
+    half_width = math.expm1(student_quantile(len(means.ln_E) - PARAMETERS) * deviation)
+    return FruitScale(
         unit=unit,
-        curve=chosen_curve,
+        curve=name,
         percent=100.0 * half_width,
         E_MPa=tuple(np.exp(points.ln_E).tolist()),
         firmness=tuple(np.exp(points.ln_firmness).tolist()),
     )
-    left_out = {name: math.sqrt(variance) for name, variance in variances.items()}
-    return ScaleFit(scale=scale, fruit=len(groups), left_out=left_out)
 
 
 def _group_by_fruit(presses: _Points, names: Sequence[str]) -> list[_Points]:
@@ -173,8 +179,8 @@ def _group_by_fruit(presses: _Points, names: Sequence[str]) -> list[_Points]:
 def _check_prediction(source: str, deviation: float, error_of_mean: float) -> None:
     """Raise InputError if a curve predicts the firmness no better than the mean of all fruit does.
 
-    Both predict the ln firmness of fruit left out of the fit. The standard deviation of this prediction [1] is
-    `deviation` for the curve, and `error_of_mean` for the mean. `source` is the name of the table.
+    The curve and the mean predict the ln firmness of fruit left out of the fit, with the standard deviations
+    `deviation` [1] and `error_of_mean` [1]. `source` is the name of the table.
     """
     if not deviation < error_of_mean - _ROUND_OFF:
         percent = f"{100.0 * error_of_mean:.3g} %"
@@ -246,7 +252,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
     """
     keys = force_keys(len(sensor.report.tips))
     times = _times_of_rows(table, rows, name)
-    samples = []
+    samples = []  # one for each row
     for row, t in zip(rows, times, strict=True):
         forces = sensor.forces_of_channels([table.numbers[key][row] for key in keys])
         samples.append(Sample(table.lines[row], t, tuple(forces.tolist())))

@@ -112,15 +112,7 @@ def fit_springs_on_plate(
     deflection_errors = deflections_on_plate(
         slope_errors, flattening_changes, report.design, float(np.ptp(press.travel))
     )
-    # The deviations from the weights are treated as errors, split into a common part and differences between the tips.
-    mean_ratio = float(ratios.mean())
-    errors = K * springs_on_plate(
-        gains=0.01 * np.array(channels.gain_percent),
-        deflections=deflection_errors,
-        travel=travel_error,
-        mean_difference=abs(mean_ratio - 1.0),
-        differences_from_mean=np.abs(ratios / mean_ratio - 1.0),
-    )
+    errors = K * _stiffness_errors(ratios, channels, deflection_errors, travel_error)
     return [
         PressedSpring(
             K=Estimate(float(K[tip]), float(errors[tip]), "N/mm"),
@@ -129,6 +121,25 @@ def fit_springs_on_plate(
         )
         for tip in range(len(lines))
     ]
+
+
+def _stiffness_errors(
+    ratios: Floats, channels: ChannelCalibration, deflection_errors: Floats, travel_error: float
+) -> Floats:
+    """Return the relative standard error of each stiffness from a press on a plate (tips,) [1].
+
+    `deflection_errors` (tips,) [1] and `travel_error` [1] are the relative errors of the deflections and of the travel.
+    `ratios` (tips,) [1] are the stiffnesses divided by the stiffnesses from weights. Their deviations from 1 are
+    treated as errors, split into a common part and differences between the tips.
+    """
+    mean_ratio = float(ratios.mean())
+    return springs_on_plate(
+        gains=0.01 * np.array(channels.gain_percent),
+        deflections=deflection_errors,
+        travel=travel_error,
+        mean_difference=abs(mean_ratio - 1.0),
+        differences_from_mean=np.abs(ratios / mean_ratio - 1.0),
+    )
 
 
 def _convert_press(table: MeasuredTable, channels: ChannelCalibration, report: Report) -> _PlatePress:
@@ -181,7 +192,7 @@ def _relative_errors(press: _PlatePress, lines: Sequence[Line], travel_resolutio
     corrected_travel = press.travel + travel_errors
     # All these travels are equal except for errors, so the slopes are about 1, and their errors are relative errors.
     travel_line = fit_line(press.travel, corrected_travel, travel_resolutions)
-    channel_travels = channel_deflections + press.flattened
+    channel_travels = channel_deflections + press.flattened  # the travel that each channel measures
     columns = zip(channel_travels.T, channel_resolutions.T, strict=True)
     channel_lines = [fit_line(corrected_travel, travel, resolution) for travel, resolution in columns]
     return travel_line.slope.error, np.array([line.slope.error for line in channel_lines])
@@ -246,9 +257,8 @@ def _check_agreement(
     allowed = _LARGEST_DIFFERENCE + COVERAGE * error_of_both
     if not ratios[largest] / ratios[smallest] - 1.0 < allowed:
         # The tip whose ratio differs more from 1 is probably the faulty one.
-        faulty, good = largest, smallest
-        if abs(ratios[largest] - 1.0) <= abs(ratios[smallest] - 1.0):
-            faulty, good = smallest, largest
+        is_smallest_faulty = abs(ratios[largest] - 1.0) <= abs(ratios[smallest] - 1.0)
+        faulty, good = (smallest, largest) if is_smallest_faulty else (largest, smallest)
         tip_field = f"{field}, {report.tips[faulty].name}"
         bound = f"within {allowed:.2g} of {ratios[good]:.4g}, the ratio of {report.tips[good].name}"
         raise validation_error(tip_field, float(f"{ratios[faulty]:.4g}"), "", bound, hint)

@@ -71,18 +71,19 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
     InputError for a flag that is missing or out of bounds.
     """
     modulus_hint = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
-    checked = []
-    for flag, value, unit, bounds, hint in (
-        ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, modulus_hint),
-        ("--ball-radius", radius_mm, "mm", RADIUS, "measure the diameter of the ball, and give half of it"),
-        ("--ball-modulus-error", u_percent, "%", ERROR, modulus_hint),
-    ):
-        if value is None or not bounds.hold(value):
-            raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
-        checked.append(value)
-    reduced, radius, u = checked
+    radius_hint = "measure the diameter of the ball, and give half of it"
+    reduced = _checked_flag("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, modulus_hint)
+    radius = _checked_flag("--ball-radius", radius_mm, "mm", RADIUS, radius_hint)
+    u = _checked_flag("--ball-modulus-error", u_percent, "%", ERROR, modulus_hint)
     # Any Poisson's ratio serves, because only E / (1 - nu^2) affects a press.
     return ReferenceBall(E_MPa=reduced * (1.0 - RUBBER_POISSON**2), radius_mm=radius, percent=u / COVERAGE)
+
+
+def _checked_flag(flag: str, value: float | None, unit: str, bounds: Bounds, hint: str) -> float:
+    """Return the value of a flag, or raise InputError if it is missing (None) or out of `bounds`."""
+    if value is None or not bounds.hold(value):
+        raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
+    return value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,10 +130,10 @@ def measure_ball_correction(pressed: PressedBall, sensor: MeasuringUnit) -> tupl
     source = pressed.source
     ball = pressed.ball
 
-    def say_of_source(note: str) -> None:
+    def say_with_source(note: str) -> None:
         pressed.say(f"{source}: {note}")
 
-    signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say_of_source)
+    signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say_with_source)
     for note in (signal.summary, *signal.notes):
         pressed.say(note)
     readings = list(readings_of(sensor.for_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
@@ -187,6 +188,9 @@ def fit_ball_correction(
 
         factor = E read in the simulated press / median of E read in the real presses.
 
+    The error of the factor combines the error of the ball's modulus, the scatter of the presses, and the errors that
+    all presses share.
+
     `sensor` is the unit without this correction, and `source` is the name of the file in messages. Raises InputError
     for too few accepted presses, for a factor out of bounds, and for presses that scatter too much.
     """
@@ -200,12 +204,8 @@ def fit_ball_correction(
     _check_factor(factor, source)
     scatter = _median_error(moduli)
     _check_scatter(scatter, len(moduli), source)
-    # A table without times gives no duration of a press, so the duration in the design applies.
-    durations = [reading.press_s for reading in accepted if reading.press_s is not None]
-    press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
-    # The presses may be sampled with different accuracy. The least accurate sampling times are assumed for all.
-    time_s = max(reading.time_s for reading in accepted)
-    common_error = _common_error(on_ball, simulated, press_s, time_s)
+    press_s = _typical_duration(accepted, on_ball)
+    common_error = _common_error(on_ball, simulated, accepted, press_s)
     return BallCorrection(
         factor=factor,
         percent=math.hypot(ball.percent, 100.0 * scatter, 100.0 * common_error),
@@ -216,6 +216,12 @@ def fit_ball_correction(
         gain_slopes=simulated.slopes.gains,
         form_percent=_form_percent(on_ball, forces),
     )
+
+
+def _typical_duration(accepted: Sequence[FruitReading], on_ball: MeasuringUnit) -> float:
+    """Return the median duration of the accepted presses [s], or the duration in the design if no press has times."""
+    durations = [reading.press_s for reading in accepted if reading.press_s is not None]
+    return float(np.median(durations)) if durations else on_ball.report.design.press_s
 
 
 def _check_factor(factor: float, source: str) -> None:
@@ -293,13 +299,19 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
         raise InputError(msg) from error
 
 
-def _common_error(on_ball: MeasuringUnit, simulated: RiseReading, press_s: float, time_s: float) -> float:
+def _common_error(
+    on_ball: MeasuringUnit, simulated: RiseReading, accepted: Sequence[FruitReading], press_s: float
+) -> float:
     """Return the relative standard deviation [1] of the error that all presses on the ball share.
 
     Presses on fruit do not share this error. Its causes are the zeros and sampling times of the channels, and the
-    contact model. Gain drift is not a cause, because the ball is pressed at the temperature of the weighing. `press_s`
-    [s] is the duration of the presses, and `time_s` [s] is the standard deviation of each channel's sampling time.
+    contact model. Gain drift is not a cause, because the ball is pressed at the temperature of the weighing.
+
+    `on_ball` is the unit for this ball, and `simulated` is its reading of a simulated press. `accepted` are the
+    readings of the real presses, and `press_s` [s] is their duration.
     """
+    # The presses may be sampled with different accuracy. The least accurate sampling times are assumed for all.
+    time_s = max(reading.time_s for reading in accepted)  # standard deviation of each channel's sampling time
     unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])  # by cause
     channel_errors = [unit_errors[cause] for cause in UNKNOWN_CORRELATION]
     return math.hypot(*channel_errors, UNIFORM_DEVIATION * on_ball.model_error)
@@ -308,7 +320,7 @@ def _common_error(on_ball: MeasuringUnit, simulated: RiseReading, press_s: float
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
     """Return the change of E [%] in a press on the ball, due to one standard deviation of each form error of the domes.
 
-    `forces` (samples, tips) [N] are the forces of the press.
+    `on_ball` is the unit for this ball, and `forces` (samples, tips) [N] are the forces of the press.
     """
     model = RiseModel(law=on_ball.rise_law)
     curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0  # 0 for a flat surface

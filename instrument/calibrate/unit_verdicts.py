@@ -33,13 +33,13 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
     if requirements is None and design.targets is not None:
         return _judge_targets(sensor)
 
-    def limit_at(E: float) -> float:  # of the relative standard uncertainty [1]
+    def uncertainty_limit(E: float) -> float:
         if requirements is None:
             return _DEFAULT_UNCERTAINTY_LIMIT
         return requirements.uncertainty_limit_at(E, design.fruit.E_MPa)
 
-    worst = max(rows, key=lambda row: row.u / limit_at(row.E))
-    limit = limit_at(worst.E)
+    worst = max(rows, key=lambda row: row.u / uncertainty_limit(row.E))
+    limit = uncertainty_limit(worst.E)
     reference = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
     verdict = judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), reference, limit=limit)
     if _fails_by_form(sensor, worst, limit):

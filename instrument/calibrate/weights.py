@@ -41,7 +41,8 @@ class ChannelCalibration:
 
     `crosstalk_percent` is the largest slope of a channel against the weight on another tip, relative to the slope for
     its own tip. `hysteresis_percent` is the largest difference between readings of the same weight. `drift_percent` is
-    the last reading without weight minus the first one. Both are relative to the counts of the largest weight.
+    the last reading without weight minus the first one. Hysteresis and drift are relative to the counts of the largest
+    weight.
     """
 
     counts_per_N: Floats
@@ -76,7 +77,7 @@ def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequen
     `names` are the names of the tips or leaves, and `columns` are the names of the columns of counts. `forces` (rows,)
     [N] are the weights corrected for creep to one common time.
 
-    Raises InputError for a tip or leaf with fewer than three rows or only one weight. It is also raised for a
+    Raises InputError for a tip or leaf with fewer than three rows or only one weight. InputError is also raised for a
     deflection that does not fit a line, does not increase with the weight, or is too uncertain.
     """
     lines = {}
@@ -105,8 +106,8 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     `lines` are the lines from `fit_weight_lines`, and `forces` (rows,) [N] are the weights corrected for creep. Each
     tip has one channel of its own, but the weight on a tip may also change the counts of other channels.
 
-    Raises InputError for a tip whose first row has a weight, because this row is the tare. It is also raised for an
-    outlier, and for channels that do not respond to their own tips, or do not separate the forces of the tips.
+    Raises InputError for a tip whose first row has a weight, because this row is the tare. InputError is also raised
+    for an outlier, and for channels that do not respond to their own tips, or do not separate the forces of the tips.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))

@@ -184,8 +184,8 @@ def solve_force_law(test: TestGeometry, count: Count = ignore_progress) -> Force
     nominal = _law_with_friction(sides, _HALF_FRICTION)
     finished = _NOMINAL_PARTS
     variants: dict[str, list[ForceLaw]] = {assumption: [] for assumption in solvers}
-    for assumption, solves in solvers.items():
-        for solve in solves:
+    for assumption, variant_solvers in solvers.items():
+        for solve in variant_solvers:
             count(finished, parts)
             variants[assumption].append(solve())
             finished += 1
@@ -197,9 +197,9 @@ def _law_variants(
 ) -> Mapping[str, Sequence[Callable[[], ForceLaw]]]:
     """Return functions that solve the force law with another assumption, keyed by the name of the assumption.
 
-    The assumptions are other constitutive laws of the flesh, another Poisson's ratio, no friction and no slip, and
-    bodies that bound a simplified body. `sides` are the presses of the nominal law. The functions defer the work, so
-    that the caller can report its progress.
+    The assumptions are other constitutive laws of the flesh, another Poisson's ratio, tools without friction or without
+    slip, and bodies that bound a simplified body. `sides` are the presses of the nominal law. The functions defer the
+    work, so that the caller can report its progress.
     """
 
     def with_flesh(flesh: FleshLaw) -> ForceLaw:
@@ -232,24 +232,24 @@ def _law_with_friction(sides: Sequence[CompressionPress], friction: float) -> Fo
 def _scaled_forces(side: CompressionPress, variant: CompressionPress, friction: float = _HALF_FRICTION) -> Floats:
     """Return the forces [N] on one side of the body in a `variant` of its press, shape (points,).
 
-    The variant has other flesh, another section or another friction. `friction` [1] is between 0 (frictionless tools)
-    and 1 (tools without slip); the forces of these two limits are interpolated linearly. Only the side itself is solved
-    on a fine mesh. The relative change by the variant comes from coarse meshes, whose errors nearly cancel in the
-    ratio.
+    `variant` is the press `side` itself, or this press with other flesh or another section. `friction` [1] is between 0
+    (frictionless tools) and 1 (tools without slip); the forces of these two limits are interpolated linearly. Only
+    `side` is solved on a fine mesh. The ratio of the forces in `variant` and `side` comes from coarse meshes, whose
+    errors nearly cancel in it.
     """
     travels = _travels(side)
     nonzero = np.maximum(travels, travels[1])  # at zero travel both forces are zero, so their ratio is undefined
     frictionless = fit_force_curve(variant).force(nonzero)
     without_slip = fit_force_curve(replace(variant, grips=True)).force(nonzero)
-    change = (frictionless + friction * (without_slip - frictionless)) / fit_force_curve(side).force(nonzero)
-    return np.asarray(force_curve(side).force(travels) * change)
+    ratio = (frictionless + friction * (without_slip - frictionless)) / fit_force_curve(side).force(nonzero)
+    return np.asarray(force_curve(side).force(travels) * ratio)
 
 
 def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
     """Return the force law of a body whose sides carry the same force, so that their travels add up.
 
     `forces` [N] are the forces of each side at its travels, each (points,). The law ends at the largest force that all
-    sides reach.
+    sides reach. Its exponent n for small travels is the largest exponent of a side.
     """
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)

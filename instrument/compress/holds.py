@@ -16,6 +16,9 @@ from sensor.quantity import COVERAGE, Estimate, report_field, validation_error
 MOST_ARMS = 3
 """Maximum number of arms of a Prony series."""
 _MOST_EVALUATIONS = 4000  # maximum number of evaluations of the force in a fit
+# Two small numbers that keep the time constants and the guessed amplitudes above zero.
+_LEAST_TIME_FRACTION = 1e-6  # shortest time constant, as a fraction of the hold
+_LEAST_AMPLITUDE_N = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,15 +81,10 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
     before_hold = time[hold.start] - time[touch_row : hold.start + 1]  # T - s, from first contact on
     since_start = time[hold] - time[hold.start]
     hold_s = float(since_start[-1])
-    if hold_s < before_hold[0]:
-        bound = f"at least as long as the loading, {before_hold[0]:.3g} s"
-        hint = "hold for longer, or remove the rows of the hold from the table"
-        name = f"{specimen}: hold"
-        raise validation_error(name, float(f"{hold_s:.3g}"), "s", bound, hint)
-
+    _check_duration(specimen, hold_s, loading_s=float(before_hold[0]))
     final_force, fitted_arms = _fit_arms(since_start, specimen.force[hold] - zero_N)
     remaining = _remaining_fractions(fitted_arms, before_hold, depth[touch_row:])
-    # F_0. The shares of the fitted arms are still the amplitudes A_i.
+    # This is F_0. The shares of the fitted arms are still the amplitudes A_i.
     instantaneous_force = final_force + sum(arm.share.value / r for arm, r in zip(fitted_arms, remaining, strict=True))
     arms = []
     lost = 0.0
@@ -95,6 +93,15 @@ def fit_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: flo
         arms.append(replace(arm, share=share))
         lost += share.value * (1.0 - r)
     return HeldRelaxation(arms=tuple(arms), hold_s=hold_s, lost_in_loading=lost)
+
+
+def _check_duration(specimen: Specimen, hold_s: float, loading_s: float) -> None:
+    """Raise InputError if the hold of a `specimen` is shorter than its loading; both durations are in seconds."""
+    if hold_s < loading_s:
+        bound = f"at least as long as the loading, {loading_s:.3g} s"
+        hint = "hold for longer, or remove the rows of the hold from the table"
+        name = f"{specimen}: hold"
+        raise validation_error(name, float(f"{hold_s:.3g}"), "s", bound, hint)
 
 
 def _remaining_fractions(arms: Sequence[RelaxationArm], before_hold: Floats, depth: Floats) -> list[float]:
@@ -127,8 +134,8 @@ def _fit_arms(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
         parameters, covariance = fitted
         criterion = _schwarz_criterion(force - _relaxing_force(t, *parameters), len(parameters))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
-        of_amplitudes = slice(1, 1 + count)  # the parameters are F_inf, all A_i, and all ln tau_i
-        are_significant = (parameters[of_amplitudes] > errors[of_amplitudes]).all()
+        amplitude_indices = slice(1, 1 + count)  # the parameters are F_inf, all A_i, and all ln tau_i
+        are_significant = (parameters[amplitude_indices] > errors[amplitude_indices]).all()
         if criterion < best_criterion and are_significant:
             best_criterion = criterion
             final_force = float(parameters[0])
@@ -160,12 +167,11 @@ def _fit_exponentials(t: Floats, force: Floats, count: int, step: float) -> tupl
     `step` [s] is the typical time between two rows; the time constants lie between it and the duration of the hold.
     Returns the parameters of `_relaxing_force` and their covariance, or None if the data do not determine them.
     """
-    # Initial guess: equal amplitudes, and time constants at equal ratios between one time step and the whole hold. The
-    # two small numbers keep the shortest time constant and the amplitudes above zero.
-    shortest = max(step, 1e-6 * t[-1])
+    # Initial guess: equal amplitudes, and time constants at equal ratios between one time step and the whole hold.
     longest = t[-1]
+    shortest = max(step, _LEAST_TIME_FRACTION * longest)
     guessed_times = np.geomspace(shortest, longest, count + 2)[1:-1]  # without the two bounds
-    guessed_amplitude = max(force[0] - force[-1], 0.0) / count + 1e-9
+    guessed_amplitude = max(force[0] - force[-1], 0.0) / count + _LEAST_AMPLITUDE_N
     initial_guess = [force[-1], *[guessed_amplitude] * count, *np.log(guessed_times)]
     lower = [-np.inf] + [0.0] * count + [np.log(shortest)] * count
     upper = [np.inf] * (1 + count) + [np.log(longest)] * count

@@ -101,9 +101,7 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
         return None
     largest = mean_last_force(force) - zero
     span = float(travel[-1] - travel[0])
-    # Only the settling of the skin is bounded.
-    lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
-    upper = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * span, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
+    lower, upper = _parameter_bounds(largest, span)
     # The solver divides each parameter by its typical change, because their units and magnitudes differ.
     scale = CurveParameters(1.0, span, span, _LOG_FORCE_SCALE, largest, largest / span)
     count = len(start) if with_drift else len(start) - 1  # the drift is the last parameter
@@ -120,12 +118,33 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     if not solution.success:
         return None
     parameters = CurveParameters(*solution.x.tolist())
-    determined = list(range(count))  # indices of the parameters that the curve determines
+    errors = _parameter_errors(parameters, np.asarray(solution.jac), solution.fun)
+    return LawFit(law=law, parameters=parameters, errors=errors, residual=solution.fun)
+
+
+def _parameter_bounds(largest: float, span: float) -> tuple[CurveParameters, CurveParameters]:
+    """Return the lower and the upper bounds of the fitted parameters, of which only the settling of the skin has any.
+
+    `largest` [N] is the force at the end of the loading above the zero of the load cell, and `span` [mm] is the travel
+    of the loading.
+    """
+    lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
+    upper = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * span, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
+    return lower, upper
+
+
+def _parameter_errors(parameters: CurveParameters, jacobian: Floats, residual: Floats) -> CurveParameters:
+    """Return the standard error of each parameter; it is 0 for a parameter that the curve does not determine.
+
+    `jacobian` (points, fitted parameters) and `residual` (points,) are results of the solver.
+    """
+    # Indices of the fitted parameters. The last parameter, the drift, may not be among them.
+    determined = list(range(jacobian.shape[1]))
     if parameters.settling <= _NO_SETTLING:  # without settling, F_s has no effect, and neither s nor F_s has an error
         determined = [index for index in determined if index not in _SETTLING_INDICES]
     errors = np.zeros(len(CurveParameters._fields))
-    errors[determined] = standard_errors(np.asarray(solution.jac)[:, determined], solution.fun)
-    return LawFit(law=law, parameters=parameters, errors=CurveParameters(*errors.tolist()), residual=solution.fun)
+    errors[determined] = standard_errors(jacobian[:, determined], residual)
+    return CurveParameters(*errors.tolist())
 
 
 def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> CurveParameters | None:
@@ -158,7 +177,7 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
 
     `residual` (points,) are the residuals of the fit, and `jacobian` (points, parameters) holds their derivatives with
     respect to the parameters. The errors are White's heteroscedasticity-consistent errors (Econometrica 48 (1980) 817,
-    doi:10.2307/1912934). They are increased if neighbouring residuals are correlated.
+    doi:10.2307/1912934). The errors are increased if neighbouring residuals are correlated.
     """
     points, parameters = jacobian.shape
     changes = np.linalg.pinv(jacobian) * residual  # change of each parameter caused by the residual of each point

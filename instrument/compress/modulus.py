@@ -161,7 +161,7 @@ def measure_modulus(
     `geometry` describes the body and the tools. With `compression_negative`, travel and force may be negative in
     compression. `count` is called with the number of finished parts of the work and with the number of all parts.
 
-    Raises InputError for a curve that does not show the compression of such a body. It is also raised for an
+    Raises InputError for a curve that does not show the compression of such a body. InputError is also raised for an
     implausible modulus, and for an error bar that contains 0. Raises SolveError if the force law has no solution.
     """
     test = split_phases(specimen, compression_negative=compression_negative)
@@ -257,7 +257,10 @@ def _count_points(curve: Loading, range_fit: RangeFit) -> int:
 
 
 def _fit_hold(test: Phases, curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> HeldRelaxation | None:
-    """Return the relaxation of the flesh from the hold of a test; None for a test without a hold."""
+    """Return the relaxation of the flesh from the hold of a test; None for a test without a hold.
+
+    `curve` is the loading of the `test` after correction for the compliance in `geometry`, and `range_fit` is its fit.
+    """
     if not test.hold:
         return None
     specimen = test.specimen
@@ -270,8 +273,8 @@ def _fit_hold(test: Phases, curve: Loading, range_fit: RangeFit, geometry: TestG
 def _modulus_change(variant: ForceLaw, curve: Loading, range_fit: RangeFit) -> float:
     """Return the relative error of the modulus [1] that results if `variant` is the true force law.
 
-    The variant is fitted to the same range of the `curve` as the nominal law. If this fit fails, the ratio of the
-    stiffnesses of both laws replaces the ratio of the moduli.
+    `range_fit` is the fit of the nominal law, and `variant` is fitted to the same range of the `curve`. If this second
+    fit fails, the ratio of the stiffnesses of both laws replaces the ratio of the moduli.
     """
     count = _count_points(curve, range_fit)
     has_drift = range_fit.fit.parameters.drift != 0.0
@@ -284,8 +287,9 @@ def _modulus_change(variant: ForceLaw, curve: Loading, range_fit: RangeFit) -> f
 def _frame_error(test: Phases, curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> float:
     """Return the largest relative change of the modulus [1] that the error of the machine's compliance may cause.
 
-    `curve` is the loading of the `test` after correction for the compliance in `geometry`, and `range_fit` is its fit.
-    The change is 1 if the law cannot be fitted with the changed compliance.
+    The compliance in `geometry` is increased and decreased by its error, and the force law is fitted again. The change
+    is 1 if this fit fails. `curve` is the loading of the `test` after correction for the stated compliance, and
+    `range_fit` is its fit.
     """
     count = _count_points(curve, range_fit)
     has_drift = range_fit.fit.parameters.drift != 0.0

@@ -69,8 +69,8 @@ def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> P
     """Split a test into its loading up to failure and its hold, with travel and force positive in compression.
 
     With `compression_negative`, a column may contain values that decrease in compression; their sign is then reversed.
-    Raises InputError for too few rows, and for travel that runs backwards. It is also raised for a force that lies far
-    below its first values, that never rises, or whose slope decreases with the travel.
+    Raises InputError for too few rows, and for travel that runs backwards. InputError is also raised for a force that
+    lies far below its first values, that never rises, or whose slope decreases with the travel.
     """
     _check_row_count(specimen, len(specimen.lines))
     first_loading = _cut_at_first_return(specimen)
@@ -147,7 +147,7 @@ def _find_first_return(depth: Floats, load: Floats) -> tuple[int, int] | None:
         return None
     end = int(backward[0])
     deepest = int(np.argmax(depth[:end]))
-    # The force during the loading at the depth to which the plate has returned.
+    # Force [N] during the loading at the depth to which the plate has returned.
     loading_force = float(np.interp(depth[end], largest_depth[: deepest + 1], load[: deepest + 1]))
     is_unloading = load[end] - loading_force <= (1.0 - _LEAST_UNLOADING) * (load[deepest] - loading_force)
     is_tap = load[deepest] - load[0] < _TAP * (load.max() - load[0])
@@ -169,7 +169,7 @@ def _find_hold(test: Specimen) -> slice | None:
     end = first_level + int(np.append(~is_level[first_level:], True).argmax())
     # The last rows of the loading may be level too. So the hold begins where the travel reaches the median of the rows.
     level_travel = travel[first_level:end]
-    start = first_level + int((level_travel >= np.median(level_travel)).argmax())
+    start = first_level + int((level_travel >= np.median(level_travel)).argmax())  # the first row of the hold
     duration = time[end - 1] - time[start]
     loading_time = time[start] - time[0]
     is_hold = end - start >= LEAST_ROWS and duration > _SHORTEST_HOLD * loading_time
@@ -180,8 +180,8 @@ def _extract_loading(specimen: Specimen) -> Loading:
     """Return the loading of a test up to failure, after checking that its travel and force are plausible.
 
     The rows of `specimen` end before a hold or a return. Raises InputError for too few rows, and for travel that runs
-    backwards. It is also raised for a force that lies far below its first values, or whose slope decreases with the
-    travel.
+    backwards. InputError is also raised for a force that lies far below its first values, or whose slope decreases with
+    the travel.
     """
     travel = specimen.travel
     force = specimen.force
@@ -209,7 +209,7 @@ def subtract_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loa
     travel = curve.travel - 1e-3 * compliance * (curve.force - curve.zero)  # 1e-3 converts um to mm
     backward_step = float((np.maximum.accumulate(travel) - travel).max())
     if backward_step > _JITTER * float(np.ptp(curve.travel)):
-        test_compliance = 1e3 * np.ptp(curve.travel) / np.ptp(curve.force)  # of body and machine together [um/N]
+        test_compliance = 1e3 * np.ptp(curve.travel) / np.ptp(curve.force)  # body and machine together [um/N]
         bound = f"less than the compliance of the whole test, {test_compliance:.3g} um/N"
         name = f"{specimen}: compliance"
         raise validation_error(name, compliance, "um/N", bound, "measure it by pressing steel on steel")
@@ -264,7 +264,7 @@ def _is_concave(curve: Loading) -> bool:
     lower_travel = float(curve.travel[middle_row]) - float(curve.travel[low_row])
     upper_travel = float(curve.travel[high_row]) - float(curve.travel[middle_row])
     # The slopes are load differences divided by these travels, either of which may be 0. To avoid a division by zero,
-    # both slopes are multiplied by both travels.
+    # both slopes are multiplied by both travels, which does not change their ratio.
     earlier_slope = (middle - low) * upper_travel
     later_slope = (high - middle) * lower_travel
     return later_slope < _LEAST_SLOPE_RATIO * earlier_slope
@@ -288,8 +288,8 @@ def _moving_mean(values: Floats, width: int) -> Floats:
 def noise_of(force: Floats) -> float:
     """Return the standard deviation of the noise in forces (points,) [N].
 
-    It is estimated from second differences, which are almost zero for a smooth curve. The result is at least the
-    rounding error of the forces. Their smallest step is an estimate of their resolution.
+    The noise is estimated from second differences, which are almost zero for a smooth curve. The result is at least the
+    rounding error of the forces, whose smallest step is an estimate of their resolution.
     """
     differences = force[2:] - 2.0 * force[1:-1] + force[:-2]
     # The median absolute deviation is robust against outliers. The variance of a second difference is 1 + 4 + 1 times

@@ -117,10 +117,10 @@ def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
     idle_points = int(np.searchsorted(travel, without_drift.onset))  # points before the force rises
     # With few points before first contact, a drift cannot be distinguished from the force of the body.
     drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle_points >= _LEAST_IDLE else None
-    # If there is no fit with a drift, the other fit takes its place with the weight 0.
-    with_drift = without_drift
-    probability = 0.0
-    if drifting is not None:
+    if drifting is None:
+        # The means of the result then contain the fit without a drift twice, the first time with the weight 0.
+        with_drift, probability = without_drift, 0.0
+    else:
         with_drift = drifting
         probability = _drift_probability(drifting, travel[:idle_points], force[:idle_points], count)
     fit = with_drift if probability > 0.5 else without_drift  # noqa: PLR2004 - the more probable of two
@@ -161,7 +161,8 @@ def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: i
 def _weighted_mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
     """Return the mean of two estimates, weighted by the probability [1] of the first one, with its standard error.
 
-    It is the standard deviation of a mixture distribution, so it includes the difference between the two values.
+    The standard error is the standard deviation of a mixture distribution, so it includes the difference between the
+    two values.
     """
     mean = probability * first.value + (1.0 - probability) * second.value
     variance = probability * (first.error**2 + (first.value - mean) ** 2)
@@ -172,13 +173,13 @@ def _weighted_mean(probability: float, first: Estimate, second: Estimate) -> Est
 def _is_noise(residual: Floats) -> bool:
     """Return whether the residuals (points,) [N] of a fit are only noise.
 
-    The test is a chi-square test on the mean residuals of consecutive groups. If a curve does not follow the law, many
-    neighbouring residuals have the same sign, so their means are too large.
+    A chi-square test is applied to the mean residuals of consecutive groups of points. If a curve does not follow the
+    law, many neighbouring residuals have the same sign, so the means of the groups are larger than noise explains.
     """
     group_count = min(_GROUPS, max(_LEAST_GROUPS, len(residual) // _LEAST_GROUP_SIZE))
     groups = np.array_split(residual, group_count)
+    # Second differences are almost zero for smooth residuals. Their variance is 1 + 4 + 1 times the noise variance.
     differences = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
-    # The variance of a second difference is 1 + 4 + 1 times the variance of the noise.
     noise_variance = float(np.mean(differences**2)) / 6.0
     # The mean of a group has the variance of the noise divided by the number of its points.
     squares = math.fsum(len(group) * group.mean() ** 2 for group in groups)

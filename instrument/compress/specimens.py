@@ -126,8 +126,8 @@ def _read_and_join(tables: Sequence[FoundTable]) -> list[Specimen]:
 def _is_continuation(first: Specimen, second: Specimen) -> bool:
     """Return whether the second curve continues the first one, as the next segment of the same test.
 
-    Both must be in the same file, and the first curve must end at its largest compression. The second curve must begin
-    within a few steps of this end, both in travel and in force. It must not begin more than one step before this end.
+    Both curves must be in the same file, and the first one must end at its largest compression. The second curve must
+    begin within a few steps of this end, both in travel and in force, and not more than one step before it.
     """
     travel = first.travel
     if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004 - a step needs two rows
@@ -189,8 +189,8 @@ def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
             hint = "choose them with --columns force=HEADER,travel=HEADER, where HEADER is a header or a column number"
             raise validation_error(place_of(table.source, table.header.line), ", ".join(labels), "", bound, hint)
         # The row above the header may contain the name of the specimen, only above its first column.
-        above, *beside = (table.above.cell(column.index) for column in columns.values())
-        name = "" if any(beside) or is_number(above) else above
+        above_first, *above_others = (table.above.cell(column.index) for column in columns.values())
+        name = "" if any(above_others) or is_number(above_first) else above_first
         yield _read_specimen(table, columns, name or f"{number}")
 
 

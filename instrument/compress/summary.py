@@ -103,7 +103,7 @@ def result_parts(
 
     `fruit` are the summaries of the fruit, and `design` is the range of moduli from `find_design_range`.
     """
-    largest_shares: dict[str, float] = {}  # of each cause in the error of any result [%]
+    largest_shares: dict[str, float] = {}  # largest share of each cause in an error [%]
     for result in results:
         for cause, share in result.shares_percent.items():
             largest_shares[cause] = max(share, largest_shares.get(cause, 0.0))

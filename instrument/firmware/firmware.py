@@ -2,7 +2,6 @@
 
 import inspect
 import math
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,6 @@ from instrument.press.seating import MAX_ITERATIONS, seating_of
 from instrument.press.signals import count_keys
 from instrument.press.spikes import spike_constants
 from instrument.template import render_template
-from pipeline.reading.read_out import LevelReading
 from pipeline.report.report import Report
 from sensor.design.readout import AMPLIFIERS, BOARDS, Board, Readout
 from sensor.design.signal_path import SignalPath
@@ -114,8 +112,8 @@ def render_header(sensor: MeasuringUnit) -> str:
 def render_module(sensor: MeasuringUnit) -> str:
     """Return a MicroPython module that reads presses of a unit.
 
-    It consists of the source of press_core.py and the constants of the unit, and imports only math. Raises InputError
-    for a design with fruit.relaxation.
+    The module consists of the source of press_core.py and the constants of the unit, and imports only math. Raises
+    InputError for a design with fruit.relaxation.
     """
     # The template has its own docstring and import, so the source of press_core.py is copied from after its import.
     _, _, core = inspect.getsource(press_core).partition("\nimport math\n")
@@ -129,17 +127,18 @@ def render_board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, 
     """Return the files for a design's board: a MicroPython program and an Arduino sketch, as texts keyed by their path.
 
     The programs print the counts of all channels or, if `calibrated`, the modulus of each press. Raises InputError for
-    a design without a board, and for a circuit that the programs do not support. If `calibrated`, it is also raised for
-    a unit whose counts are not calibrated, and for flesh that relaxes, because the firmware does not read the hold.
+    a design without a board, and for a circuit that the programs do not support. If `calibrated`, InputError is also
+    raised for a unit whose counts are not calibrated, and for flesh that relaxes, because the firmware does not read
+    the hold.
     """
     _check_board_is_supported(sensor)
-    if not calibrated:
-        files = {"main.py": _board_program(sensor, core="", constants={})}
-    elif sensor.unit.newtons_per_count:
-        files = {"main.py": render_module(sensor), f"{_SKETCH}/unit.h": render_header(sensor)}
-    else:
+    if calibrated and not sensor.unit.newtons_per_count:
         hint = "calibrate with counts, or omit --unit to print counts"
         raise validation_error("--unit", sensor.unit.method, "", "a unit whose counts are calibrated", hint)
+    if calibrated:
+        files = {"main.py": render_module(sensor), f"{_SKETCH}/unit.h": render_header(sensor)}
+    else:
+        files = {"main.py": _board_program(sensor, core="", constants={})}
     # The sketch shares the constants of the Python driver, which have names in capital letters.
     driver_constants = {name: value for name, value in vars(ads1220).items() if name.isupper()}
     values = _describe_unit(sensor) | {"calibrated": calibrated} | driver_constants
@@ -151,8 +150,8 @@ def render_board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, 
 def _check_board_is_supported(sensor: MeasuringUnit) -> None:
     """Raise InputError for a design without a board, or with a circuit that the programs do not support.
 
-    The programs support only the default circuit of a read-out, which converts the channels in turn. So InputError is
-    also raised if the design states other delays of the channels.
+    The programs support only the default circuit of a read-out. These programs convert the channels in turn, so
+    InputError is also raised if the design states its own delays of the channels.
     """
     design = sensor.report.design
     if _board_of(sensor) is None:
@@ -199,10 +198,10 @@ def _board_of(sensor: MeasuringUnit) -> Board | None:
 
 
 def _describe_unit(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the values by which the templates describe a unit, its channels and its board.
+    """Return the values by which the templates describe a unit, its channels and its board, keyed by their names there.
 
-    The keys are the names in the templates. A design without a read-out has no board, no inputs, and the rate 0, with
-    which the programs do not mention a sampling rate.
+    A design without a read-out has no board, no inputs, and the rate 0, with which the programs do not mention a
+    sampling rate.
     """
     signal = sensor.report.read_out.signal
     board = _board_of(sensor)
@@ -211,19 +210,19 @@ def _describe_unit(sensor: MeasuringUnit) -> dict[str, object]:
     return {
         "design": sensor.report.design.name,
         "method": sensor.unit.method,
-        "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
+        "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),  # radii of the fruit [mm], if known
         "tips": [tip.name for tip in sensor.report.tips],
         "turn": sensor.report.design.tips.tip_layout.turn_deg,  # rotation of the sensor between presses [deg]
-        "pair": sensor.report.read_out.is_pair,
-        "calibrated": bool(sensor.unit.newtons_per_count),
+        "pair": sensor.report.read_out.is_pair,  # whether the sensor is a pair of tips
+        "calibrated": bool(sensor.unit.newtons_per_count),  # whether counts can be converted to forces
         "staggered": signal is not None and bool(signal.delays),  # whether channels are converted one after another
         "tare_samples": TARE_SAMPLES,
         "board": board,
         "pins": None if board is None else board.pins,
-        "wires": "SCLK, DIN, DOUT, CS and DRDY",
-        "header": ",".join(["t_us", *count_keys(len(sensor.report.tips))]),
+        "wires": "SCLK, DIN, DOUT, CS and DRDY",  # between the board and the converter
+        "header": ",".join(["t_us", *count_keys(len(sensor.report.tips))]),  # first line of the printed counts
         "rate": signal.rate_Hz if signal is not None and has_time_errors else 0.0,
-        "inputs": [] if signal is None else _inputs(signal),
+        "inputs": [] if signal is None else _inputs(signal),  # in the order of conversion
     }
 
 
@@ -238,10 +237,10 @@ def _constants_of_unit(sensor: MeasuringUnit) -> dict[str, object]:
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     softest, firmest = sensor.range_MPa
     signal = sensor.report.read_out.signal
-    delays = [] if signal is None else list(signal.delays)  # of the channels [sampling periods]; empty if simultaneous
+    delays = [] if signal is None else list(signal.delays)  # [sampling periods]; empty for simultaneous conversions
     return {
         "gains": [*sensor.unit.gain],
-        "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],  # the matrix, row by row
+        "newtons": [newtons for row in sensor.unit.newtons_per_count for newtons in row],  # the matrix, row by row
         "saturation": sensor.unit.saturation_counts,
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
@@ -252,7 +251,7 @@ def _constants_of_unit(sensor: MeasuringUnit) -> dict[str, object]:
         "least_E": softest * (1.0 - RANGE_TOLERANCE),
         "largest_E": firmest * (1.0 + RANGE_TOLERANCE),
         "reduced": sensor.reduced(1.0),  # E / (1 - nu^2) for E = 1
-        **_level_constants(sensor.report.read_out.level_readings, sensor.press_stiffness_ratio(), sensor.ball_factor),
+        **_level_constants(sensor),
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),
@@ -269,25 +268,36 @@ def _inputs(signal: SignalPath) -> list[int]:
     return [*inputs_of_tips, *unused_inputs]
 
 
-def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_factor: float) -> dict[str, object]:
-    """Return the table that corrects the readings of a level sensor, and the factor that replaces a table of one row.
+def _level_constants(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return the table by which the firmware corrects an uncorrected modulus, as `MeasuringUnit.correct_modulus` does.
 
-    `level_logs` are the logarithms of the moduli that a level sensor reads [MPa], and `level_shifts` are the logarithms
-    of the factors that correct them. `level_factor` is this factor for a table of one row.
+    `level_logs` are the logarithms of uncorrected moduli [MPa], and `level_shifts` are the logarithms of the factors
+    that correct them. The firmware interpolates the shifts linearly. An empty table corrects nothing. If the table has
+    a single row, the C header uses only `level_factor`, the factor of the first row.
 
-    `rows` are the level readings of the report. Springs are stiffer in a press than under calibration weights by the
-    factor `stiffening` [1], so uncorrected readings are too low by this factor. `ball_factor` [1] is the factor of a
-    reference ball.
+    Each factor is the product of a factor for the creep of the springs, a factor for the shape and skin of the fruit
+    from the level readings of the report, and the factor of the reference ball.
     """
-    if not rows and stiffening != 1.0:
-        # Creep is corrected even without level readings. A single row corrects every modulus by the same factor.
-        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
-    creep_shift = math.log(stiffening)
-    level_factor = ball_factor * stiffening * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0
+    # Springs are stiffer in a press than under calibration weights, so uncorrected moduli are too low by this factor.
+    creep_factor = sensor.press_stiffness_ratio()
+    creep_shift = math.log(creep_factor)
+    ball_factor = sensor.ball_factor
+    ball_shift = math.log(ball_factor)
+    level_readings = sensor.report.read_out.level_readings
+    if level_readings:
+        first = level_readings[0]
+        return {
+            "level_logs": [math.log(row.read_MPa) - creep_shift for row in level_readings],
+            "level_shifts": [math.log(row.E_MPa / row.read_MPa) + creep_shift + ball_shift for row in level_readings],
+            "level_factor": ball_factor * creep_factor * first.E_MPa / first.read_MPa,
+        }
+    if creep_factor == 1.0:
+        return {"level_logs": [], "level_shifts": [], "level_factor": 1.0}
+    # Without level readings, the factor is the same at every modulus, so any modulus may be in the only row.
     return {
-        "level_logs": [math.log(row.read_MPa) - creep_shift for row in rows],
-        "level_shifts": [math.log(row.E_MPa / row.read_MPa) + creep_shift + math.log(ball_factor) for row in rows],
-        "level_factor": level_factor,
+        "level_logs": [-creep_shift],
+        "level_shifts": [creep_shift + ball_shift],
+        "level_factor": ball_factor * creep_factor,
     }
 
 
@@ -295,15 +305,16 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return the constants that determine the part of a press in which flat tips are fully seated.
 
     The evaluated part begins at one of the `loads`, which are products of modulus and depth [N/mm]. `load_forces` [N]
-    are the forces of all tips at the first load, then at the next load, and so on. `Seating` explains the other
-    constants.
+    are the forces of all tips at the first load, then at the next load, and so on. The firmware chooses a load and
+    reads the modulus again, up to `rounds` times.
     """
     seating = seating_of(sensor)
     return {
         "loads": seating.loads,
         "load_forces": [force for forces in seating.least_forces for force in forces.tolist()],
-        "per_offset": seating.per_offset,
-        "by_skin": seating.by_skin,
+        # Tips are seated from the load E (per_offset |offset| + by_skin) on.
+        "per_offset": seating.per_offset,  # side of a tip divided by the tip spacing [1]
+        "by_skin": seating.by_skin,  # side of a tip times the slope of the skin [mm]
         "rounds": MAX_ITERATIONS,
     }
 
@@ -319,7 +330,8 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
     """Return the constants with which the firmware computes the contrast and reads a modulus from its rise.
 
     The contrast is a weighted sum over the tips in which travel and tilt cancel. Forces F are in N, lengths in mm and
-    moduli E in MPa. A list holds one value per tip. Raises InputError for a report without level readings of presses.
+    moduli E in MPa. A list holds one value per tip. `law` is the law by which the unit reads a rise. Raises InputError
+    for a report without level readings of presses.
     """
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
@@ -330,19 +342,19 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "gap": float(weights @ np.array(law.contrast.gaps)),  # contrast of the known gaps under the tips
         "noises": sensor.noises.tolist(),  # standard deviations of the forces
         # The firmware does not read a press outside of these limits.
-        "fewest": FEWEST,
-        "latest_touch": LARGEST_TOUCH_FORCE,
-        "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
-        "largest_noise": LARGEST_NOISE,
+        "fewest": FEWEST,  # minimum number of samples
+        "latest_touch": LARGEST_TOUCH_FORCE,  # total force at the last touch, as a fraction of the largest total force
+        "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),  # standard deviation of the total force
+        "largest_noise": LARGEST_NOISE,  # standard deviation of ln E due to noise
         **_rolling_constants(law),
     }
 
 
 def _rolling_constants(law: RiseLaw) -> dict[str, object]:
-    """Return the constants of the iteration for a saddle-shaped skin, on which domes roll.
+    """Return the constants of the iteration for a saddle-shaped skin, on which domes roll so that their contacts move.
 
-    Tips without domes need only one step of the iteration. Because their `places` are empty, the firmware leaves the
-    saddle out, and the other constants of the domes have no effect.
+    `law` is the law by which the unit reads a rise. Tips without domes need only one step of the iteration. Because
+    their `places` are empty, the firmware leaves the saddle out, and the other constants of the domes have no effect.
     """
     weights, _, S = law.contrast.arrays
     shared = {"settled": SETTLED, "weights": weights.tolist()}  # `weights` are the weights of the tips in the contrast
@@ -361,8 +373,8 @@ def _rolling_constants(law: RiseLaw) -> dict[str, object]:
         "saddle_steps": SADDLE_STEPS,
         **shared,
         "places": [coordinate for axis in domes.positions for coordinate in axis],  # x and y of each axis
-        "dome_radius": domes.dome_radius,
-        "rolled": domes.rolling_factor,  # distance of axes divided by distance of contacts
+        "dome_radius": domes.dome_radius,  # [mm]
+        "rolled": domes.rolling_factor,  # distance of two axes divided by the distance of their contacts
         "contrast_of_xy": domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
         # Boussinesq's solution: a force F lowers the surface of a half-space at distance r by body F / (E r).
         "body": (1.0 - domes.poisson**2) / math.pi,

@@ -74,8 +74,8 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
 def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
     """Return the hint for a verdict that is undecided because of its error bar, or None for any other verdict.
 
-    The hint recommends a `--tol` that would decide the verdict, or states that there is none. `run_tolerance` [1] is
-    the relative tolerance of the run.
+    The hint recommends a tolerance of the run, `--tol`, that would decide the verdict, or states that there is none.
+    `run_tolerance` [1] is the present relative tolerance of the run.
     """
     limit = verdict.limit
     tolerance = verdict.tolerance
@@ -91,7 +91,7 @@ def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
         return None
     # The error is a sum of this number of errors, each of which may be as large as the tolerance of a run.
     error_parts = verdict.row.error_parts
-    # If the error is larger, no mesh met the tolerance of the run, and a smaller tolerance does not help.
+    # If the error exceeds this sum, no mesh met the tolerance of the run, and a smaller tolerance does not help.
     if largest_error > 0.0 and relative_error <= error_parts * run_tolerance:
         tighter_tolerance = rounded(largest_error / error_parts, 1, towards=0.0)
         if tighter_tolerance < run_tolerance and TOLERANCES.hold(tighter_tolerance):
@@ -127,14 +127,15 @@ def _largest_passing_travel(verdict: Verdict, design: Design, springs: FittedSpr
     travel = design.press.travel_mm
     by_travel = verdict.row.by_travel
     if by_travel == "strain":
-        for kind, spring in springs.springs.items():
+        for kind, spring in springs.springs.items():  # the verdict is about one of the springs
             printable = springs.printable[kind]
             if printable.name == verdict.name and spring.highest_strain > 0.0:
                 return travel * printable.strain_limit / spring.highest_strain
     if not isinstance(verdict.limit, int | float) or verdict.value is None:
         return travel
     if by_travel == "pressure" and verdict.value > 0.0:
-        pressure_ratio = verdict.limit / (verdict.value + (verdict.error or 0.0))
+        upper_end = verdict.value + (verdict.error or 0.0)  # the end of the error bar
+        pressure_ratio = verdict.limit / upper_end
         travel_ratio: float = pressure_ratio ** (1.0 / design.tips.tip_shape.pressure_exponent)
         return travel * travel_ratio
     if by_travel == "distance":
@@ -164,9 +165,9 @@ def _longer_travel_text(context: _HintContext) -> str | None:
 
 
 def _sized_springs_clause(context: _HintContext) -> str | None:
-    """Return a clause on how to get springs with the sized stiffnesses, or else a level press of flat tips.
+    """Return a clause on how to get springs with the sized stiffnesses, or else how to get a level press of flat tips.
 
-    Both are conditions for meeting the targets. The result is None if neither is missing.
+    The targets presuppose such springs and such a press. The result is None if the design has both.
     """
     design, springs = context.design, context.springs
     if context.options.fruit_stiffness == "hayes":
@@ -241,4 +242,4 @@ PARTS: Mapping[str, Callable[[_HintContext], str | None]] = {
     "steadier": _steadier_press_clause,
     "finer_bench": _finer_bench_clause,
 }
-"""Functions for the names in braces in `sensor/verdicts.toml`. They return None if they do not apply."""
+"""Functions for the names in braces in `sensor/verdicts.toml`. A function returns None if it does not apply."""

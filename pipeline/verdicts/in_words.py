@@ -43,9 +43,9 @@ def in_display_units(verdict: Verdict) -> Verdict:
     fraction is returned unchanged.
     """
     row = verdict.row
-    if row.shown is None:
+    if row.shown is None:  # `shown` is the unit in which a fraction is displayed
         return verdict
-    factor = 100.0 * (COVERAGE if row.standard else 1.0)
+    factor = 100.0 * (COVERAGE if row.standard else 1.0)  # `standard` marks a standard uncertainty
     keys = ["value", "error", "limit"]
     if not verdict.relative:  # a relative tolerance is a fraction of the limit, so it does not depend on the unit
         keys.append("tolerance")

@@ -58,7 +58,7 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
     largest_variation = 0.0
     for P in table.P:  # over the travel, at one modulus
         known_P = P[np.isfinite(P)]  # P is not finite at travels at which a tip is out of contact
-        if known_P.size <= 1:
+        if known_P.size <= 1:  # a single value does not show a variation
             return judge(name, None, "a tip is off the fruit for the whole travel, or for all but one step of it")
         largest_variation = max(largest_variation, float(np.ptp(known_P) / known_P.mean()))
     # The variation is a difference of two P, so its error is twice the error of P. Only a contact solved on cells has
@@ -76,7 +76,7 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
     order. The verdict passes if all increases are positive, and fails if a tip is out of contact at some modulus.
     """
     name = "P_monotonic"
-    P = scan.P[:, -1]  # of each modulus, at full travel
+    P = scan.P[:, -1]  # P of each modulus, at full travel
     if not np.isfinite(P).all():
         return judge(name, None, "a tip is off the fruit at full travel")
     smallest_step = float((np.diff(P) / P[:-1]).min())
@@ -118,8 +118,8 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
     """Judge whether the process can print a spring.
 
     `printable` is the result of beam theory. Even if it passes, the verdict fails if the strain of the solved spring
-    exceeds its limit. It is undecided if only the error bar of this strain exceeds the limit. The value of the verdict
-    is the length of the leaves [mm], or None for a spring that was not solved.
+    exceeds its limit. The verdict is undecided if only the error bar of this strain exceeds the limit. The value of the
+    verdict is the length of the leaves [mm], or None for a spring that was not solved.
     """
     reason = printable.reason
     passed = printable.passed
@@ -141,8 +141,9 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     """Judge whether each dome touches the fruit only within its face, at every modulus and full travel.
 
-    The value of the verdict is the largest distance from the centre of the face to the edge of a contact [mm]. It must
-    be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.
+    The value of the verdict is the largest distance from the centre of the face to the edge of a contact [mm]. This
+    distance must be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a
+    circular face.
     """
     tips = design.tips
     slopes = [_slope_under_tip(design, position) for position in tips.places_mm]
@@ -160,8 +161,8 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
 def _farthest_contact(design: Design, press: ScenePress, slopes: Sequence[float]) -> float:
     """Return the largest distance from the centre of a dome's face to the edge of its contact [mm], by Hertz's law.
 
-    It is the largest of all tips and moduli, at full travel. `slopes` (tips,) [1] are the slopes of the fruit under the
-    tips, which move the contacts away from the centres of the faces.
+    The distance is the largest of all tips and moduli, at full travel. `slopes` (tips,) [1] are the slopes of the fruit
+    under the tips, which move the contacts away from the centres of the faces.
     """
     # The smaller principal radius of the fruit gives the relative radius of curvature [mm].
     relative_R = relative_radius(design.tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
@@ -279,9 +280,9 @@ def _judge_over_poses(
 ) -> Verdict:
     """Judge an estimate over all poses [1]. The verdict fails if a pose has no reading.
 
-    `reference` describes the estimate. `refused` is the text that counts and explains the poses without a reading,
-    which the estimate leaves out; it is None if there are none. The estimate is None if even a level press has no
-    reading.
+    `name` is the verdict, and `reference` describes the estimate. `refused` is the text that counts and explains the
+    poses without a reading, which the estimate leaves out; it is None if there are none. The estimate is None if even a
+    level press has no reading.
     """
     if refused is None:
         return judge(name, estimate, reference, limit=limit)

@@ -102,8 +102,8 @@ def _judge_tip_faces(sensor: "Sensor") -> Verdict | None:
 def _judge_pressure(sensor: "Sensor") -> Verdict | None:
     """Judge the largest pressure of a sensor that reads a force ratio.
 
-    The result is None if the fruit has no bruise limit. It is also None for a design with readings, for which
-    `skin_verdict` covers all poses.
+    The result is None if the fruit has no bruise limit, and for a design with readings, for which `skin_verdict` covers
+    all poses.
     """
     limits = sensor.design.fruit.bruise_limits_MPa
     if sensor.design.reading is not None or not limits:

@@ -165,7 +165,7 @@ def frame_picture(
     `mesh` is the body [mm], and `direction` points from the body to the viewer. `focus` holds minimum and maximum x,
     then y, then z. A title that is wider than the picture is wrapped.
     """
-    bounds = focus or tuple(mesh.bounds)
+    bounds = focus or tuple(mesh.bounds)  # the bounds of VTK have the same order as `focus`
     letters_per_line = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
     lines = textwrap.wrap(title, letters_per_line)
     plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
@@ -182,9 +182,9 @@ def _add_ruler(plotter: Plotter, bounds: tuple[float, ...], *, seen_from_above: 
     `bounds` [mm] are minimum and maximum x, then y, then z. The length of the ruler is a round number, at most a
     quarter of the width of the body.
     """
-    left, right, front, _, bottom, _ = bounds
+    left, right, front, back, bottom, top = bounds
     ruler_mm = round_below(0.25 * (right - left))
-    diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
+    diagonal = float(np.linalg.norm([right - left, back - front, top - bottom]))
     start = np.array([left, front, bottom - _RULER_GAP * diagonal])
     plotter.add_mesh(pv.Line(start, start + np.array([ruler_mm, 0.0, 0.0])), color=EDGE, line_width=4)
     plotter.add_point_labels(

@@ -85,17 +85,16 @@ def _solid_pictures(report: Report, folder: Path) -> Iterator[Picture]:
 
 
 def _field_pictures(report: Report, folder: Path) -> Iterator[Picture]:
-    """Yield the pictures of the fields and of the mesh of the housing.
+    """Yield the pictures of the scenes, which are coloured by fields, and a picture of the mesh of the housing.
 
-    Each scene is coloured by its default field. A scene that has the strain divided by its limit is drawn a second time
-    with this field.
+    Each scene is coloured by its default field. A scene with the strain divided by its limit is drawn a second time,
+    coloured by this field.
     """
     for scene in field_scenes(report, folder):
         yield Picture(name=scene.name, draw=partial(draw_scene, scene=scene))
-        for field in scene.fields:
-            if field.array == STRAIN_OVER_LIMIT.array:
-                draw = partial(draw_scene, scene=scene, field=field)
-                yield Picture(name=f"{scene.name}-limit", draw=draw, in_window=False)
+        if STRAIN_OVER_LIMIT in scene.fields:
+            draw = partial(draw_scene, scene=scene, field=STRAIN_OVER_LIMIT)
+            yield Picture(name=f"{scene.name}-limit", draw=draw, in_window=False)
     if (folder / FLEXURE).is_file():
         mesh = complete_half_model(read_mesh(folder / FLEXURE))
         title = f"mesh of the housing: {mesh.n_cells} cells, {mesh.n_points} points with the mirrored half"
@@ -107,9 +106,9 @@ def write_pictures(
 ) -> list[Path]:
     """Write each picture to a folder as NAME.png, and return the paths. Either all pictures are written or none.
 
-    `count` is called with the number of finished pictures and the number of all pictures. With `force`, foreign or
-    changed files with these names are kept as NAME.bak. Raises InputError if there are such files and `force` is false,
-    or if the folder cannot be written.
+    `count` is called with the number of finished pictures and the number of all pictures. With `force`, an existing
+    file that this program did not write, or that was changed since, is kept as NAME.bak. Raises InputError if there is
+    such a file and `force` is false, or if the folder cannot be written.
     """
     check_paths_are_free([folder / f"{picture.name}.png" for picture in all_pictures], FLAG, force=force)
     draw_without_display()

@@ -82,8 +82,8 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
 def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
     """Return a scene for each spring: the part of the housing on its side of the plane midway between the tips.
 
-    `mesh` is the whole housing [mm]. The displacement magnitude, and the strain divided by its limit, are added to
-    its arrays.
+    `mesh` is the whole housing [mm], with its fields at the nodes. Two arrays are added to it: the magnitude of the
+    displacement, and the strain divided by its limit.
     """
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
@@ -138,7 +138,8 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
     positions = np.array(design.tips.places_mm)  # x and y of each tip
     first_x, row_y = positions.min(axis=0)  # `row_y` is the row of tips nearest to the viewer
     last_x, last_y = positions.max(axis=0)
-    # The picture extends a little beyond the tips, but not beyond the block. Its top is the top of the block.
+    # The picture extends a little beyond the tips, but not beyond the block. The top of the picture is the top of the
+    # block.
     margin = _BEYOND_TIPS * design.tips.spacing_mm
     depth = 0.5 * (last_x - first_x + margin)  # below the top of the fruit at z = 0; about half the width
     block_lower = mesh.bounds[0::2]  # the bounds of VTK are minimum and maximum x, then y, then z
@@ -270,7 +271,7 @@ def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], *, side: flo
     positions = {}
     for part_name, (x, y, _) in starts.items():
         level += _LABEL_STEP * (top - bottom)
-        # The level of a position (x, y, z) is the dot product side (x, y, z) . upwards. It is solved for z.
+        # The level of a position (x, y, z) is the dot product side (x, y, z) . upwards. This equation is solved for z.
         z = (side * level - x * upwards[0] - y * upwards[1]) / upwards[2]
         positions[part_name] = np.array([x, y, z])
     return positions

@@ -21,8 +21,8 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     """Write a web page that shows the bodies of an output folder and their fields, and return its path.
 
     With `force`, a foreign or changed file at this path is kept as NAME.bak. Raises InputError if there is such a file
-    and `force` is false. It is also raised if the path does not end in .html, if it cannot be written, or if the output
-    folder has no body.
+    and `force` is false. InputError is also raised if the path does not end in .html, if it cannot be written, or if
+    the output folder has no body.
     """
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
