@@ -101,12 +101,12 @@ def _error_line(error: Exception) -> str:
 def _prepare_process() -> None:
     """Set up the threads, warnings and streams of the process, and the width of the terminal.
 
-    This changes environment variables, which child processes inherit.
+    The function changes environment variables, which child processes inherit.
     """
     # The order of summation, and therefore the last digits, depends on the number of threads.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     warnings.simplefilter("ignore")  # the warnings of libraries do not help the user of a command
-    os.environ["PYTHONWARNINGS"] = "ignore"  # the same in child processes, such as loky's resource tracker
+    os.environ["PYTHONWARNINGS"] = "ignore"  # for child processes, such as loky's resource tracker
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         # Python sets a stream to None if the shell has closed it. The next file to be opened would get its file
         # descriptor, so the null device takes its place.
@@ -122,8 +122,8 @@ def _prepare_process() -> None:
 def _requested_help(words: list[str]) -> str | None:
     """Return the text that a help, version or completion flag prints, or None if the arguments have no such flag.
 
-    `words` are the arguments of the program. No arguments have the same effect as `--help`, which lists the commands.
-    Raises InputError for an unknown shell after `--completion`.
+    `words` are the arguments of the program. Without arguments, the text is the same as for `--help`, which lists the
+    commands. Raises InputError for an unknown shell after `--completion`.
     """
     first = words[0] if words else "--help"
     if first in ("-h", "--help"):
@@ -166,7 +166,7 @@ def _parse_arguments(command: str, words: list[str]) -> argparse.Namespace:
     if command not in COMMANDS:
         raise unknown_name("command", _flag(command), [*COMMANDS])
     parser = command_parser(command)
-    # A removed flag is refused before it is unknown, because this message states what replaces it.
+    # Removed flags are refused before unknown ones, because the message about a removed flag states what replaces it.
     refuse_removed(*(f"{parser.prog} {_flag(word)}" for word in words))
     arguments, unknown_words = parser.parse_known_intermixed_args(words)
     if unknown_words:

@@ -28,7 +28,7 @@ class Command(NamedTuple):
 
 
 def number(text: str) -> float:
-    """Convert the text of a flag to a number. Raises ValueError if it is not a number in a common notation."""
+    """Convert the text of a flag to a number. Raises ValueError unless the text is a number in a common notation."""
     value = parse_number(text)
     if value is None:
         raise ValueError(text)

@@ -534,8 +534,8 @@ def _measure_springs_on_plate(
 
     `plate` is the table of the press. The `channels`, calibrated by the `table` of weights, convert its counts to
     forces; they are None if the weights have no counts. `deflection_lines` are the lines of deflection [mm] against
-    weight [N], one for each tip. Raises InputError without counts, and if the stiffnesses from the weights contradict
-    the press.
+    weight [N], one for each tip. Raises InputError if there are no counts, and if the stiffnesses from the weights
+    contradict the press.
     """
     if channels is None:
         columns = ", ".join(count_keys(len(report.tips)))
@@ -618,7 +618,7 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     # A modulus has the same relative error as its stiffness. All variances here are relative.
     inverse_variances = np.array([stiffness.relative for stiffness in stiffnesses]) ** -2.0
     E = float(np.average(moduli, weights=inverse_variances))
-    # The relative variance of the weighted mean is 1 / sum(weights). The scatter of the leaves increases it.
+    # The relative variance of the weighted mean is 1 / sum(weights). The scatter of the leaves increases this variance.
     chi_squared = float(inverse_variances @ (moduli / E - 1.0) ** 2)
     return Estimate(E, E * math.sqrt((chi_squared + 1.0) / float(inverse_variances.sum())), "MPa")
 

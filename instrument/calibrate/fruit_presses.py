@@ -1,10 +1,10 @@
 """Fit of a scale: the firmness shown by another instrument, as a function of the modulus that a unit reads.
 
 Firmer fruit gives a higher reading, whatever the skin, the material law of the flesh or the instrument. So ln firmness
-is fitted by an increasing function of ln E. This is either a straight line, which represents a power law, or an
-isotonic regression. Leave-one-out cross-validation compares both (M. Stone, J. R. Stat. Soc. B 36 (1974) 111). The
-chosen curve is the simplest one whose error exceeds the smallest error by at most one standard error (L. Breiman et
-al., Classification and Regression Trees, 1984, 3.4.3).
+is fitted by an increasing function of ln E. This function is either a straight line, which represents a power law,
+or an isotonic regression. Leave-one-out cross-validation compares the two (M. Stone, J. R. Stat. Soc. B 36 (1974)
+111). The chosen curve is the simplest one whose error exceeds the smallest error by at most one standard error (L.
+Breiman et al., Classification and Regression Trees, 1984, 3.4.3).
 """
 
 import math

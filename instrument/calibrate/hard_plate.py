@@ -129,8 +129,8 @@ def _stiffness_errors(
     """Return the relative standard error of each stiffness from a press on a plate (tips,) [1].
 
     `deflection_errors` (tips,) [1] and `travel_error` [1] are the relative errors of the deflections and of the travel.
-    `ratios` (tips,) [1] are the stiffnesses divided by the stiffnesses from weights. Their deviations from 1 are
-    treated as errors, split into a common part and differences between the tips.
+    `ratios` (tips,) [1] are the stiffnesses divided by the stiffnesses from weights. The deviations of these ratios
+    from 1 are treated as errors, split into a common part and differences between the tips.
     """
     mean_ratio = float(ratios.mean())
     return springs_on_plate(
@@ -242,8 +242,8 @@ def _check_agreement(
     """Raise InputError if the stiffnesses from the plate contradict the stiffnesses from the weights.
 
     `ratios` (tips,) [1] are the stiffnesses from the plate divided by `weight_stiffnesses`, the stiffnesses from the
-    weights [N/mm]. Their mean must be close to 1. The ratios of two tips must not differ by more than the errors of the
-    weights allow.
+    weights [N/mm]. The mean of the ratios must be close to 1. The ratios of two tips must not differ by more than the
+    errors of the weights allow.
     """
     field = f"{table.source}: stiffness from the plate divided by stiffness from weights"
     hint = "check travel_mm and its unit, the order of the columns, and that all tips touch the plate in every row"

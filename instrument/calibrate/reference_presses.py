@@ -183,8 +183,8 @@ def fit_ball_correction(
     """Return the correction of a unit from its readings on a ball.
 
     The unit reads with the contact law of the design's fruit, which is less deep than a ball. So even with ideal domes,
-    it would not read the modulus of the ball. The reference is therefore the reading of a simulated press by ideal
-    domes:
+    the unit would not read the modulus of the ball. The reference is therefore the reading of a simulated press by
+    ideal domes:
 
         factor = E read in the simulated press / median of E read in the real presses.
 
@@ -304,15 +304,15 @@ def _common_error(
 ) -> float:
     """Return the relative standard deviation [1] of the error that all presses on the ball share.
 
-    Presses on fruit do not share this error. Its causes are the zeros and sampling times of the channels, and the
-    contact model. Gain drift is not a cause, because the ball is pressed at the temperature of the weighing.
+    Presses on fruit do not share this error. The causes of this error are the zeros and sampling times of the channels,
+    and the contact model. Gain drift is not a cause, because the ball is pressed at the temperature of the weighing.
 
     `on_ball` is the unit for this ball, and `simulated` is its reading of a simulated press. `accepted` are the
     readings of the real presses, and `press_s` [s] is their duration.
     """
     # The presses may be sampled with different accuracy. The least accurate sampling times are assumed for all.
     time_s = max(reading.time_s for reading in accepted)  # standard deviation of each channel's sampling time
-    unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])  # by cause
+    unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([simulated.slopes])  # keyed by cause
     channel_errors = [unit_errors[cause] for cause in UNKNOWN_CORRELATION]
     return math.hypot(*channel_errors, UNIFORM_DEVIATION * on_ball.model_error)
 

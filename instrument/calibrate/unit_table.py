@@ -175,7 +175,7 @@ def compute_leaf_trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[
     housing = sensor.report.housing
     if housing is None:
         return []
-    lengths = {arm.name: arm.flexure.length for arm in housing.arms}  # by the name of the spring [mm]
+    lengths = {arm.name: arm.flexure.length for arm in housing.arms}  # [mm], keyed by the name of the spring
     trims: list[float | None] = []
     springs = zip(sensor.report.tips, sensor.unit.stiffnesses, sensor.unit.K_percent, targets, strict=True)
     for tip, K, percent, target in springs:

@@ -18,8 +18,8 @@ from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, Out
 
 DEFLECTION = "deflection"
 _LEAST_COMPLIANCE = 1e-6  # smallest compliance of a spring [mm/N]; below it, the tip did not move
-# Largest condition number of the matrix of relative slopes. Above it, the channels do not separate the forces of the
-# tips.
+# Largest condition number of the matrix of relative slopes. Above this number, the channels do not separate the forces
+# of the tips.
 _WORST_CONDITION = 100.0
 
 Lines = Mapping[tuple[str, str], Line]
@@ -116,8 +116,8 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     own_lines = [lines[name, key] for name, key in zip(names, keys, strict=True)]  # each channel with its own tip
     _check_channels(table, names, keys, lines)
     counts_per_N = np.array([[lines[name, key].slope.value for name in names] for key in keys])
-    hysteresis = []
-    drift = []
+    hysteresis = []  # [%], one value per channel
+    drift = []  # [%], one value per channel
     for name, key, line in zip(names, keys, own_lines, strict=True):
         loop_width, zero_drift = _hysteresis_and_drift(table, name, key, line.slope.value, forces)
         hysteresis.append(loop_width)

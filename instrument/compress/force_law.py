@@ -116,8 +116,8 @@ class ForceLaw:
     """The force on a body as a function of the travel, the distance by which its tools have approached since contact.
 
     `forces` [N] at `travels` [mm], both (points,), are for E = 1 MPa; the force is proportional to E. For small travels
-    it is proportional to travel^`exponent`. `error` [1] is the relative error of the numerical solution. `variants`
-    holds the laws that result from other assumptions about the test, keyed by the name of the assumption.
+    the force is proportional to travel^`exponent`. `error` [1] is the relative error of the numerical solution.
+    `variants` holds the laws that result from other assumptions about the test, keyed by the name of the assumption.
     """
 
     exponent: float
@@ -203,10 +203,10 @@ def _law_variants(
     """
 
     def with_flesh(flesh: FleshLaw) -> ForceLaw:
-        return _combine_sides(sides, [_scaled_forces(side, replace(side, law=flesh)) for side in sides])
+        return _combine_sides(sides, [_variant_forces(side, replace(side, law=flesh)) for side in sides])
 
     def with_bounds(presses: Sequence[BoundingPress]) -> ForceLaw:
-        forces = [factor * _scaled_forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
+        forces = [factor * _variant_forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
         return _combine_sides(sides, forces)
 
     # Poisson's ratio is increased by its error, unless this would make the flesh almost incompressible.
@@ -226,10 +226,10 @@ def _law_variants(
 
 def _law_with_friction(sides: Sequence[CompressionPress], friction: float) -> ForceLaw:
     """Return the force law with `friction` [1] from 0 (frictionless tools) to 1 (tools without slip)."""
-    return _combine_sides(sides, [_scaled_forces(side, side, friction) for side in sides])
+    return _combine_sides(sides, [_variant_forces(side, side, friction) for side in sides])
 
 
-def _scaled_forces(side: CompressionPress, variant: CompressionPress, friction: float = _HALF_FRICTION) -> Floats:
+def _variant_forces(side: CompressionPress, variant: CompressionPress, friction: float = _HALF_FRICTION) -> Floats:
     """Return the forces [N] on one side of the body in a `variant` of its press, shape (points,).
 
     `variant` is the press `side` itself, or this press with other flesh or another section. `friction` [1] is between 0
@@ -249,7 +249,7 @@ def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) 
     """Return the force law of a body whose sides carry the same force, so that their travels add up.
 
     `forces` [N] are the forces of each side at its travels, each (points,). The law ends at the largest force that all
-    sides reach. Its exponent n for small travels is the largest exponent of a side.
+    sides reach. The exponent n of the law is the largest exponent of a side.
     """
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)

@@ -93,8 +93,8 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     """Fit a force law to `travel` [mm] and `force` [N], both (points,), by least squares.
 
     The unknowns are the modulus, first contact, the settling of the skin and the zero line. `zero` [N] is the initial
-    guess of the zero of the load cell. With `with_drift`, the drift f1 of the zero line is another unknown. Otherwise
-    it is 0. Returns None if the force does not rise, or if the fit does not converge.
+    guess of the zero of the load cell. With `with_drift`, the drift f1 of the zero line is another unknown; otherwise
+    f1 is 0. Returns None if the force does not rise, or if the fit does not converge.
     """
     start = _initial_guess(law, travel, force, zero)
     if start is None:
@@ -203,8 +203,8 @@ def mean_last_force(force: Floats) -> float:
 def _load_cell_force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:
     """Return the force of the load cell [N] at travels [mm], for forces up to about `largest` [N].
 
-    The travel is an explicit function of the force F, x = x0 + D(F) - s exp(-F / F_s). So it is tabulated at many
-    forces, and the table is inverted by interpolation.
+    The travel is an explicit function of the force F, x = x0 + D(F) - s exp(-F / F_s). So the travel is tabulated at
+    many forces, and the table is inverted by interpolation.
     """
     force = _TABLE_END * largest * _TABLE_FORCES
     unsettled = parameters.settling * np.exp(-force / np.exp(parameters.log_settling_force))

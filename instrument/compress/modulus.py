@@ -31,10 +31,10 @@ PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Plausible moduli of whole fruit and tubers [MPa]; a value outside is probably due to a wrong unit."""
 ALLOWED_PERCENT = Bounds(below=100.0)
 """Allowed half width of the error bar of a modulus [%]; a larger error bar contains 0."""
-# Secant and tangent are computed from the points near their strain. This is the half width of their range, as a
-# fraction of the depth at the strain.
+# Half width of the range of points from which secant and tangent are computed, as a fraction of the depth at their
+# strain.
 _WINDOW = 0.2
-_LEAST_POINTS = 6  # minimum number of these points
+_LEAST_POINTS = 6  # minimum number of points in this range
 _CERTAIN_CONTACT = 0.1  # fraction of the largest force above which the plate certainly touches the fruit
 _LAST_STRAIN = 0.95  # largest strain of a secant, as a fraction of the strain at the end of the curve
 
@@ -173,7 +173,7 @@ def measure_modulus(
     E = range_fit.modulus.value
     random_errors, bounds = _estimate_errors(test, curve, law, range_fit, geometry)
     shares = random_errors | bounds
-    u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
+    u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))  # bounds add linearly
     _check_error_bar(measured, u_percent, largest_share=max(shares, key=lambda cause: shares[cause]))
     apparent_law = hertz_force_law(geometry)  # None if no tool touches the body at a point
     hertz_fit = None if apparent_law is None else choose_range(curve, apparent_law)
@@ -354,9 +354,9 @@ def _notes(E: float, range_fit: RangeFit, requested_strain: float, first_strain:
 def _secant_strains(curve: Loading, range_fit: RangeFit, geometry: TestGeometry) -> list[float]:
     """Return the strains [%] at which secants are computed: the requested strains that the curve reaches.
 
-    The first strain is always present, because its secant is the paper's modulus. If the curve does not reach it, the
-    largest possible strain replaces it. Raises InputError for a strain that is smaller than the error of the first
-    touch.
+    The first strain is always present, because its secant is the paper's modulus. If the curve does not reach this
+    strain, the largest possible strain replaces it. Raises InputError for a strain that is smaller than the error of
+    the first touch.
     """
     percent_per_mm = 100.0 / geometry.height_mm
     largest = percent_per_mm * _LAST_STRAIN * (float(curve.travel[-1]) - range_fit.touch.value)
@@ -374,7 +374,7 @@ def _secant_strains(curve: Loading, range_fit: RangeFit, geometry: TestGeometry)
 def _fit_plate_modulus(curve: Loading, range_fit: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
     """Return the secant and tangent moduli of plate stress against strain at `strain` [%], with their errors at 95 %.
 
-    With the force F(d) at the depth d from first contact, the height h and the plate area A, they are
+    With the force F(d) at the depth d from first contact, the height h and the plate area A, the moduli are
 
         E_secant = (F / A) / (d / h),    E_tangent = (dF/dd / A) h.
 

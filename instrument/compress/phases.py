@@ -98,7 +98,7 @@ def _compression_sign(values: Floats) -> float:
 def _falling_error(specimen: Specimen, quantity: str, values: Floats) -> InputError:
     """Return the error for a quantity that does not increase in compression.
 
-    `values` (rows,) is the column of the loading. The message names its lowest value.
+    `values` (rows,) is the column of the loading. The message names the lowest value of the column.
     """
     lowest_row = int(np.argmin(values))
     hint = "export the whole test, or reverse the sign with --compression-negative"
@@ -110,7 +110,7 @@ def _cut_at_first_return(specimen: Specimen) -> Specimen:
     """Return the rows of a curve up to the first return of the plate or probe.
 
     Later rows do not show the compression of intact flesh. The probe may stick or return beyond its start, or it may
-    compress the flesh a second time. If a later row lies deeper, the result gets a note about it. A curve without a
+    compress the flesh a second time. If a later row lies deeper, a note is added to the result. A curve without a
     return is unchanged.
     """
     # The signs of the columns are still unknown. A return may go farther than the loading, so the row with the largest
@@ -333,7 +333,7 @@ def _load_cell_zero(force: Floats) -> float:
     """Return the force of the load cell without load [N], estimated from the start of a loading.
 
     `force` (points,) [N] is the force of the loading. The zero is the median over the first half of the points before
-    the force has risen. Without such points, it is the first force.
+    the force has risen. Without such points, the zero is the first force.
     """
     risen = np.flatnonzero(force > force[0] + _ZERO_LINE * (force.max() - force[0]))
     count = max(1, int(risen[0]) // 2) if risen.size else 1

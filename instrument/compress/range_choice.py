@@ -48,7 +48,7 @@ class RangeFit:
 
 
 def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
-    """Fit a force law to the longest range over which the curve follows it.
+    """Fit a force law to the longest range of a curve that follows this law.
 
     The error of the modulus includes the choice of the range. If the curve follows the law over none of the ranges, the
     range with the smallest residuals is used. Returns None if no range can be fitted.
@@ -84,8 +84,8 @@ def add_choice_error(best: Estimate, others: Sequence[Estimate]) -> Estimate:
 def _fit_range(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
     """Fit the law to the points up to the fraction `end` [1] of the force at the end of the loading.
 
-    The range does not extend beyond the largest depth of the law. Returns None if it has too few points, or if the fit
-    fails.
+    The range does not extend beyond the largest depth of the law. Returns None if the range has too few points, or if
+    the fit fails.
     """
     force = curve.force - curve.zero
     width = max(1, len(force) // _SMOOTH_PARTS)

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from instrument.compress.specimens import Specimen
+from pipeline.tables.columns import Column
 from pipeline.tables.decoding import place_of
 from pipeline.tables.number_formats import is_missing
-from pipeline.tables.table import only_table
+from pipeline.tables.table import FoundTable, only_table
 from pipeline.tables.units import LENGTH, Quantity
 from sensor.quantity import validation_error
 
@@ -69,11 +70,7 @@ def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
     table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")
     columns = {column.name: column for column in table.columns}
-    for name in flags:
-        if name in columns:
-            place = place_of(table.source, table.header.line, columns[name].label)
-            bound = f"left out if --{name.replace('_', '-')} is given"
-            raise validation_error(place, columns[name].label, "", bound, "give each size once")
+    _check_columns(table, columns, flags)
     rows: dict[tuple[str, str], dict[str, float]] = {}
     for row in table.rows:
         file = columns["file"].cell(row)
@@ -86,3 +83,15 @@ def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
         filled = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
         rows[key] = {column.name: table.number(row, column) for column in filled}
     return SpecimenSizes(source=table.source, summary=table.summary, rows=rows)
+
+
+def _check_columns(table: FoundTable, columns: Mapping[str, Column], flags: Sequence[str]) -> None:
+    """Raise InputError if a table has a size that a flag gives too.
+
+    `columns` are the columns of the table by their names, and `flags` are the names of the sizes that flags give.
+    """
+    for name in flags:
+        if name in columns:
+            place = place_of(table.source, table.header.line, columns[name].label)
+            bound = f"left out if --{name.replace('_', '-')} is given"
+            raise validation_error(place, columns[name].label, "", bound, "give each size once")

@@ -17,7 +17,7 @@ from pipeline.tables.columns import Column
 from pipeline.tables.decoding import place_of
 from pipeline.tables.header_words import WORDS
 from pipeline.tables.number_formats import is_number
-from pipeline.tables.rows import sheets_of
+from pipeline.tables.rows import Row, sheets_of
 from pipeline.tables.table import FoundTable, TableReader, is_statistic
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from sensor.arrays import Floats
@@ -42,7 +42,8 @@ QUANTITIES = {
 LEAST_ROWS = 12
 """Minimum number of rows of a curve. A shorter table in a file with longer ones contains results."""
 _REQUIRED = {"force", "travel"}
-# A segment can only continue if it ends near its largest compression: within this fraction of its travel.
+# A segment is only continued by the next one if it ends near its largest compression, within this fraction of its
+# travel.
 _AT_END = 0.05
 _STEPS = 3.0  # largest distance from the end of a segment to the start of the next one, in steps between rows
 
@@ -85,8 +86,8 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     """Read all curves in the file of a compression test.
 
     `quantities` describes the columns. Segments of the same test are joined. A table with statistics, or a short table
-    in a file with longer ones, contains results. It is skipped, and `summary` of each specimen mentions it. Raises
-    InputError for a file without force and travel, and for cells that cannot be read.
+    in a file with longer ones, contains results. Such a table is skipped, and `summary` of each specimen mentions it.
+    Raises InputError for a file without force and travel, and for cells that cannot be read.
     """
     reader = TableReader(quantities, [sorted(_REQUIRED)], "force_N,travel_mm")
     tables = [replace(table, rows=list(table.rows)) for sheet in sheets_of(source) for table in reader.tables(sheet)]
@@ -99,6 +100,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     # If all tables are short, they are kept, so that the error names the missing rows instead of a missing table.
     least_rows = LEAST_ROWS if longest >= LEAST_ROWS else 0
     long_enough = [specimen for specimen in specimens if len(specimen.lines) >= least_rows]
+    # The line numbers of each skipped table.
     skipped_lines = [specimen.lines for specimen in specimens if len(specimen.lines) < least_rows]
     skipped_lines += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
     note = "".join(f"; skipped results from line {lines[0]} on" for lines in sorted(skipped_lines) if lines)
@@ -155,7 +157,7 @@ def _largest_step(values: Floats) -> float:
 def _join_segments(first: Specimen, second: Specimen) -> Specimen:
     """Join two consecutive segments of a test into one curve; raises InputError if the time restarts in the second.
 
-    The curve only has times if both segments have them.
+    The curve has times only if both segments have times.
     """
     time = None
     if first.time is not None and second.time is not None:
@@ -222,14 +224,7 @@ def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) 
         for quantity in ("force", "travel")
         if columns[quantity].note
     ]
-    arrays = {}
-    for quantity, column in columns.items():
-        if quantity == "time":
-            # A time of day restarts at midnight, so a Clock converts it and adds a note to `notes`.
-            clock = Clock(specimen_table, column, lambda note: notes.append(f"{table.source}: {note}"))
-            arrays[quantity] = np.array([clock.seconds(row) for row in filled])
-        else:
-            arrays[quantity] = np.array([specimen_table.number(row, column) for row in filled])
+    arrays = {quantity: _read_column(specimen_table, column, filled, notes) for quantity, column in columns.items()}
     return Specimen(
         file=table.source,
         name=name,
@@ -241,3 +236,14 @@ def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) 
         notes=tuple(notes),
         summary=specimen_table.summary,
     )
+
+
+def _read_column(table: FoundTable, column: Column, rows: Sequence[Row], notes: list[str]) -> Floats:
+    """Return the values of a column in `rows`, shape (rows,).
+
+    A time of day restarts at midnight, so a Clock converts times to seconds; its notes are appended to `notes`.
+    """
+    if column.name != "time":
+        return np.array([table.number(row, column) for row in rows])
+    clock = Clock(table, column, lambda note: notes.append(f"{table.source}: {note}"))
+    return np.array([clock.seconds(row) for row in rows])

@@ -46,8 +46,8 @@ class DesignRange:
 def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) -> list[FruitSummary]:
     """Return one summary for each fruit.
 
-    All specimens in a file are from the same fruit. With `by_folder`, all specimens in a folder are from the same
-    fruit.
+    By default, all specimens in a file are from the same fruit. With `by_folder`, all specimens in a folder are from
+    the same fruit.
     """
     tests_of_fruit: dict[str, list[CompressionResult]] = {}
     for result in results:

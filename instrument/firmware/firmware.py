@@ -275,8 +275,8 @@ def _level_constants(sensor: MeasuringUnit) -> dict[str, object]:
     that correct them. The firmware interpolates the shifts linearly. An empty table corrects nothing. If the table has
     a single row, the C header uses only `level_factor`, the factor of the first row.
 
-    Each factor is the product of a factor for the creep of the springs, a factor for the shape and skin of the fruit
-    from the level readings of the report, and the factor of the reference ball.
+    Each factor corrects the creep of the springs and, by the level readings of the report, the shape and the skin of
+    the fruit. The factor of the reference ball is included.
     """
     # Springs are stiffer in a press than under calibration weights, so uncorrected moduli are too low by this factor.
     creep_factor = sensor.press_stiffness_ratio()

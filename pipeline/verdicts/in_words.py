@@ -96,7 +96,7 @@ def tolerance_text(verdict: Verdict) -> str:
 def fails_only_by_unread_poses(verdict: Verdict) -> bool:
     """Return whether a verdict on readings fails only because some poses have no reading.
 
-    Its value is then within the limit, even at the upper end of the error bar.
+    The value of such a verdict is within the limit, even at the upper end of its error bar.
     """
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False

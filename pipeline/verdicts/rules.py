@@ -117,9 +117,9 @@ def own_part_verdict(name: str, K: Estimate, target: float, reference: str) -> V
 def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
     """Judge whether the process can print a spring.
 
-    `printable` is the result of beam theory. Even if it passes, the verdict fails if the strain of the solved spring
-    exceeds its limit. The verdict is undecided if only the error bar of this strain exceeds the limit. The value of the
-    verdict is the length of the leaves [mm], or None for a spring that was not solved.
+    `printable` is the result of beam theory. Even if `printable` passes, the verdict fails if the strain of the solved
+    spring exceeds its limit. The verdict is undecided if only the error bar of this strain exceeds the limit. The value
+    of the verdict is the length of the leaves [mm], or None for a spring that was not solved.
     """
     reason = printable.reason
     passed = printable.passed
@@ -180,8 +180,8 @@ def _slope_under_tip(design: Design, position: Position) -> float:
     """Return the slope [1] of the fruit relative to a tip at `position` [mm], including the tilt and roll of the press.
 
     The slope of the fruit and the tilt add up, whatever their signs, so the result is an upper bound. A printed tip has
-    a square face, so the result is the larger of the slopes across its two pairs of sides. For a tip on a pin, it is
-    the slope in the steepest direction.
+    a square face, so the result is the larger of the slopes across its two pairs of sides. For a tip on a pin, the
+    result is the slope in the steepest direction.
     """
     radius, radius_across = design.fruit.radii_mm
     u, v = design.fruit.to_principal(position.x, position.y)  # coordinates along the principal directions [mm]
@@ -200,7 +200,7 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
     """Judge the largest bias of a reading [1] over all fruits and poses. `reading` states its limit.
 
     A smaller bias of another pose may have an error bar that extends farther. So the bias whose error bar extends
-    farthest is compared with the limit too. If its bar reaches the limit, the verdict is undecided.
+    farthest is compared with the limit too. If this error bar reaches the limit, the verdict is undecided.
     """
     reference = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:

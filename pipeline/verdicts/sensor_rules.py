@@ -158,7 +158,10 @@ def ratio_in_words(springs: FittedSprings, *, level: bool, reached: SceneTargets
 
 
 def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
-    """Return text that describes the scene. If the press is not level, it includes P_max and NL of a level sensor."""
+    """Return text that describes the scene.
+
+    `level` is true for a level press. Otherwise the text includes P_max and NL of a level sensor, from `reached`.
+    """
     if level:
         return "of a level sensor on flat fruit"
     level_text = f"P_max {reached.level.P_max:.4g}, NL {reached.level.NL:.3g}"

@@ -57,8 +57,8 @@ class FieldPicture:
 
     The first field is the default. If `enlarged` is true, small displacements are drawn on a larger scale. `direction`
     points from the body to the viewer. `cut_y` [mm] is the y coordinate of the plane at which the body is cut open, or
-    None for an uncut body. `focus` holds the bounds of the picture [mm]: minimum and maximum x, then y, then z. If it
-    is None, the picture shows the whole body.
+    None for an uncut body. `focus` holds the bounds of the picture [mm]: minimum and maximum x, then y, then z. If
+    `focus` is None, the picture shows the whole body.
     """
 
     name: str

@@ -153,7 +153,7 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
         fields=(VERTICAL_PRESSURE, VON_MISES, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
         direction=Vector(0.2, -1.0, 0.55),
         cut_y=float(row_y),
-        focus=tuple(np.stack([lower, upper], axis=1).ravel().tolist()),
+        focus=tuple(np.stack([lower, upper], axis=1).ravel().tolist()),  # lower and upper x, then y, then z
     )
 
 
@@ -161,7 +161,7 @@ def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     """Return the mesh of a fruit's block [mm], bent to the curved skin of the fruit.
 
     The solver maps a block to the curved fruit. This function applies the same map to the nodes. If the fruit is flat,
-    it returns an unchanged copy.
+    the function returns an unchanged copy.
     """
     mesh = block.copy()
     if design.fruit.radius_mm is None:
@@ -218,7 +218,7 @@ def _draw_parts_apart(
 
     Returns the surfaces of all parts, and two mappings from the name of a part to the starting point (3,) [mm] of its
     leader line. The lines of the first mapping lead to labels above the parts, and the lines of the second to labels
-    below. Equal parts have the same name and one line.
+    below. Equal parts share one name and one leader line.
     """
     surfaces = []
     upper_starts: dict[str, Floats] = {}
@@ -257,8 +257,8 @@ def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], *, side: flo
     """Return the positions [mm] of labels in the exploded view: above the assembly if `side` is 1, below it if -1.
 
     `all_parts` is the mesh of the assembly, and `starts` are the starting points (3,) [mm] of the leader lines, keyed
-    by the name of the part. Each label is directly above or below the start of its leader line. In the picture, it is a
-    step farther from the assembly than the previous label, so that no label hides another.
+    by the name of the part. Each label is directly above or below the start of its leader line. In the picture, each
+    label is a step farther from the assembly than the previous one, so that no label hides another.
     """
     left, right, front, back, bottom, top = all_parts.bounds
     # The vertical direction of the picture is z, projected onto the picture plane. The level of a point is the
