@@ -48,13 +48,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         _prepare_process()
     try:
         words = sys.argv[1:] if argv is None else list(argv)
-        code = PASSED
         help_text = _requested_help(words)
-        if help_text is not None:
+        if help_text is None:
+            code = _run_command(words[0], words[1:])
+        else:
             with printing_answer():  # argparse itself would not report that the text could not be printed
                 print(help_text, end="")
-        else:
-            code = _run_command(words[0], words[1:])
+            code = PASSED
         sys.stdout.flush()
     except BrokenPipeError:  # the program that reads the output has ended
         discard_output()

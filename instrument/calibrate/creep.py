@@ -189,12 +189,12 @@ def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> 
         times = table.numbers["t"][rows]
         if len(rows) < _FEWEST_ROWS or not _has_several_times(forces, times):
             continue
-        for column in ("deflection", key):
-            if column in table.numbers:
-                readings = table.numbers[column][rows]
-                resolution = table.last_digits[column][rows]
-                if np.ptp(readings) > 0.0:  # a constant channel does not work; `calibrate_channels` rejects it
-                    yield _fit_exponent(forces, times / common_time, readings, ROUNDED * resolution)
+        columns = [column for column in ("deflection", key) if column in table.numbers]
+        for column in columns:
+            readings = table.numbers[column][rows]
+            resolution = table.last_digits[column][rows]
+            if np.ptp(readings) > 0.0:  # a constant channel does not work; `calibrate_channels` rejects it
+                yield _fit_exponent(forces, times / common_time, readings, ROUNDED * resolution)
 
 
 def _has_several_times(forces: Floats, times: Floats) -> bool:

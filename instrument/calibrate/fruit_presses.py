@@ -21,7 +21,7 @@ from instrument.press.fruit_reading import FruitReading
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.signals import Sample, force_keys
-from instrument.press.touches import split_presses
+from instrument.press.touches import PressSamples, split_presses
 from pipeline.storage.record_data import as_data
 from pipeline.tables.decoding import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
@@ -258,15 +258,23 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
         samples.append(Sample(table.lines[row], t, tuple(forces.tolist())))
     # A row holds the forces of all tips at the same time, so a bad conversion affects only one sample.
     presses = list(split_presses(sensor, samples, table.source, SIMULTANEOUS.lag))
-    for press in presses:
-        if press.lines_left_out:
-            place = f"{place_of(table.source, press.lines_left_out[0])}: fruit {name}"
-            bound = "consistent with the other samples of its press"
-            raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
+    _check_consistency(presses, table.source, name)
     if not presses:
         return FruitReading(flags=("few_samples",))
     deepest = max(presses, key=lambda press: press.forces.sum(axis=1).max())  # forces (samples, tips)
     return press_reading(sensor, deepest)
+
+
+def _check_consistency(presses: Sequence[PressSamples], source: str, name: str) -> None:
+    """Raise InputError for a sample of the fruit called `name` that is inconsistent with the others of its press.
+
+    `source` is the name of the table. Such a sample was left out when the samples were split into `presses`.
+    """
+    for press in presses:
+        if press.lines_left_out:
+            place = f"{place_of(source, press.lines_left_out[0])}: fruit {name}"
+            bound = "consistent with the other samples of its press"
+            raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
 
 
 def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
@@ -315,7 +323,7 @@ def _isotonic_curve(fruit: _Points, ends: Floats) -> _Points:
     starts = steps.blocks[:-1]  # index of the first fruit of each step; the last entry is the number of fruit
     # The centre of a step is the mean ln E of its fruit. `weights` are the numbers of fruit in the steps.
     centres = _Points(np.add.reduceat(fruit.ln_E[order], starts) / steps.weights, steps.x[starts])
-    inside = (centres.ln_E > ends[0]) & (centres.ln_E < ends[1])
+    inside = (centres.ln_E > ends[0]) & (centres.ln_E < ends[1])  # whether a centre lies between the two ends
     firmness_at_ends = centres.at(ends)
     ln_E = np.concatenate([ends[:1], centres.ln_E[inside], ends[1:]])
     ln_firmness = np.concatenate([firmness_at_ends[:1], centres.ln_firmness[inside], firmness_at_ends[1:]])

@@ -285,9 +285,9 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
     # The press uses the compliance S of a half-space under the tips, but is read like a press on the design's fruit.
     half_space_law = replace(reading_law.contrast, S=rows_of(domes.S()))
     # The travel [mm] begins where the tip with the smallest gap touches the ball.
-    x = min(half_space_law.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)
+    travel = min(half_space_law.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)
     try:
-        forces = elastic_forces(half_space_law, np.full(len(x), on_ball.uncorrected_modulus(E)), x)
+        forces = elastic_forces(half_space_law, np.full(len(travel), on_ball.uncorrected_modulus(E)), travel)
         tips = forces.shape[1]
         no_noise = np.zeros(tips)
         return forces, read_rise(reading_law, select_rise(forces, tips, on_ball.least_forces), no_noise)

@@ -237,7 +237,7 @@ def _check_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[s
 def _crosstalk_percent(
     table: MeasuredTable, names: Sequence[str], keys: Sequence[str], counts_per_N: Floats
 ) -> tuple[float, ...]:
-    """Return the crosstalk of each channel: its largest response to the weight on another tip [%].
+    """Return the crosstalk of each channel [%]: its largest response to the weight on another tip.
 
     The crosstalk is relative to the response to the channel's own tip. `counts_per_N` (channels, tips) are the slopes,
     with a channel and its own tip at the same index. `names` are the names of the tips, and `keys` are the count

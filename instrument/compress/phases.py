@@ -80,6 +80,7 @@ def split_phases(specimen: Specimen, *, compression_negative: bool = False) -> P
     hold = _find_hold(test)
     rows = len(test.lines) if hold is None else hold.start + 1  # the loading ends with the first row of the hold
     _check_row_count(specimen, rows)
+    # The given rows are checked, so that messages show values as in the table.
     columns = {"travel": (travel_sign, specimen.travel[:rows]), "force": (force_sign, specimen.force[:rows])}
     for quantity, (sign, column) in columns.items():
         is_falling = sign < 0.0 and not compression_negative

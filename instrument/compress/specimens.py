@@ -205,7 +205,7 @@ def _group_columns(columns: Sequence[Column]) -> list[dict[str, Column]]:
         if column.name in group and (column.name in _REQUIRED or group.keys() >= _REQUIRED):
             group = {}
             groups.append(group)
-        group.setdefault(column.name, column)
+        group.setdefault(column.name, column)  # the first of several times before force and travel is used
     if groups[1:] and not groups[-1].keys() & _REQUIRED:  # columns with only times are not a specimen
         groups.pop()
     return groups

@@ -112,7 +112,9 @@ def result_parts(
         "compress/modulus.txt.j2",
         results=results,
         shares=largest_shares,
+        # Change of the modulus per mm of every radius or width, for the body with the largest change.
         per_mm_percent=max(100.0 * result.geometry.body.per_mm for result in results),
+        # Whether a machine is assumed to be rigid.
         rigid=any(result.geometry.compliance_um_per_N == 0.0 for result in results),
         summaries=[*fruit, overall_modulus(fruit)],
         design=design,

@@ -237,17 +237,22 @@ def _constants_of_unit(sensor: MeasuringUnit) -> dict[str, object]:
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     softest, firmest = sensor.range_MPa
     signal = sensor.report.read_out.signal
-    delays = [] if signal is None else list(signal.delays)  # [sampling periods]; empty for simultaneous conversions
+    # Delay of each channel after the first conversion [sampling periods]; empty for simultaneous conversions.
+    delays = [] if signal is None else list(signal.delays)
     return {
-        "gains": [*sensor.unit.gain],
-        "newtons": [newtons for row in sensor.unit.newtons_per_count for newtons in row],  # the matrix, row by row
+        "gains": [*sensor.unit.gain],  # force divided by channel reading
+        # The matrix from counts to channel readings [N per count], row by row; empty if counts are not calibrated.
+        "newtons": [newtons for row in sensor.unit.newtons_per_count for newtons in row],
         "saturation": sensor.unit.saturation_counts,
+        # Forces outside of these limits are implausible.
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
         "later": delays,
         "spike_length": 2 if delays else 1,  # interpolation between two samples spreads a bad conversion over both
+        # Standard deviation of the sampling times [sampling periods], and the largest allowed error of E due to it.
         "time_deviation": 0.0 if signal is None else signal.time_deviation,
         "largest_by_time": LARGEST_BY_TIME,
+        # Moduli outside of these limits are out of the range of the design.
         "least_E": softest * (1.0 - RANGE_TOLERANCE),
         "largest_E": firmest * (1.0 + RANGE_TOLERANCE),
         "reduced": sensor.reduced(1.0),  # E / (1 - nu^2) for E = 1

@@ -236,10 +236,17 @@ def _draw_parts_apart(
         else:
             upper_starts.setdefault(part_name, _centre_at_height(surface, highest_z))  # the first of equal parts
             lowest_points.append(min(np.asarray(surface.points), key=_height))
-    # A tip is not a separate part. The tips are the lowest points of the sensor, and the first of them is labelled.
-    tip_z = min(map(_height, lowest_points))
-    lower_starts["tip"] = next(point for point in lowest_points if _height(point) < tip_z + _SAME_HEIGHT_MM)
+    lower_starts["tip"] = _first_tip(lowest_points)
     return surfaces, upper_starts, lower_starts
+
+
+def _first_tip(lowest_points: Sequence[Floats]) -> Floats:
+    """Return the end (3,) [mm] of the first tip, from the lowest point of each part of the sensor.
+
+    A tip is not a separate part, but the tips are the lowest points of the sensor.
+    """
+    tip_z = min(map(_height, lowest_points))
+    return next(point for point in lowest_points if _height(point) < tip_z + _SAME_HEIGHT_MM)
 
 
 def _height(point: Floats) -> float:
