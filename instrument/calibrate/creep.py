@@ -69,9 +69,10 @@ class Weighing:
 def correct_weights(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
     """Correct the weights of a table for creep to one common time, and determine the creep law of the unit.
 
-    A weight F that was read at the time t after it was hung is corrected to F (t / t0)^n. The common time t0 is the
-    geometric mean of all reading times under load. The column `t` of the table holds the reading times. Without this
-    column, all weights were read after `after_s` [s], by default `WEIGHED_AFTER_S`, and need no correction.
+    A weight F that was read at the time t after it was hung is corrected to F (t / t0)^n, with the creep exponent n.
+    The common time t0 is the geometric mean of all reading times under load. The column `t` of the table holds the
+    reading times. Without this column, all weights were read after `after_s` [s], by default `WEIGHED_AFTER_S`, and
+    need no correction.
 
     Raises InputError for invalid times, and for times given both in the table and by `after_s`. InputError is also
     raised for a compliance that decreases with time, or that at least doubles in a decade.
@@ -227,6 +228,7 @@ def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Flo
         residuals = readings - columns @ [zero, compliance, step_times_compliance]
         degrees_of_freedom = len(forces) - columns.shape[1]  # at least 1, because a tip has `_FEWEST_ROWS` rows
         variances = residuals @ residuals / degrees_of_freedom + rounding**2
+        # The errors of the readings propagate to the third coefficient, C dn. Divided by C, it has the error of n.
         deviation = float(np.linalg.norm(inverse[2] * np.sqrt(variances)) / abs(compliance))
         # A plausible exponent is far below 1. The limits keep a bad step from making the powers of t overflow.
         exponent = float(np.clip(exponent + step_times_compliance / compliance, -1.0, 1.0))

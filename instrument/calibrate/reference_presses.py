@@ -159,7 +159,7 @@ def _check_ball(pressed: PressedBall, sensor: MeasuringUnit) -> None:
     if not ball.radius_mm >= least_radius:
         bound = f"at least {least_radius:g} mm, {LEAST_RADIUS_RATIO:g} times tips.spacing_mm"
         raise validation_error("--ball-radius", ball.radius_mm, "mm", bound, "use a larger ball")
-    softest, firmest = map(sensor.reduced, sensor.range_MPa)
+    softest, firmest = map(sensor.reduced, sensor.range_MPa)  # E / (1 - nu^2) of the fruit [MPa]
     if not softest <= ball.reduced_MPa <= firmest:
         bound = f"from {softest:.3g} to {firmest:.3g} MPa, as firm as the fruit of the design"
         raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "use a softer or firmer ball")

@@ -245,6 +245,19 @@ def _crosstalk_percent(
     """
     relative_slopes = counts_per_N / np.diag(counts_per_N)[:, None]  # 1 for the channel's own tip
     crosstalk = np.abs(relative_slopes - np.eye(len(names))).max(axis=1)  # the identity removes the own tip
+    _check_separation(table, names, keys, relative_slopes, crosstalk)
+    return tuple((100.0 * crosstalk).tolist())
+
+
+def _check_separation(
+    table: MeasuredTable, names: Sequence[str], keys: Sequence[str], relative_slopes: Floats, crosstalk: Floats
+) -> None:
+    """Raise InputError for channels that do not separate the forces of the tips.
+
+    `relative_slopes` (channels, tips) [1] are the slopes divided by the slope for the channel's own tip, and
+    `crosstalk` (channels,) [1] is the largest of them for another tip. `names` are the names of the tips, and `keys`
+    are the count columns of the channels.
+    """
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())
         field = f"{table.source}: largest counts/N of {keys[channel]} for another tip, relative to {names[channel]}"
@@ -256,4 +269,3 @@ def _crosstalk_percent(
         bound = f"below {_WORST_CONDITION:g}, so that the channels separate the forces of the tips"
         hint = "check the order of the channels and their wiring"
         raise validation_error(field, float(np.linalg.cond(relative_slopes)), "", bound, hint)
-    return tuple((100.0 * crosstalk).tolist())

@@ -215,6 +215,7 @@ def subtract_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loa
         name = f"{specimen}: compliance"
         raise validation_error(name, compliance, "um/N", bound, "measure it by pressing steel on steel")
     failure = None if curve.failure is None else float(travel[-1])  # a curve ends at its failure
+    # Smaller backward steps are jitter. The largest travel up to each point replaces them.
     return replace(curve, travel=np.maximum.accumulate(travel), failure=failure)
 
 

@@ -88,8 +88,8 @@ def find_design_range(results: Sequence[CompressionResult]) -> DesignRange:
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])  # half widths of the error bars, relative to E
-    # `next_multiple` rounds to two digits, up towards infinity or down towards 0. The round-off of its results remains
-    # here, because it decides how the list rounds a modulus halfway between two digits.
+    # `next_multiple` rounds to two digits, up towards infinity or down towards 0. Its results are `rounded` only at the
+    # end: their round-off decides how the list rounds a modulus halfway between two digits.
     E_max = next_multiple(float((E * (1.0 + u)).max()), 2, math.inf)
     E_min = next_multiple(float((E * (1.0 - u)).min()), 2, 0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)

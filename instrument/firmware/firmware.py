@@ -317,7 +317,7 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
     return {
         "loads": seating.loads,
         "load_forces": [force for forces in seating.least_forces for force in forces.tolist()],
-        # Tips are seated from the load E (per_offset |offset| + by_skin) on.
+        # Tips are seated from the load E (per_offset |offset| + by_skin) on, with the offset of the press in mm.
         "per_offset": seating.per_offset,  # side of a tip divided by the tip spacing [1]
         "by_skin": seating.by_skin,  # side of a tip times the slope of the skin [mm]
         "rounds": MAX_ITERATIONS,

@@ -127,7 +127,7 @@ def _largest_passing_travel(verdict: Verdict, design: Design, springs: FittedSpr
     travel = design.press.travel_mm
     by_travel = verdict.row.by_travel
     if by_travel == "strain":
-        for kind, spring in springs.springs.items():  # the verdict is about one of the springs
+        for kind, spring in springs.springs.items():  # finds the spring that the verdict is about
             printable = springs.printable[kind]
             if printable.name == verdict.name and spring.highest_strain > 0.0:
                 return travel * printable.strain_limit / spring.highest_strain
