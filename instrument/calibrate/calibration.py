@@ -225,8 +225,8 @@ def read_print_table(
     lacks. `counts_as` is the notation of the counts: "unsigned", "offset", or None for signed counts.
 
     Raises InputError unless the table has exactly one of the columns `tip` and `coupon`. InputError is also raised if a
-    tip is unknown, if only some channels have counts, if a count is beyond the range of the converter, and if
-    `counts_as` is given for a table without counts.
+    tip is unknown, if only some channels have counts, and if a count is beyond the range of the converter. A table
+    without counts is refused if `counts_as` is given.
     """
     count_names = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(count_names, COUNTS)})
@@ -602,8 +602,8 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     The coupon is a test beam with one leaf for each arm of the housing in `report`. `table` holds the weights on these
     leaves and their deflections. The modulus is the mean over the leaves, weighted by the inverse variance of each.
 
-    Raises InputError for a design without a housing, for a leaf that the design does not have, and for weights that do
-    not determine a stiffness.
+    Raises InputError for a design without a housing, for a leaf that the design lacks, and for weights that do not
+    determine a stiffness.
     """
     if report.housing is None:
         hint = "run pipeline design with springs that can be printed"

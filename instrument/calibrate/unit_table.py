@@ -169,8 +169,8 @@ def compute_leaf_trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[
     """Return for each tip the change in leaf length [mm] that would give its spring the target stiffness.
 
     A negative change means that the leaves must be clamped shorter. `targets` (tips,) [N/mm] are the desired
-    stiffnesses. The trim is None if the target lies within the error bar (95 %) of the stiffness, because then a trim
-    may not improve the spring. The list is empty if the design has no housing.
+    stiffnesses. The trim is None if the target lies within the error bar (95 %) of the stiffness, because a trim may
+    then not improve the spring. The list is empty if the design has no housing.
     """
     housing = sensor.report.housing
     if housing is None:

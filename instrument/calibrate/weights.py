@@ -107,7 +107,8 @@ def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, force
     tip has one channel of its own, but the weight on a tip may also change the counts of other channels.
 
     Raises InputError for a tip whose first row has a weight, because this row is the tare. InputError is also raised
-    for an outlier, and for channels that do not respond to their own tips, or do not separate the forces of the tips.
+    for an outlier, for a channel that does not respond to its own tip, and for channels that do not separate the tip
+    forces.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))

@@ -186,8 +186,8 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
     variance *= points / max(1, points - parameters)
     total = float(residual @ residual)
     correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
-    # A correlation reduces the number of independent residuals. The factor holds for a first-order autoregressive
-    # process.
+    # A correlation reduces the number of independent residuals. The factor (1 + r) / (1 - r) holds for a first-order
+    # autoregressive process with the correlation r.
     if correlation > _SIGNIFICANT / math.sqrt(points):
         limited_correlation = min(correlation, _LARGEST_CORRELATION)  # so that the factor remains finite
         variance *= (1.0 + limited_correlation) / (1.0 - limited_correlation)

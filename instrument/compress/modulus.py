@@ -317,7 +317,8 @@ def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -
     """Raise InputError if the error bar of the modulus contains 0.
 
     `u_percent` is the half width of the error bar at 95 % [%]. The hint names `largest_share`, the cause with the
-    largest share of the error, and the row with the sharpest bend in the force, which may be an outlier.
+    largest share of the error. The hint also names the row with the sharpest bend in the force, because this row may be
+    an outlier.
     """
     if not ALLOWED_PERCENT.hold(u_percent):
         bends = np.abs(np.diff(specimen.force, n=2))  # second differences; the first one is centred at the second row

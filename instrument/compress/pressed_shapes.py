@@ -235,8 +235,8 @@ class CylinderOnSide(CompressedBody):
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
         """Return the only bound, which accounts for the free ends.
 
-        The bound assumes plane stress over a length of one radius at each end, where the force is 1 - nu^2 times the
-        force in plane strain.
+        The bound assumes plane stress over a length of one radius at each end. In plane stress, the force is 1 - nu^2
+        times the force in plane strain.
         """
         end_fraction = min(1.0, 2.0 * self.radius_mm / self.length_mm)  # both ends, as a fraction of the length
         return {"free ends": [[BoundingPress(side, 1.0 - end_fraction * side.law.poisson**2) for side in sides]]}

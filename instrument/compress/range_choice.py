@@ -174,7 +174,7 @@ def _is_noise(residual: Floats) -> bool:
     """Return whether the residuals (points,) [N] of a fit are only noise.
 
     A chi-square test is applied to the mean residuals of consecutive groups of points. If a curve does not follow the
-    law, many neighbouring residuals have the same sign, so the means of the groups are larger than noise explains.
+    law, many neighbouring residuals have the same sign, so the group means exceed what noise explains.
     """
     group_count = min(_GROUPS, max(_LEAST_GROUPS, len(residual) // _LEAST_GROUP_SIZE))
     groups = np.array_split(residual, group_count)

@@ -129,7 +129,7 @@ def _is_continuation(first: Specimen, second: Specimen) -> bool:
     """Return whether the second curve continues the first one, as the next segment of the same test.
 
     Both curves must be in the same file, and the first one must end at its largest compression. The second curve must
-    begin within a few steps of this end, both in travel and in force, and not more than one step before it.
+    begin within a few steps of this end, in travel and in force, but not more than one step before it.
     """
     travel = first.travel
     if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004 - a step needs two rows

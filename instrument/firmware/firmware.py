@@ -128,8 +128,8 @@ def render_board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, 
 
     The programs print the counts of all channels or, if `calibrated`, the modulus of each press. Raises InputError for
     a design without a board, and for a circuit that the programs do not support. If `calibrated`, InputError is also
-    raised for a unit whose counts are not calibrated, and for flesh that relaxes, because the firmware does not read
-    the hold.
+    raised for a unit whose counts are not calibrated. Flesh that relaxes is refused too, because the firmware does not
+    read the hold.
     """
     _check_board_is_supported(sensor)
     if calibrated and not sensor.unit.newtons_per_count:
@@ -381,7 +381,7 @@ def _rolling_constants(law: RiseLaw) -> dict[str, object]:
         "dome_radius": domes.dome_radius,  # [mm]
         "rolled": domes.rolling_factor,  # distance of two axes divided by the distance of their contacts
         "contrast_of_xy": domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
-        # Boussinesq's solution: a force F lowers the surface of a half-space at distance r by body F / (E r).
+        # Boussinesq's solution: a force F lowers the surface of a half-space at distance r by `body` F / (E r).
         "body": (1.0 - domes.poisson**2) / math.pi,
         # The part of `fruit` that does not change as contacts move: the difference between fruit and half-space.
         "fixed_fruit_part": (weights @ (S - domes.S())).tolist(),
