@@ -311,6 +311,5 @@ def size_of(cause: Cause, change: Change) -> Floats:
         return up
     down = change(cause, -1.0)
     # A height offset changes the results much more in one direction than in the other, so the larger change is used.
-    # Offsets have one row for each tip, and `any` combines the tips.
-    is_one_sided = (cause.height_offsets != 0.0).any(axis=0)
+    is_one_sided = (cause.height_offsets != 0.0).any(axis=0)  # the rows of the offsets belong to the tips
     return np.where(is_one_sided, np.maximum(np.abs(up), np.abs(down)), 0.5 * np.abs(up - down))

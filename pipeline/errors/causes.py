@@ -164,9 +164,9 @@ def _engraved_marks(leaves: Sequence[Flexure], pair: PressedSensor) -> Cause:
     The bound assumes that the whole frame is thinner by the depth of the marks.
     """
     mark_changes = []
+    # a scaled fraction is the frame's fraction of the compliance 1/K, times E w / K with the depth w of the leaves
     for leaf, scaled_fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
-        # The frame contributes this fraction of the compliance 1/K. A frame that is thinner by the depth of the marks
-        # is softer by the relative change of its depth.
+        # A frame that is thinner by the depth of the marks is softer by the relative change of its depth.
         frame_fraction = scaled_fraction * K / (pair.springs.process.E_MPa * leaf.depth)
         mark_changes.append(-frame_fraction * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
@@ -321,12 +321,12 @@ def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
     for one_travel in travel.flat:
         forces = [K * one_travel for K in series_stiffnesses]
         rolled = roll(forces, positions, series_stiffnesses, radius)
-        angle = math.radians(rolled.angle_deg)
-        if not rolled.steady:
+        if rolled.steady:
+            roll_angles.append(math.radians(rolled.angle_deg))
+        else:
             # The fruit rolls away. The angle is chosen so large that a tip certainly lifts off: the offsets of the two
             # tips differ by twice the travel.
-            angle = 2.0 * one_travel / design.tips.spacing_mm
-        roll_angles.append(angle)
+            roll_angles.append(2.0 * one_travel / design.tips.spacing_mm)
     # Forces are proportional to the travel, so the coefficient of friction of the last travel holds for all travels.
     return Cause(
         name="free fruit",

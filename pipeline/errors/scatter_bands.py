@@ -36,16 +36,16 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     # Only these causes scatter from print to print and change the springs.
     print_causes = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
     factors = _sampled_factors(print_causes)
-    # All prints are evaluated at once. The last axis of this cause has an entry for each print; otherwise it has one
-    # for each travel. So only one travel is evaluated, the full travel.
+    # All prints are evaluated at once, as a cause with the shape (springs, 1, samples). The samples broadcast against
+    # the axis of the travels, so only the full travel is evaluated.
     prints = Cause(name="prints", reason="", springs=factors[:, None, :] - 1.0)
     at_full_travel = replace(level, travel=level.travel[-1:])
     P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples); the last modulus is the firmest fruit
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))  # [N/m]
-    # `modulus_converter` returns None if P does not increase with the modulus. No modulus can then be read, so it is
-    # nan.
-    modulus_at = force_ratio_curve(pair).modulus_converter(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
+    modulus_at = force_ratio_curve(pair).modulus_converter(at_full_travel.ratio()[:, 0], E)
+    if modulus_at is None:  # P does not increase with the modulus, so no modulus can be read
+        modulus_at = _unknown_modulus
     calibrated_error = _calibrated_modulus_error(at_full_travel, modulus_at)
     return ScatterBands(
         K_l_N_per_m=_band(K_l),
@@ -55,6 +55,11 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
         modulus_error=_band([modulus_at(P_max) / E[-1] - 1.0 for P_max in P[-1].tolist()]),
         calibrated_modulus_error=calibrated_error if math.isfinite(calibrated_error) else None,
     )
+
+
+def _unknown_modulus(_P: float) -> float:
+    """Return nan as the modulus for any force ratio."""
+    return math.nan
 
 
 def _calibrated_modulus_error(level: LevelPress, modulus_at: Callable[[float], float]) -> float:

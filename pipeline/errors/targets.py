@@ -88,8 +88,8 @@ class ForceRatioCurve:
 
             The ratio is scaled so that P[0], on the softest fruit, becomes the limit of the law for a soft fruit.
             """
-            level_ratio = ratio / float(P[0]) * self.stiffness_ratio
-            return self.fruit_stiffness(level_ratio) if math.isfinite(level_ratio) else math.nan
+            scaled_ratio = ratio / float(P[0]) * self.stiffness_ratio
+            return self.fruit_stiffness(scaled_ratio) if math.isfinite(scaled_ratio) else math.nan
 
         nodes = np.array([stiffness(ratio) for ratio in P.tolist()])  # fruit stiffnesses at the moduli [N/mm]
         if not (np.diff(nodes) > 0.0).all():  # a node that is nan also fails this comparison

@@ -18,9 +18,9 @@ def shortfall(verdict: Verdict) -> float:
     """Return the relative distance of a verdict from passing [1]; 0 if it passes with the margin.
 
     If the verdict does not pass, the shortfall is the sum of three terms. These are the margin, the relative distance
-    of the worse end of the error bar from the limit, and the fraction of unreadable poses. If the verdict passes by
-    less than the margin, the shortfall is the missing part of the margin. If it fails without a number, the shortfall
-    is 1.
+    of the worse end of the error bar beyond the limit, and the fraction of unreadable poses. For a target, the distance
+    of the value is used instead. If the verdict passes by less than the margin, the shortfall is the missing part of
+    the margin. If it fails without a number, the shortfall is 1.
     """
     # A verdict with a `value_level` remains undecided with ideal springs. A run with fitted springs can decide it, so
     # it has no shortfall here.
@@ -34,14 +34,16 @@ def shortfall(verdict: Verdict) -> float:
     distance = abs(value - limit) / scale
     if verdict.passed:
         return 0.0 if tolerance else max(0.0, MARGIN - distance)  # a target with a tolerance does not need a margin
-    # With a limit, `distance` becomes the distance of the worse end of the error bar beyond it; 0 if it is within.
     error = verdict.error / scale if is_number(verdict.error) else 0.0
-    match verdict.sense:  # a target has no sense, so `distance` remains the distance of the value from it
+    # distance of the worse end of the error bar beyond a limit, or of the value from a target, which has no sense
+    match verdict.sense:
         case "at most":
-            distance = max(0.0, (value - limit) / scale + error)
+            excess = max(0.0, (value - limit) / scale + error)
         case "at least":
-            distance = max(0.0, (limit - value) / scale + error)
-    return MARGIN + distance + _unreadable_fraction(verdict)
+            excess = max(0.0, (limit - value) / scale + error)
+        case _:
+            excess = distance
+    return MARGIN + excess + _unreadable_fraction(verdict)
 
 
 def _unreadable_fraction(verdict: Verdict) -> float:

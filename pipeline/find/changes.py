@@ -23,7 +23,8 @@ Sweep = list[Changes]
 # factors, because their trials take longer.
 SMALLER = (0.85, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.03, 0.01)
 LARGER = (1.2, 1.5, 2.0, 3.0, 4.0, 7.0, 10.0, 20.0, 50.0)
-_COARSELY_SMALLER = (0.5, 0.25)  # the same for trials on cells, which are expensive
+# fewer factors for trials whose contact is solved on cells, because these trials are expensive
+_COARSELY_SMALLER = (0.5, 0.25)
 _COARSELY_LARGER = (2.0, 4.0)
 _CLOSE_SPACING = 2.5  # ratio of the spacing to the side of a tip at which a round fruit is nearly flat under the tips
 _CHANGE_WITHOUT_RATIO = 1.0  # size of a change without a ratio: a different word, or a key that is removed or set to 0
@@ -89,16 +90,15 @@ def _two_spring_law_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sw
     Each sweep has a single change. A press to the side keeps the tips at the same height, because their weight then
     does not act along the press. Changes that the design already has are omitted.
     """
-    has_flat_face = design.tips.tip_shape.has_flat_face
     changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
-    if has_flat_face:
-        changes.append({"tips.fillet_mm": 0.0})
-    changes.append({"press.attitude": "side"})
-    if not has_flat_face:
+    press_sideways: Changes = {"press.attitude": "side"}
+    if design.tips.tip_shape.has_flat_face:
+        changes += [{"tips.fillet_mm": 0.0}, press_sideways]
+    else:
         no_fillet = {"tips.fillet_mm": 0.0} if design.tips.fillet_mm else {}
         # the keys of other shapes, such as a dome radius, are not allowed for a cube
         removed_keys = _remove_keys(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
-        changes.append({"tips.shape": "cube", **no_fillet, **removed_keys})
+        changes += [press_sideways, {"tips.shape": "cube", **no_fillet, **removed_keys}]
     if design.targets is not None:
         changes.append(dict.fromkeys(_SPRINGS))  # removes the given stiffnesses, so that the targets size the springs
     return _single_sweeps(design, changes)

@@ -59,18 +59,12 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
 
     The `failed` verdicts determine which ranges become narrower: the radii and the flesh thickness, or the moduli at
     their softest or firmest end. If no failed verdict belongs to an end of the moduli, the radii and the thickness
-    become narrower. The preset may have one limit of the uncertainty for each end of the moduli. A failed uncertainty
-    then belongs to the end whose limit it exceeds. If the two limits are equal, it belongs to both ends.
+    become narrower. A failed uncertainty of the reading belongs to the end of the moduli whose limit it exceeds.
     """
     failed_names = {verdict.name for verdict in failed}
     exceeded_limits = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
-    limit_at = (preset.reading or ReadingRequirements()).uncertainty_limit_at
-    moduli = preset.fruit.E_MPa
-    softest_limit = limit_at(min(moduli), moduli)
-    firmest_limit = limit_at(max(moduli), moduli)
-    fails_at_softest = bool(failed_names.intersection(SOFTEST_VERDICTS)) or softest_limit in exceeded_limits
-    # A limit that differs from the softest one belongs to the firmest end, even at a modulus between the two ends.
-    fails_at_firmest = bool(exceeded_limits - {softest_limit}) or firmest_limit in exceeded_limits
+    exceeds_softest, fails_at_firmest = _ends_of_limits(exceeded_limits, preset)
+    fails_at_softest = bool(failed_names.intersection(SOFTEST_VERDICTS)) or exceeds_softest
     fails_by_shape = bool(failed_names.intersection(SHAPE_VERDICTS)) or not (fails_at_softest or fails_at_firmest)
     step = (requested.E_max_MPa / requested.E_min_MPa) ** NARROWED_FRACTION  # factor on one end of the moduli
     narrowed = fruit
@@ -85,6 +79,20 @@ def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[V
         E_min_MPa=rounded(fruit.E_min_MPa * step) if fails_at_softest else fruit.E_min_MPa,
         E_max_MPa=rounded(fruit.E_max_MPa / step) if fails_at_firmest else fruit.E_max_MPa,
     )
+
+
+def _ends_of_limits(exceeded_limits: Collection[object], preset: Design) -> tuple[bool, bool]:
+    """Return whether exceeded limits of the uncertainty belong to the softest and to the firmest end of the moduli.
+
+    The preset may have one limit for each end. If its two limits are equal, an exceeded limit belongs to both ends. A
+    limit that differs from the softest one belongs to the firmest end, even at a modulus between the two ends.
+    """
+    limit_at = (preset.reading or ReadingRequirements()).uncertainty_limit_at
+    moduli = preset.fruit.E_MPa
+    softest_limit = limit_at(min(moduli), moduli)
+    firmest_limit = limit_at(max(moduli), moduli)
+    exceeds_firmest = bool(set(exceeded_limits) - {softest_limit}) or firmest_limit in exceeded_limits
+    return softest_limit in exceeded_limits, exceeds_firmest
 
 
 def _narrow_range(ends: Ends, requested: Ends) -> Ends:

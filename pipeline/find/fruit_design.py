@@ -7,6 +7,7 @@ limits of printing. Further steps of the search correct for these.
 """
 
 import math
+from collections.abc import Sequence
 
 from pipeline.find.candidate import Candidate
 from pipeline.find.changes import Changes, change_design, in_words, value_of
@@ -34,12 +35,15 @@ MAX_RUNS = 4  # maximum number of whole runs
 TOLERANCE = 0.01
 _MIN_SPACING_MM = 4.5  # with a smaller spacing the leaves are shallower, and a tilted fruit pushes them sideways
 _TIP_GAP_MM = 0.5  # gap between neighbouring tips [mm], as in the presets
-_CORNER_FALL = 0.6  # maximum depth of the corners of the piece of fruit below its apex, divided by the flesh thickness
-_CORNER_FALL_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh
+# maximum depth of the corners of the piece of fruit below its apex, divided by the flesh thickness
+_CORNER_FALL = 0.6
+_CORNER_FALL_THINNEST = 0.9  # the same ratio for the roundest fruit with the thinnest flesh
+_CAP_FALL = 0.6  # maximum depth of a corner below the apex, divided by the radius of the fruit
 _SIZE_STEP_MM = 0.5  # step to which dimensions of the fruit are rounded [mm]
-_DOME_STEP_MM = 0.1  # the same for the radius of a dome, the spacing of the tips and the travel [mm]
-_SPACING_STEP_MM = 0.05
-_TRAVEL_STEP_MM = 0.01
+_DOME_STEP_MM = 0.1  # step to which the radius of a dome is rounded [mm]
+_DOME_REDUCTION_MM = 0.5  # reduction of the radius of a dome in one step [mm], if its contact is too wide
+_SPACING_STEP_MM = 0.05  # step to which the spacing of the tips is rounded [mm]
+_TRAVEL_STEP_MM = 0.01  # step to which the travel is rounded [mm], and by which it is increased
 _TRAVEL_REDUCTION_MM = 0.02  # reduction of the travel in one step [mm], which reduces biases of both signs
 _BRUISE_FACTOR = 0.9  # factor on the stiffness of both springs if the fruit bruises
 _RADIUS_FACTOR = 1.04  # initial factor on the radii of the design's fruit if the bias is too large
@@ -109,6 +113,7 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     min_ratio = min(1.0, _MIN_SPACING_MM / tips.spacing_mm)
     length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, min_ratio)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
+    stiffness_ratio = length_ratio * modulus_ratio
     spacing = _round_to(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
     radius, radius_across, depth = _assumed_fruit(fruit, preset, length_ratio)
     # Contact is solved on a piece of the fruit. Its corners must lie on the design's fruit and on every fruit of the
@@ -131,7 +136,7 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         "tips.side_mm": round(spacing - _TIP_GAP_MM, 2),
         "tips.dome_radius_mm": _round_to((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
         "press.travel_mm": max(least_travel(preset), _round_to(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
-        **_scale_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
+        **_scale_springs(preset, stiffness_ratio, stiffness_ratio),
     }
 
 
@@ -169,7 +174,7 @@ def _largest_piece(radius: float, radius_across: float, fall: float) -> float:
     as in `Fruit.fall_mm`. The equation is solved for the side 2 h. The fall is limited to 0.6 R, because lower corners
     are not on the cap of the fruit.
     """
-    height_squared = (1.0 - min(fall / radius, _CORNER_FALL)) ** 2  # left side of the equation
+    height_squared = (1.0 - min(fall / radius, _CAP_FALL)) ** 2  # left side of the equation
     return 2.0 * radius * math.sqrt((1.0 - height_squared) / (1.0 + radius / radius_across))
 
 
@@ -241,7 +246,16 @@ def fruit_suggestion(
         progress(f"trying design {tried + 1} of at most {MAX_TRIALS}: {in_words(step)}")
         changes = {**changes, **step}
         design = change_design(preset, changes)
+    return _none_found(preset, candidates, runs)
+
+
+def _none_found(preset: Design, candidates: Sequence[Candidate], runs: int) -> Suggestion:
+    """Return the suggestion without changes, with the verdicts of the candidate nearest to passing.
+
+    `candidates` are all designs that were tried, and `runs` is the number of whole runs.
+    """
     nearest = min(candidates, key=lambda candidate: candidate.shortfall)
+    tried = len(candidates)
     reason = f"none found: none of {tried} designs around the preset passes; the nearest one has the verdicts below"
     verdicts = nearest.verdicts or ()
     return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=tried, runs=runs)
@@ -354,7 +368,7 @@ def _change_for_failed_verdicts(
     is_beyond_face = readings is not None and readings.face_mm > design.tips.side_mm
     if result is None or is_beyond_face or "geometry.tip_face" in failed:  # a smaller dome has a narrower contact
         # A radius of 0 or less makes the design invalid, which raises InputError when the change is made.
-        smaller_radius = (design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM
+        smaller_radius = (design.tips.dome_radius_mm or 0.0) - _DOME_REDUCTION_MM
         return {"tips.dome_radius_mm": round(smaller_radius, 1)}
     if "bruise" in failed:  # softer springs press with smaller forces
         return _scale_springs(design, _BRUISE_FACTOR, _BRUISE_FACTOR)

@@ -10,7 +10,16 @@ import numpy as np
 
 from sensor.design.fruits import FRUITS, ranges_in_words
 from sensor.input_file import read_bytes
-from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, parse_number, quantity, validation_error
+from sensor.quantity import (
+    LENGTH,
+    MODULUS,
+    InputError,
+    check_fields,
+    nearest,
+    parse_number,
+    quantity,
+    validation_error,
+)
 from sensor.words import rounded
 
 # Pressure at which flesh of 1 MPa bruises [MPa], and exponent of its increase with the modulus. Both are assumptions.
@@ -108,15 +117,16 @@ def fruit_range(text: str) -> FruitRange:
         return _measured_range(Path(text))
     if text.isalpha():
         return _named_range(text)
-    ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
-    match = ball or any_shape
+    ball = _BALL.fullmatch(text)
+    match = ball or _ANY_SHAPE.fullmatch(text)
+    if match is None:
+        raise _invalid_text(text)
     # The first group is the name, and the others are the numbers as text, in the order of the description. A group that
     # is left out is None.
-    groups = (None,) if match is None else match.groups()
-    name = groups[0]
-    numbers = [parse_number(number_text) for number_text in groups[1:] if number_text is not None]
-    if not numbers or None in numbers:  # no form matches, or a number is invalid
-        raise validation_error("--fruit", text, "", _FORM, "write all numbers")
+    name, *number_texts = match.groups()
+    numbers = [parse_number(number_text) for number_text in number_texts if number_text is not None]
+    if None in numbers:
+        raise _invalid_text(text)
     if name is not None:
         _refuse_unknown(name)
     *lengths, softest, firmest = (number for number in numbers if number is not None)  # the moduli come last
@@ -131,6 +141,11 @@ def fruit_range(text: str) -> FruitRange:
         E_min_MPa=softest,
         E_max_MPa=firmest,
     )
+
+
+def _invalid_text(text: str) -> InputError:
+    """Return the error for a text that does not have a form of the flag `--fruit`, or contains an invalid number."""
+    return validation_error("--fruit", text, "", _FORM, "write all numbers")
 
 
 def _named_range(name: str) -> FruitRange:

@@ -96,7 +96,6 @@ def _refuse_missing_verdicts(study: Study) -> None:
 
     Without this key or table, the verdict does not exist for any candidate.
     """
-    tables = study.base.tables
     goal = study.goal
     goal_verdicts = [
         ("optimise.minimise", verdict_field(goal.minimise)[0]),
@@ -104,21 +103,26 @@ def _refuse_missing_verdicts(study: Study) -> None:
     ]
     for field, name in goal_verdicts:
         for needed_name in row_of(name).given:  # the name of a table, or TABLE.KEY
-            table, _, key = needed_name.partition(".")
-            if key:
-                is_varied = any(varied.startswith(needed_name) for varied in study.vary)
-                is_set = key in tables.get(table, {})
-            else:  # a table is needed, and any varied key of it makes the table
-                is_varied = any(varied.startswith(f"{table}.") for varied in study.vary)
-                is_set = table in tables
-            if is_varied or is_set:
+            if _is_set_or_varied(study, needed_name):
                 continue
-            needed_text = needed_name if key else f"a [{table}] table"
+            needed_text = needed_name if "." in needed_name else f"a [{needed_name}] table"
             bound = f"a verdict of the base, which has no {needed_name}"
             hint = (
                 f"give {needed_text} in the base or under [set], or choose optimise.minimise and under without {name}"
             )
             raise validation_error(field, name, "", bound, hint)
+
+
+def _is_set_or_varied(study: Study, name: str) -> bool:
+    """Return whether a table, or a key TABLE.KEY, is set in the base of a study or varied; `name` is its name."""
+    tables = study.base.tables
+    table, _, key = name.partition(".")
+    if key:
+        is_varied = any(varied.startswith(name) for varied in study.vary)
+        return is_varied or key in tables.get(table, {})
+    # any varied key of a table makes the table
+    is_varied = any(varied.startswith(f"{table}.") for varied in study.vary)
+    return is_varied or table in tables
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | None) -> None:

@@ -32,6 +32,7 @@ from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseError, RiseReading
 from solve.contact.pose_forces import Pose
+from solve.fruit.compliance import FruitCompliance
 from solve.halfspace.layered import base_compliance
 
 TILTS = 5  # number of tilts at which presses are solved for the page
@@ -168,10 +169,19 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         moduli = _accuracy_by_modulus(sensor, model, presses, channels, press_readings)
     except RiseError:  # a press with barely enough rise may lose its modulus if its forces change slightly
         return analysis
-    flesh_change = 0.0  # largest relative change of E in a level press if the flesh obeys another constitutive law
-    if presses.flesh.any():
-        flesh_change = max(map(model.modulus_change, presses.F[:, 0], presses.flesh[:, 0]))
+    flesh_change = _change_by_law_of_flesh(model, presses)
     return replace(analysis, moduli=moduli, full_scale=tuple(presses.full_scale.tolist()), flesh=flesh_change)
+
+
+def _change_by_law_of_flesh(model: RiseModel, presses: SampledPresses) -> float:
+    """Return the largest relative change of E [1] in a level press if the flesh obeys another constitutive law.
+
+    The level press is placement 0 of `presses`. The change is 0 if the law does not change any force. Raises RiseError
+    if a level press with the changed forces has no modulus.
+    """
+    if not presses.flesh.any():
+        return 0.0
+    return max(map(model.modulus_change, presses.F[:, 0], presses.flesh[:, 0]))
 
 
 def _calibrated_channels(
@@ -200,13 +210,11 @@ def _accuracy_by_modulus(
     design, placements = sensor.design, presses.placements
     # `design.reading` is never None here, because `analyse_readings` returns early without `[reading]`.
     reading = design.reading or ReadingRequirements()
-    # moduli read (moduli, placements) [MPa], and their relative errors; nan for a press without a reading
-    E_read = np.array([[math.nan if one is None else one.E for one in row] for row in press_readings])
-    biases = E_read / np.array(presses.moduli)[:, None] - 1.0
+    biases = _relative_errors(press_readings, presses.moduli)
     bias_errors = _bias_errors(model, presses, biases)
     fruit_sources = _fruit_uncertainties(design, model, presses, biases)
     random_presses, random_readings = _random_presses(presses, press_readings)
-    # relative changes of E due to each form error: for each modulus an array (presses, form errors)
+    # relative changes of E due to each form error of the domes: for each modulus an array (presses, form errors)
     form_changes = [np.array([form_error_changes(design, model, press) for press in row]) for row in random_presses]
     remaining_form_changes = form_changes
     ball_uncertainty: dict[str, float] = {}
@@ -236,6 +244,15 @@ def _accuracy_by_modulus(
         )
         rows.append(row)
     return tuple(rows)
+
+
+def _relative_errors(press_readings: PressReadings, moduli: Sequence[float]) -> Floats:
+    """Return the relative error of each modulus read [1], shape (moduli, placements); nan without a reading.
+
+    `moduli` [MPa] are the true moduli.
+    """
+    E_read = np.array([[math.nan if reading is None else reading.E for reading in row] for row in press_readings])
+    return np.asarray(E_read / np.array(moduli)[:, None] - 1.0)
 
 
 def _fruit_uncertainties(
@@ -269,8 +286,8 @@ def _random_presses(
     random_readings: list[list[RiseReading]] = []
     for forces, row in zip(presses.F, press_readings, strict=True):
         random_presses.append([forces[index] for index in random_indices if row[index] is not None])
-        readings_in_random_placements = [row[index] for index in random_indices]
-        random_readings.append([one for one in readings_in_random_placements if one is not None])
+        readings_or_none = [row[index] for index in random_indices]
+        random_readings.append([reading for reading in readings_or_none if reading is not None])
     return random_presses, random_readings
 
 
@@ -327,20 +344,24 @@ def _read_presses(
     for E, forces, widths in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
         row: list[RiseReading | None] = []
         for placement, press, width in zip(presses.placements, forces, widths, strict=True):
-            reading = None
             try:
-                if width > side_mm:
-                    msg = f"tips.side_mm = {side_mm:g} mm is less than the {width:.3g} mm that the contact needs"
-                    raise ReadingError(msg)
-                reading = model.read(press, noises, least_forces)
+                _refuse_wide_contact(width, side_mm)
+                row.append(model.read(press, noises, least_forces))
             except ReadingError as error:
+                row.append(None)
                 reasons.append(f"as at {E:.3g} MPa, {placement}: {error}")
-            row.append(reading)
         press_readings.append(row)
     if not reasons:
         return press_readings, None
     count = len(presses.moduli) * len(presses.placements)
     return press_readings, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
+
+
+def _refuse_wide_contact(width: float, side_mm: float) -> None:
+    """Raise ReadingError if a contact of this `width` [mm] extends beyond the face of a dome, `side_mm` [mm]."""
+    if width > side_mm:
+        msg = f"tips.side_mm = {side_mm:g} mm is less than the {width:.3g} mm that the contact needs"
+        raise ReadingError(msg)
 
 
 def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
@@ -378,7 +399,7 @@ def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) ->
     thicknesses. The thickness is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7). `biases`
     [1] has the shape (moduli, placements).
     """
-    changes = [np.zeros(len(biases))]  # remains the only row if the thickness does not vary
+    changes = [np.zeros(len(biases))]  # no change at the thickness of the design
     for index, placement in enumerate(placements):
         if placement.thickness_mm is not None:
             # the same placement on flesh with the thickness of the design
@@ -396,9 +417,8 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     half-space measures E / (1 - nu^2). Let r = (1 - nu^2) / (1 - nu'^2). Flesh with E and nu' then causes the same
     forces as flesh with r E and nu. Flat tips read r E.
 
-    Under domes, the compliance also depends on the rigid base of the flesh: S' = S + r base(nu') - base(nu). Domes read
-    r E / b. Here b is the ratio of two moduli read from the `press` (samples, tips) [N], with S' and with S. Raises
-    RiseError if the press has no modulus with S'.
+    Domes read r E / b. Here b is the factor by which the rigid base of the flesh changes the modulus that is read from
+    the `press` (samples, tips) [N]. Raises RiseError if no modulus can be read from the press with the changed base.
     """
     fruit = design.fruit
     poisson = fruit.poisson
@@ -408,14 +428,24 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     modulus_ratio = (1.0 - poisson**2) / (1.0 - other_poisson**2)
     if design.tips.dome_radius_mm is None:
         return abs(modulus_ratio - 1.0)
+    return abs(modulus_ratio / _base_ratio(design, model, press, other_poisson, modulus_ratio) - 1.0)
+
+
+def _base_ratio(design: Design, model: RiseModel, press: Floats, other_poisson: float, modulus_ratio: float) -> float:
+    """Return the factor [1] by which the rigid base of the flesh changes the modulus read under domes.
+
+    The compliance S depends on the base. If Poisson's ratio changes from nu to nu' = `other_poisson`, S becomes
+    S' = S + r base(nu') - base(nu), with r = `modulus_ratio`. The factor is the ratio of the moduli that are read from
+    the `press` (samples, tips) [N] with S' and with S. Raises RiseError if the press has no modulus with S'.
+    """
+    fruit = design.fruit
     tip_axes = np.array(design.tips.places_mm)
     distances = np.linalg.norm(tip_axes[:, None] - tip_axes, axis=-1)  # (tips, tips) [mm]
-    base = base_compliance(fruit.depth_mm, poisson, distances)
+    base = base_compliance(fruit.depth_mm, fruit.poisson, distances)
     base_change = modulus_ratio * base_compliance(fruit.depth_mm, other_poisson, distances) - base
     contrast = model.law.contrast
     law = replace(model.law, contrast=replace(contrast, S=rows_of(np.array(contrast.S) + base_change)))
-    base_ratio = replace(model, law=law).read_modulus(press) / model.read_modulus(press)
-    return abs(modulus_ratio / base_ratio - 1.0)
+    return replace(model, law=law).read_modulus(press) / model.read_modulus(press)
 
 
 def _index_of_largest(biases: Sequence[float] | Floats) -> int:
@@ -451,22 +481,23 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
         first_forces = press[first : first + 2]
         # Number of samples until the last tip touches, if only flesh under a dome or only the spring gave way. The
         # touch lies between the sample before `first` and `first` itself.
-        earlier = first + np.clip(_samples_to_touch(first_forces ** (2.0 / 3.0)), 0.0, 1.0).max()
-        later = first + np.clip(_samples_to_touch(first_forces), 0.0, 1.0).max()
-        fraction = 0.5 * (earlier + later) / samples
+        by_flesh = first + np.clip(_samples_to_touch(first_forces ** (2.0 / 3.0)), 0.0, 1.0).max()
+        by_spring = first + np.clip(_samples_to_touch(first_forces), 0.0, 1.0).max()
+        fraction = 0.5 * (by_flesh + by_spring) / samples
         if fraction > latest.value:
-            latest = Estimate(float(fraction), float(0.5 * (later - earlier) / samples))
+            latest = Estimate(float(fraction), float(0.5 * (by_spring - by_flesh) / samples))
     return latest
 
 
 def _samples_to_touch(depths: Floats) -> Floats:
     """Return the number of samples, shape (tips,), from the sample before `depths[0]` to the first touch of each tip.
 
-    `depths` (2, tips), in any unit, holds the indentations in two successive samples. They are extrapolated linearly
-    back to zero. The result is minus infinity if an indentation does not grow.
+    `depths` (2, tips) holds quantities proportional to the indentations in two successive samples, in any unit. They
+    are extrapolated linearly back to zero. The result is minus infinity if an indentation does not grow.
     """
     growth = depths[1] - depths[0]
-    return np.asarray(1.0 - np.divide(depths[0], growth, out=np.full_like(growth, math.inf), where=growth > 0.0))
+    samples_since_touch = np.divide(depths[0], growth, out=np.full_like(growth, math.inf), where=growth > 0.0)
+    return np.asarray(1.0 - samples_since_touch)
 
 
 def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
@@ -531,6 +562,24 @@ def _pressures_at_full_travel(sensor: PressedSensor, presses: SampledPresses) ->
     return np.nan_to_num(pressures).reshape(shape), np.nan_to_num(errors).reshape(shape)
 
 
+def _full_scale_and_error(
+    contact: FruitCompliance, press: ScenePress, readings: ReadingAccuracy | None
+) -> tuple[Floats, float]:
+    """Return the largest force of each channel (tips,) [N], and the relative error of E due to the model [1].
+
+    Forces over all poses, and the error of the bias, are known only from `readings`. Without them, the forces are the
+    forces of `press` on the firmest fruit at full travel, and the error is the error of the solved `contact`.
+    """
+    error = max(contact.s11_error, contact.difference_error)  # relative errors of s11 and of s11 - s12
+    full_scale = press.at_largest_E.F[-1, -1]
+    if readings is not None:
+        if readings.full_scale is not None:
+            full_scale = np.array(readings.full_scale)
+        if readings.reach is not None:
+            error = max(error, readings.reach.error)
+    return full_scale, error
+
+
 def reading_constants(sensor: PressedSensor, press: ScenePress, readings: ReadingAccuracy | None) -> ReadingConstants:
     """Return the constants from which a printed unit computes a modulus, given its forces.
 
@@ -540,13 +589,7 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
     Raises SolveError if a solution is not exact.
     """
     contact = sensor.contact
-    error = max(contact.s11_error, contact.difference_error)  # relative errors of s11 and of s11 - s12
-    full_scale = press.at_largest_E.F[-1, -1]  # forces of a level press; `readings` also cover tilted presses
-    if readings is not None:
-        if readings.full_scale is not None:
-            full_scale = np.array(readings.full_scale)
-        if readings.reach is not None:
-            error = max(error, readings.reach.error)
+    full_scale, error = _full_scale_and_error(contact, press, readings)
     constants = ReadingConstants(
         method=RiseModel.method,
         springs_mm_per_N=rows_of(sensor.C),

@@ -76,8 +76,8 @@ def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, spa
 
     The result has the shape (tips,). `scatter` (tips,) [1] is the relative error of the slope of each channel's line.
     On the plate, the travel is the deflection of a tip's spring plus the flattening of the tip. Over a `span` [mm] of
-    the travel, the flattening is `flattened` (tips,) [mm]. It is proportional to E^(-2/3), and the modulus E of the
-    print differs from print to print. So the relative error of the flattening is 2/3 of the relative error of E.
+    the travel, the flattening is `flattened` (tips,) [mm]. The flattening is proportional to E^(-2/3), and E differs
+    from print to print. So the relative error of the flattening is 2/3 of the relative error of E.
     """
     modulus_scatter = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
     return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)
@@ -101,7 +101,7 @@ def springs_on_plate(
     return np.asarray(np.linalg.norm(contributions, axis=0))
 
 
-class _CalibrationErrors(NamedTuple):
+class _ChannelErrors(NamedTuple):
     """Relative standard deviations [1] of springs and gains, and of the springs due to each cause, all (tips,)."""
 
     springs: Floats
@@ -144,9 +144,7 @@ def _given_or_computed(given_percent: float | None, computed: Floats) -> tuple[f
     return len(computed) * (given_percent,)
 
 
-def _errors_after_weights(
-    bench: Bench, largest_forces: Floats, stiffnesses: Floats, noises: Floats
-) -> _CalibrationErrors:
+def _errors_after_weights(bench: Bench, largest_forces: Floats, stiffnesses: Floats, noises: Floats) -> _ChannelErrors:
     """Return the errors that remain after a calibration by weights.
 
     Each spring is loaded up to its force in `largest_forces` (tips,) [N], or up to the largest load of the `bench`'s
@@ -162,7 +160,7 @@ def _errors_after_weights(
     # `slope_error_factor` contains ROUNDED, the standard deviation of rounding, which does not apply to noise.
     noise_error = _relative_error(slope_error_factor / ROUNDED * noises, loads)
     springs = np.maximum(np.hypot(balance_error, dial_error), LEAST_ERROR)
-    return _CalibrationErrors(
+    return _ChannelErrors(
         springs=springs,
         gains=np.hypot(balance_error, noise_error),
         causes={"balance": balance_error, "dial": dial_error},
@@ -172,27 +170,26 @@ def _errors_after_weights(
 def _errors_after_plate(
     design: Design,
     bench: Bench,
-    after_weights: _CalibrationErrors,
+    after_weights: _ChannelErrors,
     largest_forces: Floats,
     stiffnesses: Floats,
     noises: Floats,
-) -> _CalibrationErrors:
+) -> _ChannelErrors:
     """Return the errors that remain after a calibration by weights and then on a plate, which calibrates deflections.
 
     `after_weights` are the errors after the calibration by weights. All tips have the same travel on the plate. The
     press ends when the first tip reaches its force in `largest_forces` (tips,) [N]. `stiffnesses` (tips,) are in N/mm,
-    and `noises` (tips,) [N] are standard deviations of one row of the table. The `gains` of the result are the relative
-    errors of the deflections.
+    and `noises` (tips,) [N] are standard deviations of one row of the table.
     """
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)  # for a resolution and a largest value of 1
     full_travel = float((largest_forces / stiffnesses).min())  # of the press on the plate [mm]
     plate_forces = full_travel * stiffnesses
+    # After the calibration by weights, the error of a gain is due to the balance and to noise. `noise_error` is its
+    # part due to noise. Round-off may make the difference slightly negative, so it is limited to 0.
+    noise_error = np.sqrt(np.maximum(after_weights.gains**2 - after_weights.causes["balance"] ** 2, 0.0))
+    scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)
     # change in the flattening of the domes from the first to the last row of the table [mm]
     flattened = flattening(design, plate_forces) - flattening(design, PLATE_AT[0] * plate_forces)
-    scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)
-    # After the calibration by weights, the error of a gain is due to the balance and to noise. This is its part due to
-    # noise. Round-off may make the difference slightly negative, so it is limited to 0.
-    noise_error = np.sqrt(np.maximum(after_weights.gains**2 - after_weights.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, full_travel * (PLATE_AT[-1] - PLATE_AT[0]))
     travel_error = float(_relative_error(slope_error_factor * bench.dial_mm, full_travel))
     # The stiffnesses by plate and by weights contain the same error of the balance, so it cancels in their ratio.
@@ -212,7 +209,8 @@ def _errors_after_plate(
         "dial": dial_error,
         "noise": np.hypot(noise_error, deflections),
     }
-    return _CalibrationErrors(springs=springs, gains=deflections, causes=causes)
+    # The channels measure deflections, so the errors of their gains are the errors of the deflections.
+    return _ChannelErrors(springs=springs, gains=deflections, causes=causes)
 
 
 def _errors_of_mean(deviations: Floats) -> tuple[float, Floats]:

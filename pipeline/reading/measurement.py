@@ -38,8 +38,8 @@ RANGE_FACTOR = 1.25  # factor by which the moduli extend beyond both ends of the
 class RiseModel:
     """A model that reads the modulus from the rise of the contrast in a whole press.
 
-    `law` relates the contrast to the forces. `level` are level readings, by which all readings are corrected; without
-    any, readings are not corrected.
+    `law` relates the contrast to the forces. `level` are level readings, by which all readings are corrected. If
+    it is empty, readings are not corrected.
     """
 
     law: RiseLaw

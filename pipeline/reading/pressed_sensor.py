@@ -155,6 +155,24 @@ class PressedSensor(Record):
         signal = self.signal
         if signal is None:
             return None
+        shortest_for_times = self._shortest_for_times(signal)
+        if shortest_for_times is None:
+            return None
+        # The instrumental variable of a sample is the total force one sample earlier. If the channels are interpolated
+        # to a common time, it is the force two samples earlier. So the first one or two samples cannot be used.
+        samples = FEWEST + (2 if signal.delays else 1)
+        # If the last tip touches at the largest allowed fraction of the travel, this fraction of the duration remains.
+        # It follows from the travel of a hand, x = X (1 - (1 - t / T)^2).
+        fraction_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
+        return max(shortest_for_times, samples / signal.rate_Hz / fraction_after_touch)
+
+    def _shortest_for_times(self, signal: SignalPath) -> float | None:
+        """Return the shortest duration of a press by hand [s] for which the conversion times matter little enough.
+
+        The relative standard deviation of E due to the conversion times is then at most `LARGEST_BY_TIME`, in a level
+        press on the firmest fruit. The result is None if the press has too little rise for a reading. Raises the same
+        errors as `pose_forces`.
+        """
         # The times are fractions of the duration, so the slopes with respect to time errors are for a press of 1 s.
         times = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
         press = self._press_by_hand(times)
@@ -167,14 +185,7 @@ class PressedSensor(Record):
         # The standard deviation of E is inversely proportional to the duration T. So for T = 1 s, its ratio to the
         # limit is the smallest T in seconds.
         change_per_s = float(np.linalg.norm(reading.slopes.times))  # change in ln E per time error, for T = 1 s
-        shortest_for_times = change_per_s * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
-        # The instrumental variable of a sample is the total force one sample earlier. If the channels are interpolated
-        # to a common time, it is the force two samples earlier. So the first one or two samples cannot be used.
-        samples = FEWEST + (2 if signal.delays else 1)
-        # If the last tip touches at the largest allowed fraction of the travel, this fraction of the duration remains.
-        # It follows from the travel of a hand, x = X (1 - (1 - t / T)^2).
-        fraction_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
-        return max(shortest_for_times, samples / signal.rate_Hz / fraction_after_touch)
+        return change_per_s * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
 
     def _press_by_hand(self, times: Floats) -> Floats:
         """Return the forces (times, tips) [N] of a level press by hand on the firmest fruit.

@@ -87,8 +87,9 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     first_touch = _first_touch_depth(sensor, law)
     t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
-    # times [s] and depths of the tips [mm], shape (moduli, times); all moduli have the same press
-    times, depths = (np.broadcast_to(row, (len(E), len(t))) for row in (t, first_touch + travel))
+    shape = (len(E), len(t))  # (moduli, times); all moduli have the same press
+    times = np.broadcast_to(t, shape)
+    depths = np.broadcast_to(first_touch + travel, shape)  # depths of the tips [mm]
     solution = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
     F = solution.F
     apparent = _apparent_moduli(law, F)
@@ -135,11 +136,11 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     law = _contrast_law(sensor)
     first_touch = _first_touch_depth(sensor, law)
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS  # fractions of the travel and of the duration
+    # one press of the usual duration, and one of twice this duration
+    times = np.outer([1.0, 2.0], design.press_s * ramp)
+    depths = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
     decreases = []
     for E in design.fruit.E_MPa:
-        # one press of the usual duration, and one of twice this duration
-        times = np.outer([1.0, 2.0], design.press_s * ramp)
-        depths = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
         # the first sample is omitted, because it is the first touch without a force
         forces = timed_forces(law, flesh, np.full(len(times), E), times, depths).F[:, 1:]
         try:

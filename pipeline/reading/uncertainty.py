@@ -41,7 +41,7 @@ it, (tips,) or (readings, tips)."""
 def standard_uncertainties(sources: Sources) -> dict[str, float]:
     """Return the relative standard uncertainty of E due to each source [1], by the name of the source.
 
-    Each is a root mean square over equally likely readings.
+    Each uncertainty is a root mean square over equally likely readings.
     """
     return {name: _root_mean_square(deviation * slopes) for name, (deviation, slopes) in sources.items()}
 

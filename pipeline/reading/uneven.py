@@ -29,6 +29,16 @@ def _contact_distances(tips: Tips, rolling: RollingDomes | None) -> Floats:
     return np.asarray(distances)
 
 
+def _variance_by_wave(slopes: Floats, correlation: Floats) -> Floats:
+    """Return the variance of ln E [1] that each wave of the skin causes in a press, shape (waves,).
+
+    The variance is g^T R g for a wave whose heights have a standard deviation of 1 mm. Here g are the `slopes`
+    (waves, tips) [1/mm] of ln E with respect to the heights under the tips. R is the `correlation` (waves, tips, tips)
+    of these heights.
+    """
+    return np.asarray(np.einsum("wi,wij,wj->w", slopes, correlation, slopes))
+
+
 def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) -> UnevenFruit:
     """Return the additional uncertainty of E due to uneven skin and flesh, averaged over equally likely presses.
 
@@ -44,15 +54,12 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     correlation = np.array([correlations(k, distances) for k in waves])  # of the heights, (waves, tips, tips)
     relative_radius = 0.0 if rolling is None else rolling.relative_radius
     slopes = [model.unevenness_slopes(press, waves, relative_radius) for press in presses]
-    # If the heights have a variance of 1 mm^2, the variance of ln E in a press is g^T R g, averaged over the waves.
-    # Here g are the slopes with respect to the heights under the tips, and R is the correlation of these heights.
-    skin_variances = []
-    for press_slopes in slopes:
-        heights = press_slopes.heights  # (waves, tips) [1/mm]
-        variance_by_wave = np.einsum("wi,wij,wj->w", heights, correlation, heights)
-        skin_variances.append(variance_fractions @ variance_by_wave)
-    # The same for a relative standard deviation of the flesh of 1. The flesh is independent from tip to tip, so R is
-    # the identity matrix.
+    # variance of ln E in each press if the heights of the skin have a standard deviation of 1 mm
+    skin_variances = [
+        variance_fractions @ _variance_by_wave(press_slopes.heights, correlation) for press_slopes in slopes
+    ]
+    # Variance of ln E in each press if the modulus of the flesh has a relative standard deviation of 1. The moduli
+    # under different tips are independent, so the squares of the slopes add.
     flesh_variances = [press_slopes.flesh @ press_slopes.flesh for press_slopes in slopes]
     # A flat face averages the skin to one height, which is only an offset. The computed slope would be round-off.
     skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(skin_variances))

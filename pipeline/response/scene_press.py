@@ -66,7 +66,7 @@ def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: Lat
 
 
 def refuse_unsolvable_scene(design: Design) -> None:
-    """Raise InputError if contact in the scene of a design cannot be solved. This check is made before any solve."""
+    """Raise InputError if contact in the scene of a design cannot be solved. The check itself solves nothing."""
     scene = scene_of(design)
     check_scene(scene)
     _check_skin(scene)

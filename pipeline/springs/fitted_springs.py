@@ -158,7 +158,7 @@ def springs_for(
 ) -> FittedSprings:
     """Return the springs of a design at one of three levels of accuracy, from the cheapest to the most expensive.
 
-    - "sized" springs have only the stiffness that the targets or the design require.
+    - "sized" springs have exactly the stiffness that the targets or the design require.
     - "leaning" springs of sensors with domes also have the lateral compliance of their housing. It is computed on one
       rough mesh, with the leaf lengths of the beam law.
     - "fitted" springs have leaves whose stiffness by FE meets the target within a relative `tolerance` [1].
@@ -183,13 +183,23 @@ def springs_for(
         if accuracy == "leaning":
             plate_sideways = solve_lateral_compliance(housing, process.E_MPa, process.poisson, targets, rough=True)
             return replace(springs, plate_sideways=plate_sideways)
-        # The solver knows only the housing, so `begin_solid` gets the deflections here.
-        begin = None if begin_solid is None else (lambda housing: begin_solid(housing, springs.deflections))
-        solver = HousingSolver(process.E_MPa, process.poisson, begin)
+        solver = HousingSolver(process.E_MPa, process.poisson, _with_deflections(begin_solid, springs.deflections))
         fitted = _fit_housing(housing, targets, solver, tolerance)
     except (InputError, MeshError, SolveError) as error:
         return springs.undecided(str(error))
     return _add_solution(springs, design, sizing, fitted)
+
+
+def _with_deflections(
+    begin_solid: BeginSolid | None, deflections: tuple[float, ...]
+) -> Callable[[Housing], Future[PartSize]] | None:
+    """Return `begin_solid` as a function of the housing only, with the given deflections [mm]; None stays None.
+
+    A solver of housings does not know the deflections.
+    """
+    if begin_solid is None:
+        return None
+    return lambda housing: begin_solid(housing, deflections)
 
 
 def _unsolved_springs(design: Design, sizing: SpringSizing, *, ideal: bool) -> FittedSprings:
@@ -259,7 +269,7 @@ def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, 
     arms = fitted.housing.arms  # the low spring first, as in all arrays of the solution
     springs_by_name = {}
     for i, arm in enumerate(arms):
-        # the force K * deflection, times the strain per force
+        # the force, K times the deflection [N], is multiplied by the strain per force
         strain = solution.K[i] * springs.deflections[i] * solution.strain_per_N[i]
         springs_by_name[arm.name] = replace(
             springs.springs[arm.name],

@@ -265,13 +265,20 @@ def fit_on_mesh(
         if largest_deviation(compliance.K, targets) <= max_deviation:
             return fit
         housing = fit.housing_for_targets(targets)
-    K_text = ", ".join(f"{stiffness:.6g}" for stiffness in compliance.K)
+    raise _targets_not_met(compliance.K, targets, max_deviation, max_solves)
+
+
+def _targets_not_met(
+    stiffnesses: Sequence[float], targets: Floats, max_deviation: float, max_solves: int
+) -> SolveError:
+    """Return the error for stiffnesses [N/mm] that differ too much from their targets after `max_solves` solutions."""
+    K_text = ", ".join(f"{stiffness:.6g}" for stiffness in stiffnesses)
     targets_text = ", ".join(f"{target:.6g}" for target in targets)
     msg = (
         f"flexures: K = {K_text} N/mm after {max_solves} solves: must be {targets_text} N/mm within {max_deviation:g}; "
         f"choose other targets or another --tol"
     )
-    raise SolveError(msg)
+    return SolveError(msg)
 
 
 def largest_deviation(stiffnesses: Sequence[float], targets: Floats) -> float:
@@ -300,19 +307,24 @@ def fit_lengths(
         # the mesh has no pins, so their compliance is subtracted from the targets and added to the result
         pin = pin_compliance(housing.pin, solver.E, solver.poisson)
         foot_targets = np.array(targets_without_pins(targets, pin))
-    if tolerance >= ROUGH_TOLERANCE:
+    is_rough = tolerance >= ROUGH_TOLERANCE
+    if is_rough:
         housing, stiffness = _fit_on_rough_mesh(housing, foot_targets, solver)
-        outcome = "by random designs"
     else:
         housing, stiffness = _fit_on_pairs(housing, foot_targets, solver, tolerance)
-        comparison = "meet" if max(stiffness.error) <= tolerance else "are the smallest of all meshes, but exceed"
-        outcome = f"{comparison} {100.0 * tolerance:g} %"
-    status = f"{stiffness.info.status}: error bars of {_percents(stiffness.error)} % {outcome}"
+    origin = "by random designs" if is_rough else _comparison_text(stiffness.error, tolerance)
+    status = f"{stiffness.info.status}: error bars of {_percents(stiffness.error)} % {origin}"
     if pin is not None:
         stiffness = add_pin_compliance(stiffness, pin)
         status = f"{status}; with the compliance of pins in their feet {_percents(stiffness.error)} %"
     info = dataclasses.replace(stiffness.info, status=status, seconds=time.perf_counter() - start)
     return FittedHousing(housing=housing, stiffness=dataclasses.replace(stiffness, info=info))
+
+
+def _comparison_text(errors: Sequence[float], tolerance: float) -> str:
+    """Return the end of a sentence about error bars [1], which states whether they are within the tolerance [1]."""
+    comparison = "meet" if max(errors) <= tolerance else "are the smallest of all meshes, but exceed"
+    return f"{comparison} {100.0 * tolerance:g} %"
 
 
 def _percents(errors: Sequence[float]) -> str:
@@ -346,9 +358,9 @@ def _fit_on_pairs(
             if coarse_fit is None:
                 solve_coarse = functools.partial(solver.solve, scale=COARSE)
                 coarse_fit = fit_on_mesh(housing, beam_slopes, coarse_targets, solve_coarse)
-            fine_guess = coarse_fit.housing_for_targets(coarse_targets)
+            guess = coarse_fit.housing_for_targets(coarse_targets)
             coarse_slopes = [secant.slope for secant in coarse_fit.secants]
-            fine_fit = fit_on_mesh(fine_guess, coarse_slopes, targets, solve, max_deviation, MAX_FINE_SOLVES)
+            fine_fit = fit_on_mesh(guess, coarse_slopes, targets, solve, max_deviation, MAX_FINE_SOLVES)
             coarser_solution = coarse_fit.scaled_compliance(fine_fit.housing)
         housing = fine_fit.housing
         stiffness = pair.stiffness_with_errors(housing, fine_fit.compliance, coarser_solution)

@@ -202,7 +202,8 @@ def stiffness(
     """
     from cad.checks.own_part import combine_shapes, own_part, press_direction, require_one_solid
 
-    _refuse_wrong_arguments(pressed, E_MPa, poisson)
+    _refuse_wrong_material(E_MPa, poisson)
+    _refuse_wrong_mapping(pressed)
     body = require_one_solid(combine_shapes(solid), "solid")
     faces = {name: _find_faces(solid, body, f"pressed[{name!r}]", where) for name, where in pressed.items()}
     directions = {name: press_direction(body, f"pressed[{name!r}]", indices) for name, indices in faces.items()}
@@ -211,10 +212,10 @@ def stiffness(
     return _solve_part(own_part(body, faces), _Scene(presses=directions, material=(E_MPa, poisson), housing=None))
 
 
-def _refuse_wrong_arguments(pressed: Mapping[str, Where], E_MPa: float, poisson: float) -> None:
-    """Raise InputError for invalid material data, or if `pressed` is not a mapping from names to faces.
+def _refuse_wrong_material(E_MPa: float, poisson: float) -> None:
+    """Raise InputError for invalid material data.
 
-    Python does not enforce the annotations of `stiffness`, so the types of the arguments are checked too.
+    Python does not enforce the annotations of `stiffness`, so the types of the numbers are checked too.
     """
     material: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
     for name, value in material.items():
@@ -225,9 +226,14 @@ def _refuse_wrong_arguments(pressed: Mapping[str, Where], E_MPa: float, poisson:
         raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
     if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - Poisson's ratio of an incompressible material
         raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
-    pressed_faces: object = pressed  # its type is checked here, so nothing is assumed about it
-    # The name `HELD` is reserved for the held faces.
-    if not isinstance(pressed_faces, Mapping) or not pressed or HELD in pressed:
+
+
+def _refuse_wrong_mapping(pressed: object) -> None:
+    """Raise InputError if the argument `pressed` of `stiffness` does not map names to faces, or is empty.
+
+    The name `HELD` is refused too, because it is reserved for the held faces.
+    """
+    if not isinstance(pressed, Mapping) or not pressed or HELD in pressed:
         hint = "as in {'tip': (20.5, -3, -3)}"
         raise validation_error("pressed", str(pressed), "", "a mapping of names to one face or more", hint)
 
@@ -247,7 +253,7 @@ def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> t
         points = np.array(where, dtype=float)
     except (TypeError, ValueError):
         points = np.empty(0)  # an empty array is rejected below
-    points = points[None] if points.ndim == 1 else points  # a single point becomes an array (1, 3)
+    points = np.atleast_2d(points)  # a single point becomes an array (1, 3)
     if not points.size or points.shape[1:] != (3,) or not np.isfinite(points).all():
         raise validation_error(argument, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
     return faces_at(body, argument, [(x, y, z) for x, y, z in points.tolist()])
@@ -297,15 +303,7 @@ def file_stiffness(
     Raises InputError if a face is not found or is both held and pressed, or if the part cannot be solved. Raises the
     same other errors as `stiffness`.
     """
-    from cad.checks.own_part import (
-        faces_at,
-        fill_round_tips,
-        hole_points,
-        own_part,
-        press_direction,
-        read_own_solid,
-        tip_points,
-    )
+    from cad.checks.own_part import faces_at, hole_points, own_part, press_direction, read_own_solid
 
     # `faces` holds the indices of the faces by name. `directions` holds the unit vectors of the presses.
     solid = read_own_solid(path, housing)
@@ -313,10 +311,8 @@ def file_stiffness(
         faces = {name: faces_at(solid, "--pressed", [point]) for name, point in pressed.items()}
         directions = {name: press_direction(solid, "--pressed", indices) for name, indices in faces.items()}
     else:
-        tips = tip_points(housing) if housing is not None else {}
-        solid = fill_round_tips(solid, tips.values())  # the mesh of a housing has square tips too
-        faces = {name: faces_at(solid, f"the {name} tip of the design", [point]) for name, point in tips.items()}
-        directions = dict.fromkeys(tips, _UP)
+        solid, faces = _find_tips(solid, housing)
+        directions = dict.fromkeys(faces, _UP)
     if held:
         faces[HELD] = faces_at(solid, "--held", held)
     elif housing is not None:
@@ -329,6 +325,19 @@ def file_stiffness(
         return part_stiffness
     pin = pin_compliance(housing.pin, *material)
     return replace(part_stiffness, faces={name: _add_pin(face, pin) for name, face in part_stiffness.faces.items()})
+
+
+def _find_tips(solid: cq.Solid, housing: Housing | None) -> tuple[cq.Solid, dict[str, tuple[int, ...]]]:
+    """Return a solid with square tips, and the indices of its faces at the tips of a `housing`, by their names.
+
+    Round tips are filled to squares, because the mesh of a housing has square tips too. Without a housing, there are no
+    tips. Raises InputError if a tip is not on a face.
+    """
+    from cad.checks.own_part import faces_at, fill_round_tips, tip_points
+
+    tips = tip_points(housing) if housing is not None else {}
+    solid = fill_round_tips(solid, tips.values())
+    return solid, {name: faces_at(solid, f"the {name} tip of the design", [point]) for name, point in tips.items()}
 
 
 def _add_pin(face: PressedFace, pin: Estimate) -> PressedFace:
@@ -424,14 +433,9 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
     part; the faces named `HELD` are then held. Raises InputError if the limits allow fewer than three meshes, or if
     nothing bends. Raises MeshError if a mesh is unreliable.
     """
-    from cad.checks.own_part import name_side_faces, sample_wall_thickness
+    from cad.checks.own_part import sample_wall_thickness
 
-    layers = scene.layers
-    if layers and scene.housing is not None:
-        # The mount touches the housing at its front and back faces, y = -depth / 2 and y = depth / 2. A part without
-        # such faces cannot be held by the mount.
-        part, has_sides = name_side_faces(part, SIDES, 0.5 * scene.housing.depth)
-        layers = layers if has_sides else ()
+    part, layers = _name_mounted_faces(part, scene)
     walls = sample_wall_thickness(part)
     solutions: list[PartCompliance] = []
     total_seconds = 0.0  # estimated CPU time of all meshes up to this one
@@ -451,6 +455,21 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
     if len(solutions) < _MIN_MESHES:
         raise _too_many_unknowns(unknowns)
     return solutions, layers
+
+
+def _name_mounted_faces(part: Part, scene: _Scene) -> tuple[Part, tuple[ElasticLayer, ...]]:
+    """Return a part whose faces under the mount are named `SIDES`, and the elastic layers of the mount.
+
+    The mount touches a housing at its front and back faces, y = -depth / 2 and y = depth / 2. It cannot hold a part
+    without such faces, so the layers are then empty.
+    """
+    from cad.checks.own_part import name_side_faces
+
+    layers = scene.layers
+    if layers and scene.housing is not None:
+        part, has_sides = name_side_faces(part, SIDES, 0.5 * scene.housing.depth)
+        layers = layers if has_sides else ()
+    return part, layers
 
 
 def _too_many_unknowns(unknowns: int) -> InputError:
@@ -493,7 +512,7 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     layers = layers if _is_covered(coarse_mesh.mesh, layers) else ()
     coarse = swept_compliance(coarse_mesh, scene.material, presses, layers)
     _refuse_block(coarse, extrusion.part, scene)
-    corner_numbers = strained_corners(coarse)
+    corner_numbers = strained_corners(coarse)  # empty if no sharp corner is strained
     neglected_errors = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
     if corner_numbers:
         # The coarse mesh is solved again with finer elements at the corners only. The change in K between the two

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pipeline.options import RunOptions
-from sensor.design.parameters import Design
+from sensor.design.parameters import Design, Targets
 from sensor.quantity import InputError, validation_error
 from sensor.theory.two_spring_law import (
     CURVE_STEPS,
@@ -86,7 +86,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
         K_m_max_contact=fruit.E_max_MPa * at_E_max.K_m_over_E(),
-        K_m_at_largest_E=design.fruit.largest_E_MPa * pair.at(design.fruit.largest_E_MPa).K_m_over_E(),
+        K_m_at_largest_E=fruit.largest_E_MPa * pair.at(fruit.largest_E_MPa).K_m_over_E(),
         stiffening=stiffening,
         stiffness_ratio=at_E_max.stiffness_ratio(),
         sizing_stiffness_ratio=sizing_ratio,
@@ -113,12 +113,11 @@ def _choose_springs(design: Design, K_m_max: float, stiffness_ratio: float, stif
     """Return the springs that the design gives, or else size springs for its targets.
 
     `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is its stiffness
-    under the high tip divided by `K_m_max`. On a very soft fruit, the force ratio P equals this ratio, so P can only
-    rise above it. `stiffening` is the result of `fruit_stiffening`. Raises InputError if P of the given springs does
-    not rise noticeably with the modulus, or if no springs meet the targets.
+    under the high tip divided by `K_m_max`. On a very soft fruit, the force ratio P equals this ratio. On firmer fruit
+    it must be larger. `stiffening` is the result of `fruit_stiffening`. Raises InputError if P of the given springs
+    does not rise noticeably with the modulus, or if no springs meet the targets.
     """
     given = design.springs
-    targets = design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
         if force_ratio(springs, K_m_max, stiffness_ratio) < (1.0 + MIN_RISE) * stiffness_ratio:
@@ -126,6 +125,17 @@ def _choose_springs(design: Design, K_m_max: float, stiffness_ratio: float, stif
             hint = "choose a softer low spring"
             raise validation_error("springs.K_l_N_per_m", given.K_l_N_per_m, "N/m", bound, hint)
         return springs
+    return _size_for_targets(design.nominal_targets, K_m_max, stiffness_ratio, stiffening)
+
+
+def _size_for_targets(
+    targets: Targets, K_m_max: float, stiffness_ratio: float, stiffening: tuple[float, ...]
+) -> Springs:
+    """Return the springs that meet the `targets`; raise InputError if no springs meet them.
+
+    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is its stiffness
+    under the high tip divided by `K_m_max`. `stiffening` is the result of `fruit_stiffening`.
+    """
     if targets.P_max <= stiffness_ratio:
         bound = (
             f"greater than {stiffness_ratio:.4g}, the ratio of the fruit's stiffness under the high tip to that under "
