@@ -5,6 +5,7 @@ The answer is HTML that contains an SVG, and needs neither a network nor a furth
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
+from typing import NamedTuple
 
 import numpy as np
 
@@ -107,6 +108,23 @@ def _outcome(verdict: Verdict) -> str:
     return f'<span style="color:{_COLOURS[verdict.passed]}">{OUTCOMES[verdict.passed]}</span>'
 
 
+class _Scale(NamedTuple):
+    """The scale of an axis: its ticks in ascending order, and the positions [px] of the first and the last tick."""
+
+    ticks: Floats
+    first_px: float
+    last_px: float
+
+    def positions(self, values: Floats) -> Floats:
+        """Return the positions [px] of values on the axis."""
+        fraction = (values - self.ticks[0]) / (self.ticks[-1] - self.ticks[0])
+        return np.asarray(self.first_px + fraction * (self.last_px - self.first_px))
+
+    def placed_ticks(self) -> Iterator[tuple[float, float]]:
+        """Return the pairs of a tick and its position [px]."""
+        return zip(self.ticks, self.positions(self.ticks), strict=True)
+
+
 def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     """Yield the elements of an SVG plot of P (n,) [1] against the modulus E (n,) [MPa], with dots at `moduli` [MPa].
 
@@ -116,51 +134,39 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     is_known = np.isfinite(P)
     if np.count_nonzero(is_known) < 2:  # noqa: PLR2004 - a line has two ends
         return
-    x_ticks = _ticks(0.0, float(E.max()))
-    y_ticks = _ticks(float(P[is_known].min()), float(P[is_known].max()))
     width, height = _SIZE
     left, top, right, bottom = _MARGINS
-
-    def horizontal_px(values: Floats) -> Floats:
-        """Return the horizontal positions [px] of moduli [MPa]."""
-        fraction = (values - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])
-        return np.asarray(left + fraction * (width - left - right))
-
-    def vertical_px(values: Floats) -> Floats:
-        """Return the vertical positions [px] of force ratios; in SVG, they are counted downwards from the top."""
-        fraction = (values - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])
-        return np.asarray(height - bottom - fraction * (height - top - bottom))
-
+    x_scale = _Scale(_ticks(0.0, float(E.max())), left, width - right)
+    # in SVG, vertical positions are counted downwards from the top
+    y_scale = _Scale(_ticks(float(P[is_known].min()), float(P[is_known].max())), height - bottom, top)
     yield (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
         'font-family="sans-serif" font-size="11" fill="currentColor" role="img">'
         "<title>force ratio P against the modulus of the fruit</title>"
     )
-    placed_x_ticks = list(zip(x_ticks, horizontal_px(x_ticks), strict=True))
-    placed_y_ticks = list(zip(y_ticks, vertical_px(y_ticks), strict=True))
-    yield from _axes(placed_x_ticks, placed_y_ticks)
+    yield from _axes(x_scale, y_scale)
     for known in _known_slices(is_known):
-        pixels = zip(horizontal_px(E[known]), vertical_px(P[known]), strict=True)
+        pixels = zip(x_scale.positions(E[known]), y_scale.positions(P[known]), strict=True)
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in pixels)
         yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'
     dots = np.asarray(moduli, dtype=np.float64)
-    for x, y in zip(horizontal_px(dots), vertical_px(np.interp(dots, E, P)), strict=True):
+    for x, y in zip(x_scale.positions(dots), y_scale.positions(np.interp(dots, E, P)), strict=True):
         if np.isfinite(y):  # no dot in a gap of the curve
             yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{_BLUE}"/>'
     yield "</svg>"
 
 
-def _axes(x_ticks: Sequence[tuple[float, float]], y_ticks: Sequence[tuple[float, float]]) -> Iterator[str]:
+def _axes(x_scale: _Scale, y_scale: _Scale) -> Iterator[str]:
     """Yield the grid lines, the numbers and the titles of both axes as SVG.
 
-    A tick is a pair of its number and its position [px]. The small distances of the texts from the lines are in px.
+    The small numbers added to positions are the distances [px] of the texts from the lines and the edges.
     """
     width, height = _SIZE
     left, top, right, bottom = _MARGINS
-    for tick, x in x_ticks:
+    for tick, x in x_scale.placed_ticks():
         yield _line((x, top), (x, height - bottom))
         yield f'<text x="{x:.1f}" y="{height - bottom + 14}" text-anchor="middle">{tick:g}</text>'
-    for tick, y in y_ticks:
+    for tick, y in y_scale.placed_ticks():
         yield _line((left, y), (width - right, y))
         yield f'<text x="{left - 6}" y="{y + 4.0:.1f}" text-anchor="end">{tick:g}</text>'
     centre = 0.5 * (left + width - right)

@@ -77,8 +77,7 @@ class ForceRatioCurve:
 
         `P` (moduli,) [1] holds the force ratios at the moduli `E` (moduli,) [MPa], softest first. The function converts
         a ratio to a fruit stiffness by the two-spring law. It then interpolates the modulus linearly in this stiffness,
-        because the modulus is nearly linear in it. Above the last modulus it extrapolates from the last two; below the
-        first it returns 0. It returns nan for a ratio that the springs cannot produce.
+        because the modulus is nearly linear in it. It returns nan for a ratio that the springs cannot produce.
 
         The result is None if an entry of `P` is unknown (nan), or if P does not increase with the modulus.
         """
@@ -98,14 +97,7 @@ class ForceRatioCurve:
         def modulus(ratio: float) -> float:
             """Return the modulus [MPa] at a force ratio [1]."""
             K_m = stiffness(ratio)
-            if not math.isfinite(K_m):
-                return math.nan
-            if K_m <= nodes[0]:
-                return 0.0
-            if K_m <= nodes[-1]:
-                return float(np.interp(K_m, nodes, E))
-            slope = (E[-1] - E[-2]) / (nodes[-1] - nodes[-2])
-            return float(E[-1] + slope * (K_m - nodes[-1]))
+            return _interpolate_modulus(K_m, nodes, E) if math.isfinite(K_m) else math.nan
 
         return modulus
 
@@ -128,6 +120,20 @@ class ForceRatioCurve:
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
         return Estimate(law(*values), propagate_errors(law, values, errors))
+
+
+def _interpolate_modulus(K_m: float, nodes: Floats, E: Floats) -> float:
+    """Return the modulus [MPa] at the fruit stiffness `K_m` [N/mm], interpolated linearly.
+
+    `nodes` (moduli,) [N/mm] are the fruit stiffnesses at the moduli `E` (moduli,) [MPa], in ascending order. Above the
+    last node, the modulus is extrapolated from the last two nodes. Up to the first node, it is 0.
+    """
+    if K_m <= nodes[0]:
+        return 0.0
+    if K_m <= nodes[-1]:
+        return float(np.interp(K_m, nodes, E))
+    slope = (E[-1] - E[-2]) / (nodes[-1] - nodes[-2])
+    return float(E[-1] + slope * (K_m - nodes[-1]))
 
 
 def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:

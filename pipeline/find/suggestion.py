@@ -269,12 +269,9 @@ def suggestion(
         return Suggestion(design=design, changes={}, verdicts=result.verdicts, reason="passes as it is")
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
-    if result.springs.monolithic:
-        # If a finer tolerance may decide every verdict that did not pass, it is suggested instead of changes. It does
-        # not reduce the error of glued pins, which springs in one piece do not have.
-        finer_tolerance_hints = [tolerance_hint(verdict, run_options.tolerance) for verdict in failed_verdicts]
-        if all(finer_tolerance_hints):
-            return replace(none_found, reason=str(finer_tolerance_hints[0]))
+    finer_tolerance_hint = _finer_tolerance_hint(result, failed_verdicts, run_options.tolerance)
+    if finer_tolerance_hint is not None:
+        return replace(none_found, reason=finer_tolerance_hint)
     search = Search(result, fixed, progress)
     passing = search.find_passing(failed_verdicts)
 
@@ -295,6 +292,18 @@ def suggestion(
         return replace(none_found, reason=_failure_reason(search, passing), tried=search.tried, runs=runs)
     changes = proof.candidate.changes
     return Suggestion(design=design, changes=changes, verdicts=proof.result.verdicts, tried=search.tried, runs=runs)
+
+
+def _finer_tolerance_hint(result: SensorResult, failed_verdicts: Sequence[Verdict], tolerance: float) -> str | None:
+    """Return the hint to use a finer tolerance, if this may decide every verdict that did not pass; else None.
+
+    `result` is a run with the given `tolerance` [1]. A finer tolerance does not reduce the error of glued pins, so
+    springs with pins get no hint.
+    """
+    if not result.springs.monolithic:
+        return None
+    hints = [tolerance_hint(verdict, tolerance) for verdict in failed_verdicts]
+    return str(hints[0]) if all(hints) else None
 
 
 def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:

@@ -1,7 +1,7 @@
 """The error analysis of readings over all poses: bias, uncertainty, touch of the last tip, and pressure on the skin."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -216,28 +216,19 @@ def _accuracy_by_modulus(
     random_presses, random_readings = _random_presses(presses, press_readings)
     # relative changes of E due to each form error of the domes: for each modulus an array (presses, form errors)
     form_changes = [np.array([form_error_changes(design, model, press) for press in row]) for row in random_presses]
-    remaining_form_changes = form_changes
-    ball_uncertainty: dict[str, float] = {}
+    other_sources = _other_sources(sensor, reading, presses.moduli, form_changes, fruit_sources)
     if reading.calibrated_by == "ball":
-        remaining_form_changes = _changes_beyond_ball(presses.moduli, form_changes)
         channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, random_readings))
-        ball_uncertainty = {"ball": 0.01 * reading.ball_percent}
     rows = []
     for i, (E, bias, error) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bias_errors, strict=True)):
         worst = _index_of_largest(bias)
         farthest = _index_of_largest(np.abs(bias) + error)  # the error bar that extends farthest from 0
-        other_sources = {
-            **heat_uncertainty(sensor.signal),
-            **_form_uncertainty(remaining_form_changes[i]),
-            **ball_uncertainty,
-            **fruit_sources[i],
-        }
         row = ModulusAccuracy(
             E=E,
             bias=Estimate(float(bias[worst]), float(error[worst])),
             worst=placements[worst],
             reach=Estimate(float(bias[farthest]), float(error[farthest])),
-            sources=uncertainty_sources(random_readings[i], channels, RISE_TRAVELS, other_sources),
+            sources=uncertainty_sources(random_readings[i], channels, RISE_TRAVELS, other_sources[i]),
             uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
             uneven=uneven_fruit(design, model, random_presses[i]),
             form=tuple(form_changes[i].mean(axis=0).tolist()),
@@ -270,6 +261,30 @@ def _fruit_uncertainties(
     by_poisson = [uncertainty_by_poisson(design, model, press) for press in level_presses]
     rows = zip(by_pose, by_thickness, by_poisson, strict=True)
     return [{"pose": pose, "thickness": thickness, "poisson": poisson} for pose, thickness, poisson in rows]
+
+
+def _other_sources(
+    sensor: PressedSensor,
+    reading: ReadingRequirements,
+    moduli: Sequence[float],
+    form_changes: Sequence[Floats],
+    fruit_sources: Sequence[Mapping[str, float]],
+) -> list[dict[str, float]]:
+    """Return for each modulus the uncertainties [1] that are not due to noise, springs or gains, by their names.
+
+    The sources are the temperature of the leaves, the form errors of the domes, the reference ball and the fruit.
+    `form_changes` holds for each modulus an array (presses, form errors) of relative changes of E [1]. A calibration on
+    a ball removes a part of them, but adds the uncertainty of the ball. `fruit_sources` is returned as a part.
+    """
+    ball_uncertainty: dict[str, float] = {}
+    if reading.calibrated_by == "ball":
+        form_changes = _changes_beyond_ball(moduli, form_changes)
+        ball_uncertainty = {"ball": 0.01 * reading.ball_percent}
+    heat = heat_uncertainty(sensor.signal)
+    return [
+        {**heat, **_form_uncertainty(changes), **ball_uncertainty, **sources}
+        for changes, sources in zip(form_changes, fruit_sources, strict=True)
+    ]
 
 
 def _random_presses(

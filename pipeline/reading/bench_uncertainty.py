@@ -184,9 +184,7 @@ def _errors_after_plate(
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)  # for a resolution and a largest value of 1
     full_travel = float((largest_forces / stiffnesses).min())  # of the press on the plate [mm]
     plate_forces = full_travel * stiffnesses
-    # After the calibration by weights, the error of a gain is due to the balance and to noise. `noise_error` is its
-    # part due to noise. Round-off may make the difference slightly negative, so it is limited to 0.
-    noise_error = np.sqrt(np.maximum(after_weights.gains**2 - after_weights.causes["balance"] ** 2, 0.0))
+    noise_error = _noise_part(after_weights)
     scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)
     # change in the flattening of the domes from the first to the last row of the table [mm]
     flattened = flattening(design, plate_forces) - flattening(design, PLATE_AT[0] * plate_forces)
@@ -211,6 +209,15 @@ def _errors_after_plate(
     }
     # The channels measure deflections, so the errors of their gains are the errors of the deflections.
     return _ChannelErrors(springs=springs, gains=deflections, causes=causes)
+
+
+def _noise_part(after_weights: _ChannelErrors) -> Floats:
+    """Return the part of the errors of the gains that is due to noise [1], shape (tips,).
+
+    After a calibration by weights, the error of a gain is due to the balance and to noise, whose squares add. Round-off
+    may make the difference of squares slightly negative, so it is limited to 0.
+    """
+    return np.sqrt(np.maximum(after_weights.gains**2 - after_weights.causes["balance"] ** 2, 0.0))
 
 
 def _errors_of_mean(deviations: Floats) -> tuple[float, Floats]:

@@ -94,9 +94,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     F = solution.F
     apparent = _apparent_moduli(law, F)
     changes = _largest_changes(apparent[:, RAMP_STEPS:])  # the hold begins at index `RAMP_STEPS`
-    steadiest = int(changes.argmin())  # index of the steadiest moment in the hold, like `read_at`
     change = float(changes[read_at])
-    smallest_change = float(changes[steadiest])
     step_error = float((solution.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())  # relative error due to time steps
     return ReadingOverTime(
         E=E,
@@ -108,11 +106,22 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
         at=RAMP_STEPS + read_at,
         # The change is a difference between two times, so the error of the time steps enters twice.
         moves=Estimate(change, 2.0 * step_error + change * _elastic_error(sensor, law, first_touch)),
-        steadiest=Moment(
-            speed_mm_per_s=design.press.speed_mm_per_s or 0.0,
-            at_s=float(t[RAMP_STEPS + steadiest]),
-            moves_percent=100.0 * smallest_change if np.isfinite(smallest_change) else None,
-        ),
+        steadiest=_steadiest_moment(design, t[RAMP_STEPS:], changes),
+    )
+
+
+def _steadiest_moment(design: Design, hold_times: Floats, changes: Floats) -> Moment:
+    """Return the moment of the hold at which the largest change of the apparent modulus is smallest.
+
+    `hold_times` (moments,) [s] are counted from the first touch. `changes` (moments,) [1] are infinite if a tip is out
+    of contact; the moment then has no percentage.
+    """
+    steadiest = int(changes.argmin())
+    smallest_change = float(changes[steadiest])
+    return Moment(
+        speed_mm_per_s=design.press.speed_mm_per_s or 0.0,
+        at_s=float(hold_times[steadiest]),
+        moves_percent=100.0 * smallest_change if np.isfinite(smallest_change) else None,
     )
 
 

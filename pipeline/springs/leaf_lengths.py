@@ -358,9 +358,7 @@ def _fit_on_pairs(
             if coarse_fit is None:
                 solve_coarse = functools.partial(solver.solve, scale=COARSE)
                 coarse_fit = fit_on_mesh(housing, beam_slopes, coarse_targets, solve_coarse)
-            guess = coarse_fit.housing_for_targets(coarse_targets)
-            coarse_slopes = [secant.slope for secant in coarse_fit.secants]
-            fine_fit = fit_on_mesh(guess, coarse_slopes, targets, solve, max_deviation, MAX_FINE_SOLVES)
+            fine_fit = _refine_fit(coarse_fit, coarse_targets, targets, solve, max_deviation)
             coarser_solution = coarse_fit.scaled_compliance(fine_fit.housing)
         housing = fine_fit.housing
         stiffness = pair.stiffness_with_errors(housing, fine_fit.compliance, coarser_solution)
@@ -368,6 +366,23 @@ def _fit_on_pairs(
             break
     solver.check(pair.fine)  # the fine mesh of the last pair that was solved, whose result is returned
     return housing, stiffness
+
+
+def _refine_fit(
+    coarse_fit: MeshFit,
+    coarse_targets: Floats,
+    targets: Floats,
+    solve: Callable[[Housing], TipCompliance],
+    max_deviation: float,
+) -> MeshFit:
+    """Fit the leaf lengths to `targets` [N/mm] on a finer mesh, starting from the fit on the coarse mesh.
+
+    `coarse_targets` [N/mm] are the stiffnesses that a housing with these targets has on the coarse mesh. `solve` and
+    `max_deviation` are passed to `fit_on_mesh`, whose errors are raised.
+    """
+    guess = coarse_fit.housing_for_targets(coarse_targets)
+    coarse_slopes = [secant.slope for secant in coarse_fit.secants]
+    return fit_on_mesh(guess, coarse_slopes, targets, solve, max_deviation, MAX_FINE_SOLVES)
 
 
 def coarse_lift(flexure: Flexure) -> float:

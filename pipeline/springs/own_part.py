@@ -512,21 +512,21 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     layers = layers if _is_covered(coarse_mesh.mesh, layers) else ()
     coarse = swept_compliance(coarse_mesh, scene.material, presses, layers)
     _refuse_block(coarse, extrusion.part, scene)
-    corner_numbers = strained_corners(coarse)  # empty if no sharp corner is strained
-    neglected_errors = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
+    corner_numbers = strained_corners(coarse)  # numbers of the sharp inner corners that need smaller elements
+    corner_errors = np.zeros(len(presses))  # relative error of K due to these corners
     if corner_numbers:
         # The coarse mesh is solved again with finer elements at the corners only. The change in K between the two
         # coarse solutions is therefore the effect of the corners.
         corner_mesh = _coarse_mesh_with_fine_corners(extrusion, presses, corner_numbers)
         unrefined = coarse
         coarse = swept_compliance(corner_mesh, scene.material, presses, layers)
-        neglected_errors = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
+        corner_errors = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
     fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
     mesh = swept_part(extrusion, fine_scale, fine_depth_elements, presses.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, presses, layers)
     # for comparison, the same mesh without a mount, held at the walls of its screw holes
     holes_held = swept_compliance(mesh, scene.material, presses) if layers else None
-    neglected_errors += neglected_feature_errors(mesh, fine)
+    neglected_errors = corner_errors + neglected_feature_errors(mesh, fine)
     left_out_mm3, left_out_at = _volume_left_out(mesh, extrusion)
     return PartStiffness(
         faces=_pressed_faces(scene.presses, (coarse, fine), neglected_errors, holes_held),
