@@ -69,7 +69,7 @@ class Sensor:
     The springs are "fitted" to the housing by finite elements, or have the "sized" stiffness, as in a search.
     `begin_solid` is called with each housing that may be the final one, and starts making its solid in parallel with
     the solution. A search may pass the `known_contact` of a design with the same contact problem, so that it is solved
-    only once. It may also pass the height offsets [mm] of tips on sized springs, `known_offsets_mm`.
+    only once. A search may also pass the height offsets [mm] of tips on sized springs, `known_offsets_mm`.
 
     Each property raises InputError for a scene that cannot be solved, and MeshError or SolveError for an unreliable
     solution.

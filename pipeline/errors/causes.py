@@ -1,8 +1,8 @@
 """Causes of errors in the results of a sensor, other than the numerical error.
 
-A cause is either an effect that the model leaves out, or the scatter of an input (two standard deviations). It changes
-the stiffness of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py` propagates each
-cause to each result. The advice of a cause becomes a note.
+A cause is either an effect that the model leaves out, or the scatter of an input (two standard deviations). A cause
+changes the stiffness of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py`
+propagates each cause to each result. The advice of a cause becomes a note.
 """
 
 import math
@@ -103,8 +103,8 @@ def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats)
 def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
     """Return the causes that remain after the calibration of a printed unit, and the errors of the calibration itself.
 
-    Weights determine both stiffnesses, and zeroing on a flat plate determines the heights of the tips. Both have small
-    errors, which are added as causes.
+    Weights determine both stiffnesses, and zeroing on a flat plate determines the heights of the tips. The weights and
+    the zeroing have small errors, which are added as causes.
     """
     reason = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
     half_step = 0.5 * ZEROED_MM  # one tip is lower by half of the difference, the other is higher

@@ -49,7 +49,7 @@ def shortfall(verdict: Verdict) -> float:
 def _unreadable_fraction(verdict: Verdict) -> float:
     """Return the fraction of the poses [1] without a reading; 0 for verdicts that do not depend on readings.
 
-    It is parsed from the reference of the verdict, a text such as "3 of 96 poses have no reading, ...".
+    The fraction is parsed from the reference of the verdict, a text such as "3 of 96 poses have no reading, ...".
     """
     poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if verdict.row.needs == "reading" else None
     return int(poses[1]) / int(poses[2]) if poses else 0.0

@@ -136,7 +136,10 @@ def _tilt_sweeps(design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
 
 
 def _limit_sweeps(key: str, design: Design, _is_solved_on_cells: bool) -> list[Sweep]:
-    """Return a sweep of larger values of the limit `key`; none for tips with flat faces, as in `_tilt_sweeps`."""
+    """Return a sweep of larger values of the limit `key`.
+
+    The result is empty for tips with flat faces, because their readings take too long to try.
+    """
     return _scaling_sweeps(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 

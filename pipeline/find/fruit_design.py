@@ -182,8 +182,8 @@ def _largest_piece_of_range(fruit: FruitRange, depth: float) -> float:
     """Return the side [mm] of the largest square piece with corners on every fruit of the range, at any azimuth.
 
     The worst case is the roundest fruit with the thinnest flesh. If no range of thickness is known, the flesh has the
-    thickness `depth` [mm]. The most curved section may lie along a diagonal of the piece. A corner is then as deep as
-    on a ball of the smallest radius.
+    thickness `depth` [mm]. The most curved section may lie along a diagonal of the piece. A corner is then as far
+    below the apex as on a ball of the smallest radius.
     """
     min_radius = min(radius for ends in fruit.radii_mm for radius in ends)
     min_thickness = depth if fruit.thickness_mm is None else fruit.thickness_mm[0]
@@ -232,7 +232,8 @@ def fruit_suggestion(
         candidate = _make_candidate(changes, result)
         # The scaled preset is run even if some verdicts are undecided, because the preset passed its own run. Springs
         # solved by finite elements may decide these verdicts.
-        if candidate.passes or (not candidates and not _has_failed(candidate)):
+        is_scaled_preset = not candidates
+        if candidate.passes or (is_scaled_preset and not _has_failed(candidate)):
             progress("running the design that passes with ideal springs")
             runs += 1
             result = _run_candidate(preset, candidate)

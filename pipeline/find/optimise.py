@@ -133,16 +133,14 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
     starts from the last generation of the previous search. `engine` solves a generation in parallel, and `progress` is
     called with the number of evaluated candidates and the total number.
     """
-    front_values = len(study.front)
-    searched_keys = len(study.vary) - bool(front_values)  # without the key of the front, which is fixed in each search
+    front_fractions = _front_fractions(study)
+    # the key of the front is fixed in each search
+    searched_keys = len(study.vary) - 1 if study.front else len(study.vary)
     start = _base_fractions(study)
     initial_members: Literal["latinhypercube"] | Floats = "latinhypercube"
-    max_evaluations = study.goal.evaluations * max(1, front_values)
+    max_evaluations = study.goal.evaluations * len(front_fractions)
     report_progress = None if progress is None else _progress_of_search(progress, max_evaluations)
     generations = study.goal.evaluations // (_MEMBERS * searched_keys)
-    # The front's key is the last varied key. Its range is divided into one interval for each value, and its fraction is
-    # fixed at the middle of the interval. Without a front, there is one search with no such fraction.
-    front_fractions = [[(i + 0.5) / front_values] for i in range(front_values)] or [[]]
     for front_fraction in front_fractions:
         evolution = differential_evolution(
             _costs,  # type: ignore[arg-type]  # `_costs` takes a whole generation, which the type stubs do not allow
@@ -162,10 +160,23 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
         initial_members = evolution.population
 
 
+def _front_fractions(study: Study) -> list[list[float]]:
+    """Return for each search of a study a list with the fraction [1] of the front's key, which is the last varied key.
+
+    The range of this key is divided into one interval for each value of the front. The fraction is the middle of the
+    interval. Without a front, there is one search, and its list is empty.
+    """
+    if not study.front:
+        return [[]]
+    values = len(study.front)
+    return [[(i + 0.5) / values] for i in range(values)]
+
+
 def _progress_of_search(progress: Count, max_evaluations: int) -> Count:
     """Return a function that reports the number of stored candidates out of all evaluations of a search.
 
-    A store from an earlier search may have more candidates than this search evaluates. Their number is then the total.
+    A store from an earlier search may have more candidates than this search evaluates. The total is then the number
+    of stored candidates.
     """
 
     def report_progress(stored: int, _total_of_generation: int) -> None:
@@ -264,9 +275,9 @@ def stored_candidate(study: Study, result: PointResult) -> Candidate:
 def _objective_scale(study: Study, result: PointResult) -> float:
     """Return the scale by which the objective is divided for comparisons [unit of the objective]; usually 1.
 
-    The scale differs from 1 only for an uncertainty whose limit depends on the modulus. It is then this limit. Such an
-    uncertainty is reported at the modulus where it is largest relative to its limit. This modulus differs between
-    designs, so the uncertainty may jump from one design to the next. Its ratio to the limit does not jump.
+    The scale differs from 1 only for an uncertainty whose limit depends on the modulus. The scale is then this limit.
+    Such an uncertainty is reported at the modulus where it is largest relative to its limit. This modulus differs
+    between designs, so the uncertainty may jump from one design to the next. Its ratio to the limit does not jump.
     """
     base_limit = _base_value(study, "reading.uncertainty_limit")
     design_limit = result.settings.get("reading.uncertainty_limit", base_limit)

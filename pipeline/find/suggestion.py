@@ -209,7 +209,7 @@ class Search:
             # Rounding towards twice the margin never makes the margin smaller.
             value = rounded(passing_value * (1.0 + margin), towards=passing_value * (1.0 + 2.0 * margin))
             rounded_candidate = self.try_changes({**nearest.changes, key: value})
-            # otherwise the key keeps its former value, at which the candidate passes
+            # if the rounded value fails, the key keeps its former value, at which the candidate passes
             if rounded_candidate is not None and not rounded_candidate.failed:
                 nearest = rounded_candidate
         return nearest
@@ -246,7 +246,8 @@ def _displacement_at_two_moduli(design: Design, sensor: Sensor) -> Verdict:
 def _trial_cost(design: Design) -> float:
     """Return the cost of a trial as measured, in units of about 0.01 s of CPU time.
 
-    Trials on cells are the most expensive. Of the others, designs with readings cost more than designs without.
+    Trials on cells are the most expensive. Among all other trials, a design with readings costs more than a design
+    without readings.
     """
     if scene_of(design).is_solved_on_cells:
         return 80.0

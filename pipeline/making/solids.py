@@ -20,8 +20,8 @@ _INPUT_TABLES = ("name", "fruit", "tips", "press")  # tables of the design on wh
 class SolidMaker:
     """The maker of the solids of a design, which works in parallel with the solves if it has a worker process.
 
-    It starts making the files of each housing that may be the final one. If another housing turns out to be the final
-    one, it discards them.
+    The maker starts making the files of each housing that may be the final one. If another housing turns out to be the
+    final one, the maker discards these files.
     """
 
     def __init__(self, design: Design, executor: Executor | None) -> None:

@@ -382,8 +382,8 @@ def _refuse_wide_contact(width: float, side_mm: float) -> None:
 def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
     """Return the error of each bias [1] due to the error of the solved forces, shape (moduli, placements).
 
-    To save time, the error is computed only if the bias is at least half of the largest bias at this modulus. Otherwise
-    it is 0. The errors of the forces have the same sign under all tips, because all tips press the same fruit.
+    To save time, the error is computed only if the bias is at least half of the largest bias at its modulus. Otherwise
+    the error is 0. The errors of the forces have the same sign under all tips, because all tips press the same fruit.
     """
     magnitudes = np.abs(np.nan_to_num(biases))
     is_large = np.isfinite(biases) & (magnitudes >= _LARGE_BIAS * magnitudes.max(axis=1, keepdims=True))
@@ -398,21 +398,21 @@ def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> F
 def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floats:
     """Return the standard uncertainty [1] due to the shape of the fruit and the pose at each modulus, shape (moduli,).
 
-    It is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli, placements).
-    A bias is nan if its press has no reading, and is then left out.
+    The uncertainty is the root mean square of the biases in the random placements. `biases` [1] has the shape (moduli,
+    placements). A bias is nan if its press has no reading. Such a bias is left out.
     """
     random_biases = biases[:, [placement.is_random for placement in placements]]
     count = np.isfinite(random_biases).sum(axis=1)
-    # If the count is 0, the sum is 0 too. Dividing it by 1 gives the result 0.
+    # If no press has a reading, the sum is 0. It is then divided by 1, so that the result is 0.
     return np.asarray(np.sqrt(np.nansum(random_biases**2, axis=1) / np.maximum(count, 1)))
 
 
 def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
     """Return the standard uncertainty [1] due to the unknown flesh thickness at each modulus, shape (moduli,).
 
-    It follows from the largest change of the bias, from the thickness of the design to either end of the range of
-    thicknesses. The thickness is assumed to be uniformly distributed within this range (JCGM 100:2008, 4.3.7). `biases`
-    [1] has the shape (moduli, placements).
+    The uncertainty follows from the largest change of the bias between flesh with the thickness of the design and flesh
+    at either end of the range of thicknesses. The thickness is assumed to be uniformly distributed within this range
+    (JCGM 100:2008, 4.3.7). `biases` [1] has the shape (moduli, placements).
     """
     changes = [np.zeros(len(biases))]  # no change at the thickness of the design
     for index, placement in enumerate(placements):
@@ -466,7 +466,8 @@ def _base_ratio(design: Design, model: RiseModel, press: Floats, other_poisson: 
 def _index_of_largest(biases: Sequence[float] | Floats) -> int:
     """Return the index of the bias [1] with the largest magnitude.
 
-    If several are equal up to round-off, the first index is returned, so that all machines report the same pose.
+    If several biases are equal up to round-off, the index of the first one is returned, so that all machines report the
+    same pose.
     """
     return first_largest(np.abs(biases).tolist(), least=1.0)
 

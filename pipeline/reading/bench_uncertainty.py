@@ -233,7 +233,8 @@ def _errors_of_mean(deviations: Floats) -> tuple[float, Floats]:
 def _relative_error(deviation: Floats | float, largest: Floats | float) -> Floats:
     """Return `deviation` divided by the `largest` value measured [1], but at most `_LARGEST_ERROR`.
 
-    Both are in the same unit. The result is `_LARGEST_ERROR` if the largest value is 0, so that nothing was measured.
+    Both arguments have the same unit. If the largest value is 0, nothing was measured, and the result is
+    `_LARGEST_ERROR`.
     """
     largest_values = np.asarray(largest, dtype=float)
     relative = np.divide(

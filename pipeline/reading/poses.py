@@ -130,8 +130,8 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
     - The first one is level on the design's fruit. The next ones are tilted in eight directions, if tilts are allowed.
     - A level placement follows at the apex of each fruit at the ends of the ranges of flesh thickness and radii, at
       several azimuths. If the fruit has other radii than the design's fruit, four tilted placements come after it. The
-      sensor is then tilted towards a diagonal, as far from the apex as the design allows. These four are omitted at
-      azimuth 0, where the skin under the tips has a smaller saddle.
+      sensor is then tilted towards a diagonal, as far from the apex as the design allows. The four tilted placements
+      are omitted at azimuth 0, where the skin under the tips has a smaller saddle.
     - The random placements come last.
     """
     fruits = occurring_fruits(design.fruit, reading)

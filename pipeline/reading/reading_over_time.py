@@ -136,12 +136,7 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     design = sensor.design
     if not _is_solvable(design):
         return None
-    stated = design.fruit.relaxation
-    # Readings are corrected for a stated relaxation. `uncorrected` is the fraction of the decrease that remains.
-    if stated is None:
-        flesh, uncorrected = ASSUMED_RELAXATION, 1.0
-    else:
-        flesh, uncorrected = Relaxation(stated), STATED_SPREAD
+    flesh, uncorrected = _flesh_and_uncorrected_fraction(design)
     law = _contrast_law(sensor)
     first_touch = _first_touch_depth(sensor, law)
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS  # fractions of the travel and of the duration
@@ -158,6 +153,18 @@ def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
             continue
         decreases.append(uncorrected * (1.0 - E_twice / E_once))
     return max(decreases, default=None)
+
+
+def _flesh_and_uncorrected_fraction(design: Design) -> tuple[Relaxation, float]:
+    """Return the relaxation of the flesh, and the fraction [1] of its effect for which readings are not corrected.
+
+    Readings are corrected for a relaxation that the design states, up to its spread between fruits. If the design
+    states none, a typical relaxation is assumed, and nothing is corrected.
+    """
+    stated = design.fruit.relaxation
+    if stated is None:
+        return ASSUMED_RELAXATION, 1.0
+    return Relaxation(stated), STATED_SPREAD
 
 
 def _first_touch_depth(sensor: PressedSensor, law: ContrastLaw) -> float:
@@ -227,7 +234,7 @@ def _largest_changes(held: Floats) -> Floats:
     """Return the largest relative change [1] of the apparent modulus from each moment to any other, shape (moments,).
 
     `held` (moduli, moments) [MPa] holds the apparent moduli during the hold. The change is the largest one over all
-    moduli. If a tip is out of contact, it is infinite.
+    moduli. If a tip is out of contact, the change is infinite.
     """
     # the axes of the ratio are the modulus, the moment of the reading, and the other moment
     change = np.abs(held[:, None, :] / held[:, :, None] - 1.0).max(axis=(0, 2))
@@ -237,8 +244,8 @@ def _largest_changes(held: Floats) -> Floats:
 def _elastic_error(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
     """Return the relative error [1] of elastic forces by the contrast law at full travel, compared with solved forces.
 
-    It is the largest error over all moduli of the design and all tips. It is 0 for flat tips, for which the law is
-    exact. `first_touch` [mm] is the depth at which the first tip touches.
+    The result is the largest error over all moduli of the design and all tips. The error is 0 for flat tips, for which
+    the law is exact. `first_touch` [mm] is the depth at which the first tip touches.
     """
     design = sensor.design
     if law.hertz == 0.0:

@@ -60,27 +60,35 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
     """Return the law by which the modulus is read from a whole press, for the design's fruit or for known curvatures.
 
     `contrast` is the contrast law on the design's fruit. If the principal `curvatures` [1/mm] of a fruit are known, the
-    law for domes is adapted to them in three respects:
-
-    - Hertz's factor h is proportional to R*^(-1/3), where R* is the relative radius of dome and skin.
-    - The compliance S is recomputed for the new distances between the contacts.
-    - The gaps become the gaps on a ball of the same mean curvature, because the saddle is determined from the press.
-
-    The law of tips without domes does not depend on `curvatures`.
+    law for domes is adapted to them. The law of tips without domes does not depend on `curvatures`.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)
     if designed is None or rolling is None:  # tips without domes
         return RiseLaw(contrast=contrast)
     if curvatures is not None:
-        gap_per_square = 0.5 * rolling.mean_curvature / rolling.rolling_factor  # gap over squared distance [1/mm]
-        gaps_on_ball = gap_per_square * np.square(design.tips.places_mm).sum(axis=1)
-        gap_changes = gaps_on_ball - gaps_under_domes(design.fruit, design.tips)
-        contrast = replace(
-            contrast,
-            gaps=tuple((contrast.gaps + gap_changes).tolist()),
-            S=rows_of(np.array(contrast.S) + rolling.S() - designed.S()),
-            hertz=contrast.hertz * math.pow(designed.relative_radius / rolling.relative_radius, 1.0 / 3.0),
-        )
+        contrast = _adapt_contrast(contrast, design, designed, rolling)
     is_curved = rolling.mean_curvature > 0.0  # on a flat fruit, the contacts do not shift
     return RiseLaw(contrast=contrast, rolling=rolling if is_curved and rolling.contrast_depends_on_saddle else None)
+
+
+def _adapt_contrast(
+    contrast: ContrastLaw, design: Design, designed: RollingDomes, rolling: RollingDomes
+) -> ContrastLaw:
+    """Return the contrast law of domes on the design's fruit, adapted to a fruit of other curvatures.
+
+    `designed` are the domes on the design's fruit, and `rolling` the domes on the other fruit. Three parts change:
+
+    - Hertz's factor h is proportional to R*^(-1/3), where R* is the relative radius of dome and skin.
+    - The compliance S is recomputed for the new distances between the contacts.
+    - The gaps become the gaps on a ball of the same mean curvature, because the saddle is determined from the press.
+    """
+    gap_per_square = 0.5 * rolling.mean_curvature / rolling.rolling_factor  # gap over squared distance [1/mm]
+    gaps_on_ball = gap_per_square * np.square(design.tips.places_mm).sum(axis=1)
+    gap_changes = gaps_on_ball - gaps_under_domes(design.fruit, design.tips)
+    return replace(
+        contrast,
+        gaps=tuple((contrast.gaps + gap_changes).tolist()),
+        S=rows_of(np.array(contrast.S) + rolling.S() - designed.S()),
+        hertz=contrast.hertz * math.pow(designed.relative_radius / rolling.relative_radius, 1.0 / 3.0),
+    )

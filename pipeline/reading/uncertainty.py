@@ -219,8 +219,14 @@ def designed_channels(
         on_plate=reading.on_plate,
         creep=creep.deviation(calibrated_after_s, press_s),
     )
-    if signal is None:
-        return channels
+    return channels if signal is None else _with_read_out(channels, signal, press_s)
+
+
+def _with_read_out(channels: Channels, signal: SignalPath, press_s: float) -> Channels:
+    """Return the channels with the noise, the drifts and the time errors of a read-out.
+
+    `signal` is the signal path of the read-out, and `press_s` [s] is the duration of a press by hand.
+    """
     return replace(
         channels,
         noise={"readout_noise": np.array(signal.noise_N), "quantisation": np.array(signal.rounding_N)},

@@ -30,7 +30,8 @@ _FIELDS_WITHOUT_EFFECT = {*IRRELEVANT_VALUES["fruit"], *IRRELEVANT_VALUES["tips"
 class ScaledScene:
     """Fruit and tips, with all lengths that affect the contact divided by the side of a tip.
 
-    `scale` [mm] is this side. It is not compared, so that scenes of the same shape are equal whatever their size.
+    `scale` [mm] is the side of a tip. Comparisons ignore the scale, so that scenes of the same shape are equal whatever
+    their size.
     """
 
     fruit: Fruit

@@ -44,6 +44,6 @@ def stiffening(flexure: Flexure, deflection: Floats | float) -> Floats:
     """Return the relative increase of a spring's stiffness [1] at large deflections [mm], by the elastica.
 
     The result has the shape of `deflection`. The elastica is evaluated up to a deflection of half the length of the
-    leaf. Beyond it, the increase is assumed to be constant.
+    leaf. At larger deflections, the increase is assumed to be constant.
     """
     return large_deflection_stiffening(flexure.length, np.minimum(deflection, LONGEST_FRACTION * flexure.length))

@@ -323,7 +323,7 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
     """Return the height of each tip relative to the foremost tip [mm], due to the weight of the parts.
 
-    The tips are in the order of the layout. The foremost tips have the height 0, and the others a negative height. The
+    The tips are in the order of the layout. The height is 0 for the foremost tips, and negative for all other tips. The
     result is empty if all tips are level. Ideal springs have no parts, so their offsets are given with them.
     """
     if springs.ideal:

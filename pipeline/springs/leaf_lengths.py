@@ -425,8 +425,8 @@ def rough_compliance(housing: Housing, E: float, poisson: float) -> TipComplianc
 def rough_stiffness(housing: Housing, compliance: TipCompliance) -> HousingStiffness:
     """Return the stiffness of a housing [N/mm] on the rough mesh, with error bars derived from random designs."""
     errors = tuple(ROUGH_ERROR * odd_shape_factor(arm.flexure) for arm in housing.arms)
-    # The same solution is passed as both meshes. Its error bars are replaced below, except that of the strain, which
-    # does not need a second mesh.
+    # The same solution is passed as both meshes. The error bars are replaced below, except the error bar of the strain,
+    # which does not need a second mesh.
     one_mesh = housing_stiffness(compliance, compliance)
     info = dataclasses.replace(one_mesh.info, status=f"20-node hexahedra, one rough mesh of {compliance.dofs} dofs")
     return dataclasses.replace(one_mesh, error=errors, weight_sag_error=errors, info=info)

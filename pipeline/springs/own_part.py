@@ -49,8 +49,8 @@ HELD = "mounting_holes"  # name that the solver gives to the faces that do not m
 # Element scale in the section, and number of layers through half the depth, of the coarse mesh and of the fine mesh.
 # The result on the fine mesh is returned.
 _MESHES = ((4.0, 1), (3.0, 2))
-# Element size at sharp inner corners, divided by the local thickness, in the coarse and in the fine mesh. Without
-# refinement it is 1.
+# Element size at sharp inner corners, divided by the local thickness, in the coarse and in the fine mesh. Corners that
+# are not refined have a relative element size of 1.
 _CORNER_SIZES = (0.2, 0.1)
 # Towards a corner, strain grows at most like r^-0.5, as at a slit (M. L. Williams, J. Appl. Mech. 19, 526). The strain
 # energy within a radius r is then at most proportional to r, and so is the error of K with elements of size r. Let dK
@@ -607,7 +607,7 @@ def _pressed_faces(
 def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
     """Return whether a layer of the mount touches the mesh at its front or back face, whose facets are named `SIDES`.
 
-    The mount holds the part only in this case.
+    If no layer touches the mesh, the mount cannot hold the part.
     """
     if not layers:
         return False

@@ -55,10 +55,11 @@ class MadeSpring:
     @property
     def error(self) -> float:
         """Return the error of the stiffness [N/mm]; 0 for a target."""
-        # `K_error` is None if the spring is not printed, and is then treated as 0. The same applies below.
+        # `K_error` is None if the spring is not printed. It is then treated as 0.
         return self.stiffness * (self.K_error or 0.0)
 
     @property
     def highest_strain(self) -> float:
         """Return the upper end of the error bar of the root strain [1]; 0 if the spring is not printed."""
+        # The strain and its error are None if the spring is not printed. They are then treated as 0.
         return (self.root_strain or 0.0) * (1.0 + (self.root_strain_error or 0.0))
