@@ -62,8 +62,8 @@ def answer_html(
 def _verdict_table(verdicts: Sequence[Verdict]) -> str:
     """Return an HTML table of the verdicts on targets and readings, with a row for each.
 
-    The verdicts on the geometry and the print share one last row. It states how many of them there are, and how many of
-    them passed.
+    The verdicts on the geometry and the print share one last row. This row states how many of them there are, and how
+    many of them passed.
     """
     rows = []
     for verdict in verdicts:

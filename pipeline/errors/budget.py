@@ -183,8 +183,8 @@ def _ratio_budgets(
 def _largest_deflections(pair: PressedSensor) -> Floats:
     """Return the deflection of each spring (2,) [mm] at full travel on the firmest fruit.
 
-    It is the larger one of two deflections: in a level press, and in the scene of the design. In the scene, a tilt or a
-    step between the tips makes the travel of one tip longer and the travel of the other tip shorter.
+    The result is the larger one of two deflections: in a level press, and in the scene of the design. In the scene, a
+    tilt or a step between the tips makes the travel of one tip longer and the travel of the other tip shorter.
     """
     in_level_press = force_ratio_curve(pair).deflections(pair.sizing.K_m_at_largest_E, pair.design.press.travel_mm)
     return np.maximum(in_level_press, pair.springs.deflections)
@@ -303,8 +303,8 @@ def size_of(cause: Cause, change: Change) -> Floats:
     """Return the relative change of results due to a cause [1], in the shape of the results.
 
     `change` computes the change for a cause and a factor on its size. An effect of the model acts in one direction and
-    keeps its sign. An input scatters in both directions, so its effect has no sign. It is half the difference of the
-    changes in the two directions, except for height offsets.
+    keeps its sign. An input scatters in both directions, so its effect has no sign. The effect of an input is half the
+    difference of the changes in the two directions, except for height offsets.
     """
     up = change(cause, 1.0)
     if not cause.scatters:

@@ -282,8 +282,9 @@ def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) ->
 def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, deflections: Floats) -> Cause:
     """Return the effect of the sideways compliance of the springs under forces that the skin inclines.
 
-    A force along the normal of the skin also pushes its tip down the slope. This adds to the compliance of the spring.
-    Here the addition is expressed as a softer fruit, because the springs keep their stiffness.
+    A force along the normal of the skin also pushes its tip down the slope. The motion down the slope adds to the
+    compliance of the spring. Here the addition is expressed as a softer fruit, because the springs keep their
+    stiffness.
 
     `compliance` (tips, tips, 3, 3) [mm/N] is the `LateralCompliance` of the tips. Its last two axes are the directions
     x along the tips, y across them, and z along the press. The entries for motion along z under forces along z are 0,

@@ -31,10 +31,11 @@ from solve.contact.linear_response import SensorResponse
 class ReadingTable(Record):
     """The response of the scene, and two bands of the modulus [MPa] for each P.
 
-    `printed` and `calibrated` have shape (moduli, travels, 2), with the lower and the upper end. They are nan if a tip
-    is out of contact, or if the springs cannot produce this P. The band as `printed` contains the errors of the mesh,
-    the model and the inputs. The `calibrated` band assumes that each stiffness is known to 1 %, and leaves out effects
-    that calibration removes. Row 0 is for a modulus of nearly zero. It is needed only for NL, and has no band.
+    `printed` and `calibrated` have shape (moduli, travels, 2), with the lower and the upper end. The ends are nan if a
+    tip is out of contact, or if the springs cannot produce this P. The band as `printed` contains the errors of the
+    mesh, the model and the inputs. The `calibrated` band assumes that each stiffness is known to 1 %, and leaves out
+    effects that calibration removes. Row 0 is for a modulus of nearly zero. This row is needed only for NL, and has no
+    band.
     """
 
     response: SensorResponse
@@ -100,8 +101,8 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
     """Return the smallest and the largest modulus [MPa] consistent with each P of a curve, shape (moduli, travels, 2).
 
     `law` is the two-spring law of the pair. `errors` (moduli, travels) [1] are the relative errors of P. The band is
-    nan for an unknown P, and for the first modulus, which is nearly zero. It is also nan at a travel at which P does
-    not increase with the modulus.
+    nan for an unknown P, and for the first modulus, which is nearly zero. A band is also nan at a travel at which P
+    does not increase with the modulus.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
@@ -132,10 +133,10 @@ def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets:
 def _bands_of_readings(curve: SensorResponse, accuracies: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
     """Return the smallest and the largest modulus [MPa] for readings at full travel, shape (moduli, travels, 2).
 
-    The half width of a band, relative to E, is the bias plus two standard uncertainties. It is interpolated in ln E
-    between the moduli of `accuracies`. `spring_error` [1] is two standard deviations of an error of the stiffnesses, in
-    addition to their calibration error. The bands are nan at all travels before full travel. They are nan everywhere if
-    `accuracies` is empty.
+    The half width of a band, relative to E, is the bias plus two standard uncertainties. The half width is interpolated
+    in ln E between the moduli of `accuracies`. `spring_error` [1] is two standard deviations of an error of the
+    stiffnesses, in addition to their calibration error. The bands are nan at all travels before full travel. All bands
+    are nan if `accuracies` is empty.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not accuracies:

@@ -38,7 +38,7 @@ class ForceRatioCurve:
     `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is the stiffness of
     the fruit under the high tip divided by its stiffness under the low tip. `spring_errors` [N/mm] are the errors of
     the two stiffnesses, and `K_m_error` [N/mm] is the error of `K_m_max`. `stiffening` is K_m / `K_m_max` [1] at equal
-    steps of the modulus on a fruit with a skin. It is empty if K_m is proportional to the modulus.
+    steps of the modulus on a fruit with a skin. `stiffening` is empty if K_m is proportional to the modulus.
     """
 
     springs: Springs
@@ -76,8 +76,8 @@ class ForceRatioCurve:
         """Return a function that converts a force ratio [1] at one travel to the modulus [MPa].
 
         `P` (moduli,) [1] holds the force ratios at the moduli `E` (moduli,) [MPa], softest first. The function converts
-        a ratio to a fruit stiffness by the two-spring law. It then interpolates the modulus linearly in this stiffness,
-        because the modulus is nearly linear in it. It returns nan for a ratio that the springs cannot produce.
+        a ratio to a fruit stiffness by the two-spring law. The modulus is then interpolated linearly in this stiffness,
+        in which it is nearly linear. The function returns nan for a ratio that the springs cannot produce.
 
         The result is None if an entry of `P` is unknown (nan), or if P does not increase with the modulus.
         """
@@ -204,9 +204,9 @@ def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> 
     """Return NL at full travel [1], as `targets` define it, or None if a tip is out of contact.
 
     `curve` is the response of the scene. The error of NL has two parts. The first part is due to the errors of the
-    springs and of the compliance; `law` gives it for a level sensor. The second part is due to the contact cells. It is
-    estimated from the change of NL with coarser cells. This change may happen to be 0 at one travel, so the larger
-    change at the last two travels is used.
+    springs and of the compliance; `law` gives it for a level sensor. The second part is due to the contact cells. The
+    error due to the cells is estimated from the change of NL with coarser cells. This change may happen to be 0 at one
+    travel, so the larger change at the last two travels is used.
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)  # P on the coarser cells

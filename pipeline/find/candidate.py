@@ -100,8 +100,8 @@ class Candidate:
         """Return the cost [1] by which designs are ordered: passing ones first, then failing ones, then invalid ones.
 
         The cost of a passing design follows from its objective, and the cost of a failing design from its shortfall.
-        Both are mapped by v / (1 + |v|), which preserves the order and lies between -1 and 1. Different offsets then
-        keep the three groups apart.
+        Objective and shortfall are mapped by v / (1 + |v|), which preserves the order and lies between -1 and 1.
+        Different offsets then keep the three groups apart.
         """
         if not math.isfinite(self.value) or not math.isfinite(self.shortfall):
             return REFUSED_COST

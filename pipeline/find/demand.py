@@ -34,9 +34,9 @@ def nearest_demand(
     """Return a range of fruits for which a design passes, narrowed step by step from the requested range `fruit`.
 
     `failed` are the verdicts that fail for the requested range. Each round narrows the ranges on which the failed
-    verdicts depend, at the ends where they fail. It then searches for a design around the `preset`, without changes to
-    the keys in `fixed`. Each search reports its `progress`. Returns None if no design passes after `MAX_ROUNDS` rounds.
-    Raises the same errors as `fruit_suggestion`.
+    verdicts depend, at the ends where they fail. The round then searches for a design around the `preset`, without
+    changes to the keys in `fixed`. Each search reports its `progress`. Returns None if no design passes after
+    `MAX_ROUNDS` rounds. Raises the same errors as `fruit_suggestion`.
     """
     narrowed = fruit
     failed_verdicts = failed

@@ -1,9 +1,9 @@
 """A sensor for a given fruit: the preset for the most similar fruit, scaled to the fruit's size and firmness.
 
 The contact problem has no intrinsic length or modulus. The lengths of a scaled sensor are proportional to the radius of
-the fruit, and its spring stiffnesses to radius times modulus. It therefore reads as accurately as its preset. Some
-quantities do not scale: rounded dimensions, the bruise limit, the accuracy with which a hand places the sensor, and the
-limits of printing. Further steps of the search correct for these.
+the fruit, and its spring stiffnesses to radius times modulus. A scaled sensor therefore reads as accurately as its
+preset. Some quantities do not scale: rounded dimensions, the bruise limit, the accuracy with which a hand places the
+sensor, and the limits of printing. Further steps of the search correct for these.
 """
 
 import math
@@ -362,8 +362,8 @@ def _change_for_failed_verdicts(
     """Return the change that brings a design nearer to passing, from the first rule that applies; empty if none does.
 
     `result` holds the readings of `design`; it is None if the design cannot be solved. `failed` holds the names of
-    failed verdicts. `radius_factor` [1] is greater than 1. It multiplies the radii of the design's fruit to make the
-    fruit flatter, and divides them to make it rounder.
+    failed verdicts. `radius_factor` [1] is greater than 1. The radii of the design's fruit are multiplied by this
+    factor to make the fruit flatter, or divided by it to make the fruit rounder.
     """
     readings = None if result is None else result.readings
     is_beyond_face = readings is not None and readings.face_mm > design.tips.side_mm

@@ -110,8 +110,8 @@ class FruitRange:
 def fruit_range(text: str) -> FruitRange:
     """Parse the range of fruits from `text`, the value of the flag `--fruit`.
 
-    The value is the path of a file written by `pipeline modulus --json`, or the name of a fruit in the table. It may
-    also be a description such as 'radius 26, E 0.3 to 2'. Raises InputError for any other text.
+    The value is the path of a file written by `pipeline modulus --json`, or the name of a fruit in the table. The value
+    may also be a description such as 'radius 26, E 0.3 to 2'. Raises InputError for any other text.
     """
     if text.endswith(".json"):
         return _measured_range(Path(text))

@@ -223,8 +223,8 @@ def _costs(
 def _base_fractions(study: Study) -> Floats | None:
     """Return the base design, at which the search starts, as fractions [1] of the varied keys' ranges.
 
-    The result has the shape (keys,). It is None if a value of the base is outside its range. The key of a front, and
-    keys with a normal distribution, are omitted.
+    The result has the shape (keys,). The result is None if a value of the base is outside its range. The key of a
+    front, and keys with a normal distribution, are omitted.
     """
     fractions = []
     for key, varied in study.vary.items():
@@ -252,7 +252,7 @@ def is_base(study: Study, candidate: Candidate) -> bool:
 def _base_value(study: Study, name: str) -> object:
     """Return the value of the key `name` of the base design.
 
-    It is None if the key is not set, or if the base design is incomplete, so that `study.design` is None.
+    The value is None if the key is not set, or if the base design is incomplete, so that `study.design` is None.
     """
     table, _, key = name.partition(".")
     return getattr(getattr(study.design, table, None), key, None)
@@ -290,7 +290,8 @@ def _objective_scale(study: Study, result: PointResult) -> float:
 def _verdict(name: str, values: Mapping[str, object]) -> Verdict:
     """Build the verdict `name` from the values of a stored point, by their keys in the report.
 
-    Its reference is the text that states in how many poses the sensor has no reading, because the cost depends on it.
+    The reference of the verdict is the text that states in how many poses the sensor has no reading. The cost of a
+    candidate depends on this text.
     """
     stored: dict[str, Any] = {field: values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS}
     return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **stored)

@@ -103,8 +103,8 @@ class Search:
         """Try the base design with the given changes, and return the candidate with its verdicts on sized springs.
 
         The cost of the trial is taken from the budget. The result is None if the budget is used up, or if the changed
-        design is invalid or cannot be solved. It is also None if a changed travel is too short for the height errors of
-        printed tips.
+        design is invalid or cannot be solved. A changed travel that is too short for the height errors of printed tips
+        also gives None.
         """
         if self._budget_left <= 0.0:
             return None
@@ -131,7 +131,7 @@ class Search:
     def _add_one_change(self, start: Candidate) -> list[Candidate]:
         """Try each sweep from the candidate `start`, and return the best candidate of each sweep.
 
-        A sweep is a list of changes of the same keys, the smallest change first. It ends at the first change that
+        A sweep is a list of changes of the same keys, the smallest change first. A sweep ends at the first change that
         passes. Sweeps of keys that are fixed, or that `start` has already changed, are omitted.
         """
         failed_names = [verdict.name for verdict in start.failed]
@@ -192,8 +192,8 @@ class Search:
     def _move_nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate with its numbers moved back towards the base design, as far as it still passes.
 
-        The numbers are moved one after another. Each gets a margin from the nearest value that passes, and is rounded
-        away from the failing value. Strings, and numbers whose sign was changed, keep their new values.
+        The numbers are moved one after another. Each number gets a margin from the nearest value that passes, and is
+        rounded away from the failing value. Strings, and numbers whose sign was changed, keep their new values.
         """
         scene = scene_of(self._changed_design(candidate))
         bisections = _BISECTIONS_ON_CELLS if scene.is_solved_on_cells else _BISECTIONS

@@ -51,7 +51,7 @@ class ModulusAccuracy:
     farthest from 0, which may be a different pose. `sources` are the uncertainties for a random fruit in a random pose.
     `uncertainty_limit` [1] is the limit of their total. `uneven` is the additional uncertainty on uneven fruit; it is
     None if it is unknown. `form` holds the relative change of E [1] due to one standard deviation of each form error of
-    the domes. It does not include a correction by a reference ball.
+    the domes. These changes do not include a correction by a reference ball.
     """
 
     E: float
@@ -75,12 +75,12 @@ class ReadingAccuracy(Record):
 
     `moduli` has a row for each modulus; it is empty if a level press has no reading. `touch` [1] is the travel at which
     the last tip touches, as a fraction of the full travel, in the worst pose. `refused` states how many poses have no
-    reading, and why. It is None if all poses have one. The bias and the uncertainty leave out the poses without a
-    reading. `level` are the readings of level presses, by which all other readings are corrected. `full_scale` (tips,)
-    [N] is the largest force of each channel over all poses. `pressures` are the pressures on the skin at each modulus.
-    `flesh` [1] is the possible change of E, up or down, if the flesh under domes obeys Hencky's or Storakers' law.
-    `face_mm` is the smallest width of a dome's face that contains the contact in every pose; it is 0 for other tips.
-    `calibration` are the errors that remain in the springs and gains after calibration.
+    reading, and why. `refused` is None if all poses have a reading. The bias and the uncertainty leave out the poses
+    without a reading. `level` are the readings of level presses, by which all other readings are corrected.
+    `full_scale` (tips,) [N] is the largest force of each channel over all poses. `pressures` are the pressures on the
+    skin at each modulus. `flesh` [1] is the possible change of E, up or down, if the flesh under domes obeys Hencky's
+    or Storakers' law. `face_mm` is the smallest width of a dome's face that contains the contact in every pose; it is 0
+    for other tips. `calibration` are the errors that remain in the springs and gains after calibration.
     """
 
     method: str
@@ -139,8 +139,8 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     """Compute the accuracy of the moduli that a sensor reads, over all fruits and poses that its design allows.
 
     Presses at several moduli are solved in all these poses. A modulus is read from each press by the rise of its
-    contrast, and compared with the true modulus. The result is None if the design has no `[reading]`. It has no moduli
-    if a level press has no reading.
+    contrast, and compared with the true modulus. The result is None if the design has no `[reading]`. The result has no
+    moduli if a level press has no reading.
 
     Raises InputError for a pose that the contact solver cannot handle, and SolveError if a solution is not exact.
     """
@@ -346,9 +346,10 @@ def _read_presses(
 ) -> tuple[PressReadings, str | None]:
     """Read a modulus from each press, and return the readings and a text about the presses without a reading.
 
-    The text has the number of these presses and the reason for the first one. It is None if every press has a reading.
-    `channels` determine the noise of the forces, and the force above which a tip is considered to touch. A press has no
-    reading if its contact is wider than the face of a dome, `side_mm` [mm], or if `model` cannot determine a modulus.
+    The text has the number of these presses and the reason for the first one. The text is None if every press has a
+    reading. `channels` determine the noise of the forces, and the force above which a tip is considered to touch. A
+    press has no reading if its contact is wider than the face of a dome, `side_mm` [mm], or if `model` cannot determine
+    a modulus.
     """
     # A press is solved at fewer samples than a real press has. Their noise is reduced so that its effect on E, which
     # decreases with the square root of the number of samples, is the same.
@@ -508,8 +509,8 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
 def _samples_to_touch(depths: Floats) -> Floats:
     """Return the number of samples, shape (tips,), from the sample before `depths[0]` to the first touch of each tip.
 
-    `depths` (2, tips) holds quantities proportional to the indentations in two successive samples, in any unit. They
-    are extrapolated linearly back to zero. The result is minus infinity if an indentation does not grow.
+    `depths` (2, tips) holds quantities proportional to the indentations in two successive samples, in any unit. The
+    quantities are extrapolated linearly back to zero. The result is minus infinity if an indentation does not grow.
     """
     growth = depths[1] - depths[0]
     samples_since_touch = np.divide(depths[0], growth, out=np.full_like(growth, math.inf), where=growth > 0.0)

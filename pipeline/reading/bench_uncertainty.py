@@ -8,8 +8,8 @@ is the slope of the counts against the same weights, with errors due to the bala
 the dial is then the same for all tips and cancels between them. The stiffness of a spring is the force, calibrated by
 weights, divided by that travel.
 
-Scale errors of the balance or the dial do not change the residuals of a straight line. They cannot be detected in this
-way, and are neglected.
+Scale errors of the balance or the dial do not change the residuals of a straight line. The calibration cannot detect
+scale errors, so they are neglected.
 """
 
 import math
@@ -91,7 +91,7 @@ def springs_on_plate(
     `gains` (tips,), `deflections` (tips,) and `travel` are the relative standard deviations [1] of the forces, the
     deflections and the travel. The stiffnesses measured by plate and by weights differ. `mean_difference` [1] is the
     mean of their relative differences. `differences_from_mean` (tips,) [1] holds the deviation of each spring from this
-    mean. Both are bounds within which the true stiffness is uniformly distributed (JCGM 100:2008, 4.3.7).
+    mean. Both differences are bounds within which the true stiffness is uniformly distributed (JCGM 100:2008, 4.3.7).
     """
     # The errors of the springs are later combined as if they were independent. The error of the travel and the mean
     # difference are common to all springs, so they change E more than independent errors of n springs would. The factor

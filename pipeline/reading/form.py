@@ -20,7 +20,8 @@ def form_error_changes(design: Design, model: RiseModel, press: Floats, curvatur
     form errors, because they are printed in the same way.
 
     `press` holds the forces (samples, tips) [N]. `curvatures` are the principal curvatures of the fruit [1/mm], by
-    default the curvatures of the design. The result has the shape (form errors,). It is empty for tips without domes.
+    default the curvatures of the design. The result has the shape (form errors,). The array is empty for tips without
+    domes.
     """
     rolling = rolling_domes(design, model.law.contrast.weights, curvatures)
     if rolling is None:

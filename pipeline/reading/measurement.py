@@ -49,7 +49,7 @@ class RiseModel:
     def read(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RiseReading:
         """Return the reading of a press with forces (samples, tips) [N], corrected by the level readings.
 
-        The samples are at equal steps of the travel. They are timed as in a press by hand that lasts `PRESS_S`.
+        The samples are at equal steps of the travel. Their times are the times in a press by hand that lasts `PRESS_S`.
         `noises` (tips,) [N] and `least_forces` [N] are passed to `read_rise` and `select_rise`. Raises RiseError if no
         modulus can be determined from the press.
         """

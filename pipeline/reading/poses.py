@@ -100,9 +100,9 @@ class OccurringFruits:
 def occurring_fruits(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
     """Return the ranges of the fruits to be read, from the design's `[reading]`.
 
-    `[reading]` gives ranges of the two radii, or a relative spread of the design's radius. It may also give a range of
-    the flesh thickness. If it gives ranges of radii, the azimuth of the fruit is arbitrary. The dimensions of a flat
-    fruit do not vary.
+    `[reading]` gives ranges of the two radii, or a relative spread of the design's radius. `[reading]` may also give a
+    range of the flesh thickness. If it gives ranges of radii, the azimuth of the fruit is arbitrary. The dimensions of
+    a flat fruit do not vary.
     """
     if fruit.radius_mm is None:
         return OccurringFruits()

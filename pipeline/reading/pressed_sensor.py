@@ -35,9 +35,9 @@ class SampledPresses(Record):
 
     F is nan if a contact extends beyond the face of a dome. `flesh` [N] is the change in the forces if the flesh under
     domes obeys Hencky's law. `mean_pressure` [MPa] is the mean pressure in each contact, and `pressure_error` [MPa] its
-    error. `error` [N] is the part of the error of the forces that has the same sign under all tips. These arrays have
-    the shape of F. `face_mm` (moduli, placements) is the smallest width of a dome's face that contains every contact of
-    a press; it is 0 for other tips.
+    error. `error` [N] is the part of the error of the forces that has the same sign under all tips. All these arrays
+    have the shape of F. `face_mm` (moduli, placements) is the smallest width of a dome's face that contains every
+    contact of a press; it is 0 for other tips.
     """
 
     moduli: tuple[float, ...]
@@ -99,7 +99,7 @@ class PressedSensor(Record):
         """Return the contrast law from which a modulus is read.
 
         The contrast is a weighted sum over the tips in which travel and tilt cancel. The law relates the contrast to
-        the forces. It depends on the compliances of springs and fruit, and on the gaps under the tips of a level
+        the forces. The law depends on the compliances of springs and fruit, and on the gaps under the tips of a level
         sensor. The gaps include the heights of the tips due to the weight of the parts. A pair needs no gaps, because
         its reading of a whole press does not depend on them.
         """

@@ -1,4 +1,4 @@
-"""Records of readings that are parts of report.json. They import no solver, so that a report is read quickly."""
+"""Records of readings that are parts of report.json. The records import no solver, so that a report is read quickly."""
 
 from dataclasses import dataclass
 

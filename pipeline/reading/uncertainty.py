@@ -99,8 +99,8 @@ class Channels:
     sample. A zero drifts by at most `zero_drift` [N], which is a bound and not a standard deviation. `gains` [1] holds
     the relative errors of the gains by cause, and `springs` [1] the relative errors of the stiffnesses. `time_s` [s] is
     the error of each channel's time. Channels that were calibrated `on_plate` measure deflections. `creep` [1] is the
-    common relative error of all stiffnesses due to creep of the leaves. It does not affect deflections, and changes all
-    forces by the same factor. `on_ball` is None without a reference ball.
+    common relative error of all stiffnesses due to creep of the leaves. Creep does not affect deflections, and changes
+    all forces by the same factor. `on_ball` is None without a reference ball.
     """
 
     full_scale: Floats

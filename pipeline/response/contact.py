@@ -87,7 +87,7 @@ def contact_compliance(
 def _replacement_text(fruit: Fruit, tips: Tips) -> str:
     """Return a clause that names the sharp flat tips which replace the tips of the design.
 
-    It is empty if the tips of the design are sharp and flat themselves.
+    The clause is empty if the tips of the design are sharp and flat themselves.
     """
     flat = tips.flat
     if tips.tip_shape.touches_beside_centre:

@@ -1,7 +1,7 @@
 """Contact scenes scaled to tips of side 1 mm, so that designs that differ only in size or modulus share a solution.
 
-Let S be the compliance matrix of a linear body multiplied by E. It depends only on the size of the body, the ratios of
-its lengths and Poisson's ratio. It is inversely proportional to the size.
+Let S be the compliance matrix of a linear body multiplied by E. S depends only on the size of the body, the ratios of
+its lengths and Poisson's ratio. S is inversely proportional to the size.
 """
 
 import dataclasses

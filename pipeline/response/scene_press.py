@@ -27,11 +27,12 @@ _SCAN_MODULI = 20  # number of moduli over which P must increase, from the small
 class ScenePress(Record):
     """The presses of one set of springs on the fruit of a design.
 
-    - `table` has the moduli of the design, each at twelve travels. It becomes the response table of the report.
-    - `scan` has 20 moduli up to E_max at full travel. It shows whether P increases with the modulus.
+    - `table` has the moduli of the design, each at twelve travels. These presses become the response table of the
+      report.
+    - `scan` has 20 moduli up to E_max at full travel. The scan shows whether P increases with the modulus.
     - `at_largest_E` has only the largest modulus of the design, at full travel.
-    - `curve` has moduli in equal steps up to E_max, each at six travels. Its first modulus is nearly 0, for the softest
-      possible fruit.
+    - `curve` has moduli in equal steps up to E_max, each at six travels. The first modulus of the curve is nearly 0,
+      for the softest possible fruit.
     - `tilted` has two presses at full travel, one with the tilt minus its spread and one with the tilt plus its spread.
       Their moduli are the first, the middle and the last one of the curve. It is empty if contact is linear, if the
       tilt has no spread, or if contact cannot be solved at one of the two tilts.
@@ -121,7 +122,7 @@ def curve_moduli(scene: Scene) -> Floats:
 def scan_moduli(fruit: Fruit) -> Floats:
     """Return the `_SCAN_MODULI` moduli up to E_max [MPa] over which P must increase, in equal steps.
 
-    They begin at the smallest modulus of the design, but at E_max / 2 at the latest, so that they cover a range.
+    The moduli begin at the smallest modulus of the design, but at most at E_max / 2, so that they cover a range.
     """
     smallest = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
     return np.linspace(smallest, fruit.E_max_MPa, _SCAN_MODULI)
@@ -130,8 +131,8 @@ def scan_moduli(fruit: Fruit) -> Floats:
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
     """Return the presses at full travel with the tilt minus its spread and with the tilt plus its spread.
 
-    They show the effect of the pose on P_max and NL. Each press is solved for all `moduli` [MPa]. `contact` is the
-    compliance of the fruit under the tips, and `C` (tips, tips) [mm/N] is the compliance matrix of the springs. The
+    These presses show the effect of the pose on P_max and NL. Each press is solved for all `moduli` [MPa]. `contact` is
+    the compliance of the fruit under the tips, and `C` (tips, tips) [mm/N] is the compliance matrix of the springs. The
     result is empty if contact is linear or the tilt has no spread. It is also empty if contact cannot be solved at one
     of the two tilts.
     """

@@ -58,10 +58,10 @@ class FittedSprings(Record):
     Each of the two springs represents all tips on springs of its kind. `printable` holds for each spring whether the
     process can print it. `fitted` is the housing with its solution, or None if no housing is solved.
 
-    `ideal` springs have exactly the stiffness for which they were sized. They are not printed, and `ideal_offsets_mm`
-    are the heights of their tips relative to the foremost tip. `plate_sideways` is the lateral compliance of the tips
-    on one plate. It is None until it is solved. For flat tips on a flat fruit it stays None, because their forces are
-    not inclined.
+    `ideal` springs have exactly the stiffness for which they were sized. Ideal springs are not printed, and
+    `ideal_offsets_mm` are the heights of their tips relative to the foremost tip. `plate_sideways` is the lateral
+    compliance of the tips on one plate. This compliance is None until it is solved. For flat tips on a flat fruit it
+    stays None, because their forces are not inclined.
     """
 
     springs: dict[str, MadeSpring]
@@ -299,8 +299,8 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 
     The displacement is positive if the sensor presses down, and negative if it presses up. If the sensor is held
     sideways, its weight acts across the press, in an unknown direction. Weight along the plate may then move a tip
-    either way. So the displacement is 0, and its error is the largest movement. By symmetry, weight across the plate
-    does not move the tip. The result has one entry for each spring, low first, and is empty without a housing.
+    either way. The displacement is therefore 0, and its error is the largest movement. By symmetry, weight across the
+    plate does not move the tip. The result has one entry for each spring, low first, and is empty without a housing.
     """
     fitted = springs.fitted
     if fitted is None:

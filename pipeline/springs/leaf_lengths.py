@@ -1,7 +1,7 @@
 """Fit the leaf lengths so that the springs have their target stiffnesses, by finite elements.
 
-The secant method varies the lengths until the stiffnesses computed on a mesh meet the targets. It runs on a coarse mesh
-first and then on a fine mesh. A rough answer uses a single coarse mesh.
+The secant method varies the lengths until the stiffnesses computed on a mesh meet the targets. The method runs on a
+coarse mesh first and then on a fine mesh. A rough answer uses a single coarse mesh.
 """
 
 import dataclasses
@@ -103,7 +103,7 @@ def odd_shape_factor(flexure: Flexure) -> float:
     For such leaves, the difference between two meshes underestimates the error, for two reasons. All meshes have the
     same fans of elements at the roots, whose error matters if a leaf is barely deeper than it is thick. The meshes also
     have few layers through the depth, which are not enough if a leaf is deeper than it is long. The factor is 2.5 for a
-    long leaf as thick as it is deep, for which the observed factor was 2. It is 1 for a long and thin leaf.
+    long leaf as thick as it is deep, for which the observed factor was 2. The factor is 1 for a long and thin leaf.
     """
     shallowness = min(1.0, flexure.thickness / flexure.depth)  # 0 if much deeper than thick, at most 1
     shortness = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))  # 0 if longer than 0.8 of its depth, at most 1
@@ -121,7 +121,8 @@ class FittedHousing(Record):
 class HousingSolver:
     """Solver for the compliance of housings of one material, on meshes of several scales.
 
-    The last mesh of each scale is cached. It can be stretched for the next housing, and compared with the solid.
+    The last mesh of each scale is cached. The cached mesh can be stretched for the next housing, and compared with the
+    solid.
     """
 
     def __init__(
@@ -167,7 +168,7 @@ class Secant:
     """A secant of the leaf length as a function of K^(-1/3), which is a straight line for a beam.
 
     `slope` is d length / d K^(-1/3), with K in N/mm and lengths in mm. `length` [mm] and `root` = K^(-1/3) come from
-    the last solution. They are nan before the first solution.
+    the last solution. Length and root are nan before the first solution.
     """
 
     slope: float
@@ -178,7 +179,7 @@ class Secant:
         """Return the secant through the previous point and a new point with `length` [mm] and K [N/mm].
 
         The slope is unchanged if the points are too close together, or if the length does not increase with K^(-1/3).
-        It is also unchanged at the first point, because the previous point is nan then.
+        The slope is also unchanged at the first point, because the previous point is nan then.
         """
         root = K ** (-1.0 / 3.0)
         step = length - self.length
@@ -249,7 +250,7 @@ def fit_on_mesh(
     """Fit the leaf lengths of a housing by the secant method, until its springs meet their targets on one mesh.
 
     `housing` is the initial guess. `targets` are the target stiffnesses [N/mm], low spring first. `max_deviation` [1]
-    is the largest accepted relative deviation from them. `solve` computes the compliance of a housing on the mesh. It
+    is the largest accepted relative deviation from them. `solve` computes the compliance of a housing on the mesh, and
     is called at most `max_solves` times. `slopes` holds the initial slope d length / d K^(-1/3) of each spring, for
     example by the beam law.
 

@@ -98,8 +98,8 @@ def walls(housing: Housing) -> tuple[Rectangle, ...]:
 def rim(housing: Housing) -> tuple[Rectangle, ...]:
     """Return the rectangles where a cover's rim or a pad touches the frame [mm], set back from the edges of the frame.
 
-    These are the posts, the left one first, and the bar above the cavity. A rectangle holds its range in x and its
-    range in z.
+    The rectangles are the posts, the left one first, and the bar above the cavity. A rectangle holds its range in x and
+    its range in z.
     """
     foot = max(housing.cover_level, housing.protrusion)  # z of the lower end of the cover on the posts [mm]
     top = housing.top_level

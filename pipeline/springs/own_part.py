@@ -460,8 +460,8 @@ def _refine_tetrahedra(part: Part, scene: _Scene) -> tuple[list[PartCompliance],
 def _name_mounted_faces(part: Part, scene: _Scene) -> tuple[Part, tuple[ElasticLayer, ...]]:
     """Return a part whose faces under the mount are named `SIDES`, and the elastic layers of the mount.
 
-    The mount touches a housing at its front and back faces, y = -depth / 2 and y = depth / 2. It cannot hold a part
-    without such faces, so the layers are then empty.
+    The mount touches a housing at its front and back faces, y = -depth / 2 and y = depth / 2. The mount cannot hold a
+    part without such faces, so the layers are then empty.
     """
     from cad.checks.own_part import name_side_faces
 
@@ -542,7 +542,7 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
 def _volume_left_out(mesh: SweptPart, extrusion: Extrusion) -> tuple[float, tuple[float, float, float] | None]:
     """Return the volume [mm^3] by which a swept mesh differs from the part, and where this volume is largest [mm].
 
-    The position is in the coordinates of the part. It is None if the volume is only round-off.
+    The position is in the coordinates of the part. The position is None if the volume is only round-off.
     """
     # the volume that the sweep adds or leaves out over each quadrilateral of the section
     volumes = mesh.length_error * mesh.area
@@ -583,7 +583,7 @@ def _pressed_faces(
     `names` are the names of the pressed faces. `solutions` are the solutions on the coarse and the fine mesh. Their
     difference determines the error of K due to the mesh. `neglected` (faces,) [1] is the relative error of K due to
     sharp corners and to features that the two meshes leave out. `holes_held` is a second solution on the fine mesh,
-    with the walls of the screw holes held. It is None if no mount holds the part.
+    with the walls of the screw holes held. This solution is None if no mount holds the part.
     """
     coarse, fine = solutions
     faces = {}

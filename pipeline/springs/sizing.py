@@ -26,10 +26,10 @@ class SpringSizing:
 
     K_m is the stiffness of the fruit under one tip, the low tip unless stated otherwise. A stiffness ratio is the
     stiffness under the high tip divided by the stiffness under the low tip. The springs are sized from `K_m_max`, the
-    value of K_m at E_max, and from `sizing_stiffness_ratio`. They are checked with `K_m_max_contact` and
+    value of K_m at E_max, and from `sizing_stiffness_ratio`. The springs are checked with `K_m_max_contact` and
     `stiffness_ratio` from the solved contact, whatever the `basis` of the sizing. `K_m_at_largest_E` is K_m at the
     largest modulus of the design, which may exceed E_max. `stiffening` is K_m / K_m,max [1] at the fractions
-    `curve_shares` of E_max, on a fruit with a skin. It is empty if K_m is proportional to E.
+    `curve_shares` of E_max, on a fruit with a skin. `stiffening` is empty if K_m is proportional to E.
     """
 
     springs: Springs
