@@ -72,8 +72,8 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        # A worker process makes and checks the solids while this process solves. It starts on each housing that may be
-        # the final one.
+        # A worker process makes and checks the solids while this process solves. The worker starts on each housing that
+        # may be the final one.
         maker = SolidMaker(design, executor)
         # `begin_size` starts the solid of a housing, and returns a future of its size.
         sensor = replace(sensor, begin_solid=maker.begin_size)

@@ -207,7 +207,7 @@ def run_key(design: Design, options: RunOptions) -> str:
     """
     inputs = {
         "design": design_as_mapping(design),
-        "options": asdict(replace(options, out=None, force=False)),  # these two do not change the content of files
+        "options": asdict(replace(options, out=None, force=False)),  # `out` and `force` do not change files
         "date": os.environ.get(DATE_VARIABLE),  # the date that is written into files
         "packages": run_packages(),
         "code": code_digest(),

@@ -83,7 +83,7 @@ class LevelPress:
             fruit_under_tip = self.tip_compliance[i] / (1.0 + times * cause.fruit[i])  # a stiffer fruit yields less
             diagonal.append(self.E / changed_K + fruit_under_tip + self.crosstalk)
         travel_l, travel_h = (self.travel + times * offset for offset in cause.height_offsets)
-        # By Cramer's rule, both forces have the same denominator. It cancels in the ratio, so it is left out.
+        # By Cramer's rule, both forces have the same denominator, which cancels in their ratio and is left out.
         F_l = diagonal[1] * travel_l - self.crosstalk * travel_h
         F_h = diagonal[0] * travel_h - self.crosstalk * travel_l
         both_touch = np.minimum(F_l, F_h) > 0.0

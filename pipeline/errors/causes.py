@@ -41,12 +41,12 @@ BEAM_SLOPE = 3.0  # d ln K / d ln t of a beam of thickness t; the slope of solid
 INCOMPRESSIBLE = 0.5  # Poisson's ratio of incompressible flesh
 FOOT_HIGH_MM = 0.2  # height of the first layer [mm], which is wider than the other layers by FOOT_MM on each side
 # Fraction of the compliance 1/K that is due to the frame, times E w / K, for the low and the high spring. Here w is the
-# depth of the leaves. The fraction is 0.08 % for K = 0.753 N/mm and 0.6 % for K = 17.3 N/mm, at E = 2000 MPa and
-# w = 6 mm. This holds for plastic leaves. With long steel leaves the frame contributes 6 to 7 times as much, which is
+# depth of the leaves. The fraction is 0.08 % for K = 0.753 N/mm and 0.6 % for K = 17.3 N/mm, at E = 2000 MPa and w = 6
+# mm. These values hold for plastic leaves. With long steel leaves the frame contributes 6 to 7 times as much, which is
 # 0.005 % and 0.04 %. See tests/reference/fits/test_housing.py.
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
-# Largest relative change of the low and of the high spring due to another mount, with a margin of a quarter. It covers
-# all presets, processes and mounts: docs/measurements.md#other-mounts. The low spring becomes softer and the high
+# Largest relative change of the low and of the high spring due to another mount, with a margin of a quarter. The values
+# cover all presets, processes and mounts: docs/measurements.md#other-mounts. The low spring becomes softer and the high
 # spring stiffer, because this changes P most.
 LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
 POSE = "pose"  # name of the cause whose effect is solved in tilted scenes
@@ -311,7 +311,7 @@ def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
     times its distance from the apex. The model of a run holds the fruit.
     """
     design = pair.design
-    positions = design.tips.centres_mm  # from the apex [mm]
+    positions = design.tips.centres_mm  # positions of the tips relative to the apex [mm]
     law = force_ratio_curve(pair)
     # stiffness of each spring in series with the firmest fruit, low then high [N/mm]
     series_stiffnesses = [
@@ -425,8 +425,8 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
 
 def _unknown_poisson(fruit: Fruit) -> Cause:
     """Return the scatter of the stiffness of a fruit whose Poisson's ratio nu is known only within a range."""
-    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2), so only the magnitude of nu matters. It changes
-    # most at the upper end of the range of nu, which is at most the value of incompressible flesh.
+    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2), so only the magnitude of nu matters. The
+    # stiffness changes most at the upper end of the range of nu, which is at most the value of incompressible flesh.
     largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
     stiffness_change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
     return Cause(

@@ -83,7 +83,7 @@ def _sampled_factors(causes: Sequence[Cause]) -> Floats:
     stiffness is proportional to a power of it. A Sobol sequence samples the inputs of all causes together, because it
     covers them more evenly than random numbers. Its seed is fixed, so that a run can be repeated.
     """
-    from scipy.stats import qmc  # its import takes a tenth of all import time, and only fabrication needs it
+    from scipy.stats import qmc  # the import takes a tenth of all import time, and only fabrication needs it
 
     points = qmc.Sobol(len(causes), seed=1).random(SAMPLES)
     normal_deviates = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))  # clipped, because the quantiles of 0 and 1 are infinite

@@ -141,7 +141,7 @@ def _bands_of_readings(curve: SensorResponse, accuracies: Sequence[ModulusAccura
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not accuracies:
         return bands
-    half_widths = []  # relative to E [1]
+    half_widths = []  # half width of the band at each modulus, relative to E [1]
     for accuracy in accuracies:
         two_sigma = math.hypot(2.0 * accuracy.sources.total, spring_error * accuracy.sources.stiffness_slope)
         half_widths.append(abs(accuracy.bias.value) + two_sigma)

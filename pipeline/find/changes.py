@@ -28,7 +28,7 @@ _COARSELY_SMALLER = (0.5, 0.25)
 _COARSELY_LARGER = (2.0, 4.0)
 _CLOSE_SPACING = 2.5  # ratio of the spacing to the side of a tip at which a round fruit is nearly flat under the tips
 _CHANGE_WITHOUT_RATIO = 1.0  # size of a change without a ratio: a different word, or a key that is removed or set to 0
-# Keys that state what the sensor must achieve. They are changed only as a last resort.
+# keys that state what the sensor must achieve, and that are changed only as a last resort
 _REQUIREMENTS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")
 _SPRINGS = [f"springs.{item.name}" for item in dataclasses.fields(GivenSprings)]
 _TRAVEL = "press.travel_mm"

@@ -47,9 +47,9 @@ _TRAVEL_STEP_MM = 0.01  # step to which the travel is rounded [mm], and by which
 _TRAVEL_REDUCTION_MM = 0.02  # reduction of the travel in one step [mm], which reduces biases of both signs
 _BRUISE_FACTOR = 0.9  # factor on the stiffness of both springs if the fruit bruises
 _RADIUS_FACTOR = 1.04  # initial factor on the radii of the design's fruit if the bias is too large
-# factor on the change that removes the largest part of the error, because the other parts remain
+# margin on the change that removes the largest part of the calibration error, because the other parts remain
 _CALIBRATION_MARGIN = 1.05
-_MAX_CALIBRATION_FACTOR = 1.5  # maximum factor of such a change in one step; further steps may follow
+_MAX_CALIBRATION_FACTOR = 1.5  # maximum factor of a change that improves the calibration; further steps may follow
 _UNCERTAINTY_FACTOR = 1.12  # factor on the stiffness of the high spring, which improves readings of firm fruit
 
 

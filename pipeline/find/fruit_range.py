@@ -22,8 +22,8 @@ from sensor.quantity import (
 )
 from sensor.words import rounded
 
-# Pressure at which flesh of 1 MPa bruises [MPa], and exponent of its increase with the modulus. Both are assumptions.
-# They agree with apple flesh of 3.5 MPa, which fails at 0.29 MPa.
+# Pressure at which flesh of 1 MPa bruises [MPa], and exponent of its increase with the modulus. These two assumptions
+# agree with apple flesh of 3.5 MPa, which fails at 0.29 MPa.
 BRUISE_MPA = 0.1
 BRUISE_EXPONENT = 0.85
 BALL_SPREAD = 0.2  # relative spread of the radius of a round fruit, because no fruit is a perfect ball

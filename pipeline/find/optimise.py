@@ -35,7 +35,7 @@ from sensor.verdict import Verdict, row_of
 
 MAX_RUNS = 20  # maximum number of candidates for which a whole run is made
 DESIGN = "design.toml"  # file of the best design, in the folder of the study
-RUN = "best"  # folder of its run
+RUN = "best"  # folder of the run of the best design
 FRONT = "front"  # folder of the designs and runs of a Pareto front
 _MEMBERS = 8  # members of a generation for each varied key
 
@@ -147,7 +147,7 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
             Bounds(np.zeros(searched_keys), np.ones(searched_keys)),
             args=(front_fraction, set(), study, store, engine, report_progress),
             maxiter=max(1, generations - 1),  # SciPy does not count the initial generation
-            popsize=_MEMBERS,  # SciPy multiplies it by the number of keys
+            popsize=_MEMBERS,  # SciPy multiplies this number by the number of keys
             tol=0.0,  # only the number of evaluations ends the search
             rng=np.random.default_rng(study.seed),
             polish=False,

@@ -55,7 +55,7 @@ class SolidMaker:
             started_housing, started_files = self._started
             if started_housing == housing:
                 return started_files
-            started_files.cancel()  # the files were begun for another housing than the final one
+            started_files.cancel()  # these files belong to a housing that is not the final one
         if housing is None:
             return finished_future(KeptFiles())
         design = self._design

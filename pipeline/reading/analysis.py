@@ -193,7 +193,7 @@ def _calibrated_channels(
     """
     press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # a read-out may not allow presses as fast as `PRESS_S`
     channels = designed_channels(reading, full_scale, sensor.signal, sensor.springs.creep, press_s)
-    stiffnesses = 1.0 / np.diag(sensor.C)  # of the springs, one for each tip [N/mm]
+    stiffnesses = 1.0 / np.diag(sensor.C)  # stiffness of the spring under each tip [N/mm]
     calibration = calibration_errors(sensor.design, full_scale, stiffnesses, channels.noises)
     return channels.calibrated(calibration), calibration
 
@@ -295,7 +295,7 @@ def _random_presses(
     The first list holds the forces (samples, tips) [N] of each press, and the second list the readings.
     `press_readings` holds the readings of all `presses`.
     """
-    # Placement 0 is the level press. It is added to the random placements, because all of them may lack a reading.
+    # The level press, placement 0, is added to the random placements, because all of them may lack a reading.
     random_indices = [0, *(index for index, placement in enumerate(presses.placements) if placement.is_random)]
     random_presses: list[list[Floats]] = []
     random_readings: list[list[RiseReading]] = []
@@ -351,8 +351,8 @@ def _read_presses(
     press has no reading if its contact is wider than the face of a dome, `side_mm` [mm], or if `model` cannot determine
     a modulus.
     """
-    # A press is solved at fewer samples than a real press has. Their noise is reduced so that its effect on E, which
-    # decreases with the square root of the number of samples, is the same.
+    # A solved press has fewer samples than a real press. The effect of noise on E decreases with the square root of the
+    # number of samples. The noise of a sample is therefore reduced, so that its effect is the same as in a real press.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     least_forces = channels.least_forces
     reasons = []
@@ -421,7 +421,7 @@ def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) ->
             # the same placement on flesh with the thickness of the design
             nominal_index = placements.index(replace(placement, thickness_mm=None))
             changes.append(biases[:, index] - biases[:, nominal_index])
-    # A change is nan if one of its two presses has no reading. It is replaced by 0, so that it is ignored.
+    # A change is nan if one of its two presses has no reading. Such a change is replaced by 0, so that it is ignored.
     largest_changes = np.abs(np.nan_to_num(changes)).max(axis=0)
     return np.asarray(UNIFORM_DEVIATION * largest_changes)
 

@@ -182,7 +182,7 @@ def _errors_after_plate(
     and `noises` (tips,) [N] are standard deviations of one row of the table.
     """
     slope_error_factor = slope_error_of_resolution(1.0, 1.0, PLATE_AT)  # for a resolution and a largest value of 1
-    full_travel = float((largest_forces / stiffnesses).min())  # of the press on the plate [mm]
+    full_travel = float((largest_forces / stiffnesses).min())  # travel at the end of the press on the plate [mm]
     plate_forces = full_travel * stiffnesses
     noise_error = _noise_part(after_weights)
     scatter = _relative_error(slope_error_factor / ROUNDED * noises, plate_forces)

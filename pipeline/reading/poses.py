@@ -111,8 +111,8 @@ def occurring_fruits(fruit: Fruit, reading: ReadingRequirements) -> OccurringFru
             radius=reading.radius_mm,
             across=reading.radius_across_mm,
             thickness=reading.thickness_mm,
-            # 0 is along a principal direction. The others are midway between the two principal directions, where the
-            # saddle of the skin under the tips is largest.
+            # The azimuth 0 is along a principal direction. The other two are midway between the principal directions,
+            # where the saddle of the skin under the tips is largest.
             azimuths=(0.0, 45.0, 135.0),
         )
     radius = None

@@ -162,7 +162,7 @@ class PressedSensor(Record):
         # to a common time, it is the force two samples earlier. So the first one or two samples cannot be used.
         samples = FEWEST + (2 if signal.delays else 1)
         # If the last tip touches at the largest allowed fraction of the travel, this fraction of the duration remains.
-        # It follows from the travel of a hand, x = X (1 - (1 - t / T)^2).
+        # The fraction follows from the travel of a hand, x = X (1 - (1 - t / T)^2).
         fraction_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
         return max(shortest_for_times, samples / signal.rate_Hz / fraction_after_touch)
 

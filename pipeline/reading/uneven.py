@@ -51,7 +51,7 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     distances = _contact_distances(design.tips, rolling)
     # wave numbers [1/mm], and the fraction [1] of the variance of the heights that each wave has
     waves, variance_fractions = wave_numbers(*fruit.roughness_wave_mm)
-    correlation = np.array([correlations(k, distances) for k in waves])  # of the heights, (waves, tips, tips)
+    correlation = np.array([correlations(k, distances) for k in waves])  # between the heights, (waves, tips, tips)
     relative_radius = 0.0 if rolling is None else rolling.relative_radius
     slopes = [model.unevenness_slopes(press, waves, relative_radius) for press in presses]
     # variance of ln E in each press if the heights of the skin have a standard deviation of 1 mm

@@ -72,7 +72,7 @@ def contact_compliance(
     footprints = contact_footprints(fruit, tips)
     presses_along_normals = tips.tip_shape.obeys_hertz  # a smooth dome presses along the normal of the skin
     if is_curved:
-        check_curved(fruit, footprints)  # before the block, which is slow to solve
+        check_curved(fruit, footprints)  # checked before the block is solved, which is slow
     compliance = split_compliance(fruit, tips, tolerance)
     # Mark the result as rough if its tolerance is as wide as in a rough run.
     compliance = replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)

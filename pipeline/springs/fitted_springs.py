@@ -307,7 +307,7 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
         return ()
     density = springs.process.density_g_per_cm3
     specific_weight = GRAVITY * density  # [N/mm^3]
-    solution = fitted.stiffness  # its sags are for a specific weight of 1 N/mm^3, and their errors are relative
+    solution = fitted.stiffness  # the sags are for a specific weight of 1 N/mm^3, and their errors are relative
     if attitude == "side":
         return tuple(Estimate(0.0, specific_weight * abs(sag), "mm") for sag in solution.weight_sag_lengthwise)
     pin = fitted.housing.pin

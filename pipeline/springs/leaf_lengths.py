@@ -42,16 +42,16 @@ TOLERANCE = 1e-3
 # largest relative deviation from the targets that is accepted; on a fine mesh the limit may be smaller
 MAX_DEVIATION = 5e-3
 MAX_SOLVES = 10  # maximum number of solutions on a coarse or rough mesh
-MAX_FINE_SOLVES = 4  # maximum number of solutions on a fine mesh, where the fit starts from a coarse one
+MAX_FINE_SOLVES = 4  # maximum number of solutions on a fine mesh, where the fit starts from the coarse fit
 COARSE = 2.0  # scale of the mesh on which the lengths are fitted first; its elements are twice as large as normal
 _DIGITS = 3  # decimal places of a drawn length [mm]
 _LONGEST_STEP = 1.6  # largest factor by which one step lengthens or shortens a leaf
 # smallest relative step in length that updates the slope; over a shorter step, scatter between meshes would dominate
 _SHORTEST_STEP = 2e-3
 
-# Ratio of the stiffness on the rough mesh to the stiffness on the normal mesh. It was 1.0035 to 1.0146 for 93 random
-# designs. In 300 designs the ratio differed from this constant by at most 0.0056, which the error bar covers. Source:
-# tests/reference/fits/test_rough_springs.py
+# Ratio of the stiffness on the rough mesh to the stiffness on the normal mesh. The ratio was 1.0035 to 1.0146 for 93
+# random designs. In 300 designs the ratio differed from this constant by at most 0.0056, which the error bar covers.
+# See tests/reference/fits/test_rough_springs.py.
 ROUGH_LIFT = 1.009
 ROUGH_ERROR = 0.0088  # relative error bar of a stiffness on the rough mesh, after division by `ROUGH_LIFT`
 
@@ -150,7 +150,7 @@ class HousingSolver:
         mesh = None
         if scale == COARSE and scale in self._last:
             last_housing, last_mesh = self._last[scale]
-            mesh = stretch_leaves(last_mesh, last_housing, housing)  # None if it cannot be stretched that much
+            mesh = stretch_leaves(last_mesh, last_housing, housing)  # None if the change is too large
         if mesh is None:
             mesh = flexure_mesh(housing, scale)
         self._last[scale] = (housing, mesh)

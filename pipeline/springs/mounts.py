@@ -17,8 +17,8 @@ from solve.housing.stiffness import lever_compliance
 # Thickness of a layer that represents the rough surface of a print under a washer [mm], an estimate. Without this layer
 # K_h is 0.05 % higher.
 SKIN_MM = 0.02
-# Effective fraction of the thickness of a cover's plate. It is less than 1 because the plate is stiffer than a bar as
-# narrow as its rim. It was computed with CalculiX, on tetrahedral meshes of the housing and the cover.
+# Effective fraction of the thickness of a cover's plate. The fraction is less than 1 because the plate is stiffer than
+# a bar as narrow as its rim. The value was computed with CalculiX, on tetrahedral meshes of the housing and the cover.
 PLATE_FRACTION = 0.75
 COARSE_SCALE = 4.0  # scale of the elements for the lateral compliance of the tips; 1 is the mesh of a run
 ROUGH_SCALE = 3.0  # scale for a rough answer, whose only mesh has one layer of elements through half the depth

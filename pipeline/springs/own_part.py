@@ -55,7 +55,7 @@ _CORNER_SIZES = (0.2, 0.1)
 # Towards a corner, strain grows at most like r^-0.5, as at a slit (M. L. Williams, J. Appl. Mech. 19, 526). The strain
 # energy within a radius r is then at most proportional to r, and so is the error of K with elements of size r. Let dK
 # be the change in K from element size 1 to the element size of the coarse mesh. The error that remains in the fine mesh
-# is this fraction of dK.
+# is `_CORNER_ERROR` times dK.
 _CORNER_ERROR = _CORNER_SIZES[1] / (1.0 - _CORNER_SIZES[0])
 # Largest K / (E * distance from pressed to held faces) of a part that bends [1]. A block without leaves is stiffer.
 _MAX_BLOCK_RATIO = 0.02
