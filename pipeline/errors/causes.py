@@ -41,9 +41,9 @@ BEAM_SLOPE = 3.0  # d ln K / d ln t of a beam of thickness t; the slope of solid
 INCOMPRESSIBLE = 0.5  # Poisson's ratio of incompressible flesh
 FOOT_HIGH_MM = 0.2  # height of the first layer [mm], which is wider than the other layers by FOOT_MM on each side
 # Fraction of the compliance 1/K that is due to the frame, times E w / K, for the low and the high spring. Here w is the
-# depth of the leaves. The fraction is 0.08 % for K = 0.753 N/mm and 0.6 % for K = 17.3 N/mm, at E = 2000 MPa and w = 6
-# mm. These values hold for plastic leaves. With long steel leaves the frame contributes 6 to 7 times as much, which is
-# 0.005 % and 0.04 %. See tests/reference/fits/test_housing.py.
+# depth of the leaves. The fraction is 0.08 % for K = 0.753 N/mm and 0.6 % for K = 17.3 N/mm, at E = 2000 MPa with
+# w = 6 mm. These values hold for plastic leaves. With long steel leaves the frame contributes 6 to 7 times as much,
+# which is 0.005 % and 0.04 %. See tests/reference/fits/test_housing.py.
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 # Largest relative change of the low and of the high spring due to another mount, with a margin of a quarter. The values
 # cover all presets, processes and mounts: docs/measurements.md#other-mounts. The low spring becomes softer and the high

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from pipeline import run
 from pipeline.find.candidate import Candidate
-from pipeline.find.changes import Changes, change_design, in_words, size, sweeps, value_of
+from pipeline.find.changes import Changes, Sweep, change_design, in_words, size, sweeps, value_of
 from pipeline.find.proved_candidate import UNSOLVED, Proof, prove_first
 from pipeline.options import RunOptions
 from pipeline.response.scaled_scene import unit_scene
@@ -131,8 +131,8 @@ class Search:
     def _add_one_change(self, start: Candidate) -> list[Candidate]:
         """Try each sweep from the candidate `start`, and return the best candidate of each sweep.
 
-        A sweep is a list of changes of the same keys, the smallest change first. A sweep ends at the first change that
-        passes. Sweeps of keys that are fixed, or that `start` has already changed, are omitted.
+        A sweep is a list of changes of the same keys, the smallest change first. Sweeps of keys that are fixed, or that
+        `start` has already changed, are omitted.
         """
         failed_names = [verdict.name for verdict in start.failed]
         design = self._changed_design(start)
@@ -141,16 +141,25 @@ class Search:
         for sweep in sweeps(design, failed_names, is_solved_on_cells=scene_of(design).is_solved_on_cells):
             if not sweep[0] or not unavailable_keys.isdisjoint(sweep[0]):  # all changes of a sweep have the same keys
                 continue
-            trials: list[Candidate] = []
-            for change in sweep:
-                candidate = self.try_changes({**start.changes, **change})
-                if candidate is not None:
-                    trials.append(candidate)
-                    if not candidate.failed:
-                        break
-            if trials:
-                best.append(min(trials, key=lambda candidate: candidate.rank))
+            candidate = self._try_sweep(start, sweep)
+            if candidate is not None:
+                best.append(candidate)
         return best
+
+    def _try_sweep(self, start: Candidate, sweep: Sweep) -> Candidate | None:
+        """Try the changes of a sweep from the candidate `start` until one passes, and return the best candidate.
+
+        The result is None if none of the changes can be tried.
+        """
+        trials: list[Candidate] = []
+        for change in sweep:
+            candidate = self.try_changes({**start.changes, **change})
+            if candidate is None:
+                continue
+            trials.append(candidate)
+            if not candidate.failed:
+                break
+        return min(trials, key=lambda candidate: candidate.rank, default=None)
 
     def _trial_verdicts(self, design: Design) -> tuple[Verdict, ...]:
         """Return the verdicts of a design with ideal springs, or only some of them if these already show that it fails.

@@ -487,9 +487,9 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
     between the two extrapolations, so the estimate is their mean, and its error is half their difference.
     """
     forces = np.nan_to_num(presses.F)  # nan, for a contact beyond the face of a dome, becomes 0
-    samples = forces.shape[2]
+    samples, tips = forces.shape[2:]
     latest = Estimate(0.0, 0.0)
-    for press in forces.reshape(-1, samples, forces.shape[3]):
+    for press in forces.reshape(-1, samples, tips):
         all_touch: Flags = np.all(press > 0.0, axis=1)
         first = int(np.argmax(all_touch))  # index of the first sample in which all tips touch; 0 if there is none
         # A tip that loses contact again, or touches only in the last sample, is treated as one that never touches.

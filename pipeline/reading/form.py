@@ -28,7 +28,8 @@ def form_error_changes(design: Design, model: RiseModel, press: Floats, curvatur
         return np.empty(0)
     outline, radius_error = form_deviations(design.tips, design.process)  # standard deviations: in mm, and relative
     # All caps have the same variance, and the sum of their variances is the variance of the outline.
-    deviations = np.array([radius_error, *(len(CAPS) * [outline / math.sqrt(len(CAPS))])])
+    cap_deviation = outline / math.sqrt(len(CAPS))
+    deviations = np.array([radius_error, *(len(CAPS) * [cap_deviation])])
     return deviations * model.form_slopes(press, rolling, CAPS)
 
 

@@ -32,7 +32,8 @@ def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
     For tips without domes, r = 0.
     """
     radius_sums = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)  # R1 + r, R2 + r
-    u_and_v = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)  # (tips, 2)
+    x, y = np.array(tips.places_mm).T
+    u_and_v = np.stack(fruit.to_principal(x, y), axis=1)  # (tips, 2)
     return np.asarray(0.5 * (np.square(u_and_v) / radius_sums).sum(axis=1))
 
 

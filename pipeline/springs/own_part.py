@@ -518,9 +518,9 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
         # The coarse mesh is solved again with finer elements at the corners only. The change in K between the two
         # coarse solutions is therefore the effect of the corners.
         corner_mesh = _coarse_mesh_with_fine_corners(extrusion, presses, corner_numbers)
-        unrefined = coarse
-        coarse = swept_compliance(corner_mesh, scene.material, presses, layers)
-        corner_errors = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
+        refined = swept_compliance(corner_mesh, scene.material, presses, layers)
+        corner_errors = _CORNER_ERROR * np.abs(coarse.K / refined.K - 1.0)
+        coarse = refined
     fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
     mesh = swept_part(extrusion, fine_scale, fine_depth_elements, presses.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, presses, layers)
