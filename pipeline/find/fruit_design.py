@@ -113,7 +113,7 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     min_ratio = min(1.0, _MIN_SPACING_MM / tips.spacing_mm)
     length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, min_ratio)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
-    stiffness_ratio = length_ratio * modulus_ratio
+    stiffness_factor = length_ratio * modulus_ratio
     spacing = _round_to(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
     radius, radius_across, depth = _assumed_fruit(fruit, preset, length_ratio)
     # Contact is solved on a piece of the fruit. Its corners must lie on the design's fruit and on every fruit of the
@@ -136,7 +136,7 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         "tips.side_mm": round(spacing - _TIP_GAP_MM, 2),
         "tips.dome_radius_mm": _round_to((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
         "press.travel_mm": max(least_travel(preset), _round_to(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
-        **_scale_springs(preset, stiffness_ratio, stiffness_ratio),
+        **_scale_springs(preset, stiffness_factor, stiffness_factor),
     }
 
 

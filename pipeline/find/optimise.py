@@ -114,7 +114,7 @@ def _refuse_missing_verdicts(study: Study) -> None:
 
 
 def _is_set_or_varied(study: Study, name: str) -> bool:
-    """Return whether a table, or a key TABLE.KEY, is set in the base of a study or varied; `name` is its name."""
+    """Return whether the table or key `name` is set in the base of a study or varied; a key is named TABLE.KEY."""
     tables = study.base.tables
     table, _, key = name.partition(".")
     if key:

@@ -274,7 +274,8 @@ def _other_sources(
 
     The sources are the temperature of the leaves, the form errors of the domes, the reference ball and the fruit.
     `form_changes` holds for each modulus an array (presses, form errors) of relative changes of E [1]. A calibration on
-    a ball removes a part of them, but adds the uncertainty of the ball. `fruit_sources` is returned as a part.
+    a ball removes a part of these changes, but adds the uncertainty of the ball. `fruit_sources` holds for each modulus
+    the uncertainties due to the fruit.
     """
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
