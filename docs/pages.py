@@ -142,7 +142,7 @@ def keys_of_answer(command: str) -> Rows:
     }
     for item in dataclasses.fields(answers[command]):
         key = item.metadata.get("key", item.name)
-        if item.metadata.get("told", True):  # a field with several keys writes them itself
+        if item.metadata.get("has_key", True):  # a field with several keys writes them itself
             yield key if "`" in key else f"`{key}`", item.metadata["unit"], item.metadata["meaning"]
 
 

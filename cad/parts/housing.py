@@ -163,8 +163,8 @@ class Housing:
     )
     mount: HeldBy = report_field("", "parts that clamp the frame, `covers` or `washers`", default="holes")
     cover_level: float = report_field("mm", "level of the lower edge of the covers", default=0.0)
-    pin: Pin | None = report_field("", "the pin in each foot", default=None, flat=Pin, told=False)
-    dome: DomeCap | None = report_field("", "the dome of each printed tip", default=None, flat=DomeCap, told=False)
+    pin: Pin | None = report_field("", "the pin in each foot", default=None, flat=Pin, has_key=False)
+    dome: DomeCap | None = report_field("", "the dome of each printed tip", default=None, flat=DomeCap, has_key=False)
     back_to_back: BackToBack | None = report_field(
         "", "true for one of two plates that are mounted back to back", default=None, flat=BackToBack
     )

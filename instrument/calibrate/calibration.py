@@ -166,8 +166,8 @@ class Calibration:
         left_out=True,
         default=None,
     )
-    assumed: list[str] = report_field("", "assumptions made for values that were not given", told=False)
-    error_by: str = report_field("", "error sources in the table", told=False)
+    assumed: list[str] = report_field("", "assumptions made for values that were not given", has_key=False)
+    error_by: str = report_field("", "error sources in the table", has_key=False)
 
 
 @in_turn()

@@ -51,7 +51,7 @@ class Weighing:
     the process.
     """
 
-    forces: Floats = report_field("N", "weights corrected for creep to one time", told=False)
+    forces: Floats = report_field("N", "weights corrected for creep to one time", has_key=False)
     after_s: float = report_field("s", "time from hanging a weight to its reading", key="weighed_after_s")
     is_measured: bool = report_field(
         "",
@@ -63,7 +63,7 @@ class Weighing:
         "growth of the deflection per decade of time, and its standard deviation",
         inline=lambda it: {"creep_per_decade": it.creep.per_decade, "creep_error": it.creep.error},
     )
-    note: str = report_field("", "why the creep measured by the table was not used", told=False, default="")
+    note: str = report_field("", "why the creep measured by the table was not used", has_key=False, default="")
 
 
 def correct_weights(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:

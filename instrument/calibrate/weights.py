@@ -49,7 +49,7 @@ class ChannelCalibration:
     zero_counts: Floats
     saturation: int
     gain_percent: tuple[float, ...]
-    lacks_of_fit: tuple[LackOfFit, ...] = report_field("", "errors caused by bent lines, as in the unit", told=False)
+    lacks_of_fit: tuple[LackOfFit, ...] = report_field("", "errors caused by bent lines, as in the unit", has_key=False)
     bend_percent: tuple[float, ...]
     crosstalk_percent: tuple[float, ...]
     hysteresis_percent: tuple[float, ...]

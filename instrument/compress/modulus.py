@@ -106,8 +106,8 @@ class CompressionResult:
         left_out=True,
         default=None,
     )
-    curve: Loading = report_field("", "travel [mm] and force [N] of the loading, up to failure", told=False)
-    fit: LawFit = report_field("", "the fitted force law with its parameters", told=False)
+    curve: Loading = report_field("", "travel [mm] and force [N] of the loading, up to failure", has_key=False)
+    fit: LawFit = report_field("", "the fitted force law with its parameters", has_key=False)
 
     @property
     def name(self) -> str:

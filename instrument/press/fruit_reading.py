@@ -209,11 +209,13 @@ class FruitReading:
     zero_left_of_touch: float | None = report_field(
         "1", "`zero_left_N` divided by the least force of a touch", left_out=True, default=None
     )
-    fruit: str = report_field("", "the fruit of the press, where the file names it", told=False, default="")
-    press_s: float | None = report_field("s", "duration of the press, None if it is unknown", told=False, default=None)
-    time_s: float = report_field("s", "standard deviation of the time of each channel", told=False, default=0.0)
+    fruit: str = report_field("", "the fruit of the press, where the file names it", has_key=False, default="")
+    press_s: float | None = report_field(
+        "s", "duration of the press, None if it is unknown", has_key=False, default=None
+    )
+    time_s: float = report_field("s", "standard deviation of the time of each channel", has_key=False, default=0.0)
     parts: HalfWidth | None = report_field(
-        "1", "the parts of `u`, by whether the presses of a fruit share them", told=False, default=None
+        "1", "the parts of `u`, by whether the presses of a fruit share them", has_key=False, default=None
     )
 
     @property

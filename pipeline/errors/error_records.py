@@ -25,7 +25,7 @@ class Contribution:
     effect: str = report_field("", "name of the effect")
     size: float = report_field("%", "relative change of the number due to this effect", key="size_percent", times=100.0)
     reason: str = report_field("", "how this change was found")
-    advice: str = report_field("", "what a user can do about it", default="", told=False)
+    advice: str = report_field("", "what a user can do about it", default="", has_key=False)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -11,7 +11,7 @@ class SkinPressure:
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
     pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")
-    error_MPa: float = report_field("MPa", "half width of the error bar of the pressure", default=0.0, told=False)
+    error_MPa: float = report_field("MPa", "half width of the error bar of the pressure", default=0.0, has_key=False)
     limit_MPa: float = report_field("MPa", "pressure at which a fruit of this modulus bruises")
     worst: str = report_field("", "the pose with the largest pressure")
 

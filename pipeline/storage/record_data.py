@@ -8,7 +8,7 @@ A field declares its key, unit and meaning with `report_field`. Its metadata may
   is omitted when that other field has its default value;
 - `inline`: a function of the record. It returns the keys and values that are written instead of the key of this field;
 - `attribute_unit`: the unit of the field in docstrings, if it differs from the unit of its key;
-- `told`: False for a field that has no key in the data;
+- `has_key`: False for a field that has no key in the data;
 - `flat`: a record type, for a field that holds such a record or None. The keys of this nested record are written at the
   same level as the keys of the outer record; for None their values are 0 or false. If the field has a key, the value of
   this key states whether there is a nested record;
@@ -58,7 +58,8 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
     this module explains the metadata that control the hook.
     """
     items = fields(kind)
-    unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
+    overrides = {item.name: _override(item, converter) for item in items}
+    unstructure = make_dict_unstructure_fn(kind, converter, **overrides)
     by_key = {key_of(item): item for item in items}
     if not any(item.metadata.keys() & {"left_out", "inline", "flat"} for item in items):
         return unstructure  # the overrides handle all other metadata
@@ -128,20 +129,22 @@ def _require_keys(data: Mapping[str, Any], required_keys: Sequence[str]) -> None
 
 @cache
 def fields_by_key(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401 - any record
-    """Return the field and the type of the value for each key that a record type has in JSON data.
+    """Return the keys of a record type in JSON data, each with its field and the type of its value.
 
-    Fields without a key are left out. The keys of flat nested records are included, with the fields of these records.
+    A field without a key is left out. A flat field holds a nested record, whose keys are written beside the keys of the
+    outer record. The keys of the nested record are therefore included, with the fields of the nested record.
     """
     by_key: dict[str, tuple[Field[Any], Any]] = {}
-    hints = get_type_hints(kind)
+    field_types = get_type_hints(kind)
     for item in fields(kind):
         is_flat = "flat" in item.metadata
-        if item.metadata.get("told", True):
+        if _has_key(item):
             # The key of a flat field only states whether there is a nested record.
-            value_type = bool if is_flat else hints[item.name]
+            value_type = bool if is_flat else field_types[item.name]
             by_key[key_of(item)] = (item, value_type)
         if is_flat:
-            by_key |= fields_by_key(item.metadata["flat"])
+            nested_kind = item.metadata["flat"]
+            by_key |= fields_by_key(nested_kind)
     return by_key
 
 
@@ -164,10 +167,11 @@ def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
     `part` is the data of the nested record, or None if there is no nested record. For None, each key has the zero value
     of its type, so that the data always have the same keys.
     """
-    own_key = {item.name: part is not None} if item.metadata.get("told", True) else {}
+    own_key = {item.name: part is not None} if _has_key(item) else {}
     if part is not None:
         return own_key | part
-    zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}  # as float() is 0.0
+    # A type that is called without an argument returns its zero value: float() is 0.0, and bool() is False.
+    zeros = {key: value_type() for key, (_, value_type) in fields_by_key(item.metadata["flat"]).items()}
     return own_key | zeros
 
 
@@ -182,8 +186,7 @@ def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Co
     keys = fields_by_key(kind)
     nested_data = {key: value for key, value in data.items() if key in keys}
     outer_data = {key: value for key, value in data.items() if key not in keys}
-    has_key = item.metadata.get("told", True)
-    has_record = converter.structure(data[item.name], bool) if has_key else any(nested_data.values())
+    has_record = converter.structure(data[item.name], bool) if _has_key(item) else any(nested_data.values())
     nested_record = converter.structure(nested_data, kind) if has_record else None
     return outer_data | {item.name: nested_record}
 
@@ -207,7 +210,7 @@ def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: AN
     """
     if "flat" in item.metadata:
         return override(struct_hook=lambda record, _: record)  # `_nest_record` has already structured the record
-    if not item.metadata.get("told", True):
+    if not _has_key(item):
         return override(omit=True)
     times = item.metadata.get("times")
     if times is None:
@@ -217,6 +220,11 @@ def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: AN
         unstruct_hook=lambda value: scaled(converter.unstructure(value), times),
         struct_hook=lambda value, kind: scaled(converter.structure(value, kind), 1.0 / times),
     )
+
+
+def _has_key(item: Field[Any]) -> bool:
+    """Return whether a field has a key in the data, according to its metadata `has_key`."""
+    return bool(item.metadata.get("has_key", True))
 
 
 def _is_required(item: Field[Any]) -> bool:

@@ -30,8 +30,8 @@ class Clock:
     def seconds(self, row: Row, *, rises: bool = False) -> float:
         """Return the time of a row [s]; after each restart, the period of the clock is added.
 
-        Raises InputError if the time decreases without a restart of the clock. With `rises`, it is also raised if the
-        time does not increase.
+        Raises InputError if the time decreases without a restart of the clock. With `rises`, InputError is also raised
+        if two rows have the same time.
         """
         t = self._table.number(row, self._column) + self._offset
         previous_t = self._last_t
@@ -51,8 +51,9 @@ class Clock:
     def _period_of_restart(self, row: Row, t: float, previous_t: float) -> float | None:
         """Return the period [s] after which the clock has restarted at this row, or None if it did not restart.
 
-        `t` and `previous_t` are the times of this row and of the row before it [s]. With the period added, the time
-        must continue after a short pause. If a long pause precedes the previous row, no restart is assumed.
+        `t` and `previous_t` are the times of this row and of the row before it [s]. The clock restarted if `t` plus the
+        period is at most `_LONGEST_PAUSE` after `previous_t`. If a long pause precedes the previous row, no restart is
+        assumed.
         """
         if self._was_pause or t >= previous_t:
             return None

@@ -83,7 +83,8 @@ class StatedUnits:
     def __init__(self, words: HeaderWords) -> None:
         """Begin without any statement; `words` determine which quantity a text names."""
         self._words = words
-        # All three are keyed by the name of a quantity. In `_stated`, "" is the key of statements of a system of units.
+        # The keys of these three mappings are names of quantities. In `_stated`, "" is the key of statements of a
+        # system of units.
         self._stated: dict[str, list[UnitStatement]] = {}
         self._mentioned: dict[str, list[UnitStatement]] = {}  # only units that are not the default
         self._assumed: dict[str, str] = {}  # the place of the header of each quantity whose unit is assumed
@@ -91,8 +92,8 @@ class StatedUnits:
     def record_statements(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[UnitStatement]]:
         """Record the statements in lines outside a table, and return them, keyed by the name of the quantity.
 
-        `rows` are these lines of the file `source`. Their mentions of units are recorded too. Raises InputError if a
-        statement or a mention contradicts a unit that has been assumed for a table.
+        `rows` are these lines of the file `source`. Units that the lines only mention are recorded too. Raises
+        InputError if a statement or a mention contradicts a unit that has been assumed for a table.
         """
         stated: dict[str, list[UnitStatement]] = {}
         for row in rows:
@@ -131,8 +132,8 @@ class StatedUnits:
         """Return the columns that a header names, each with its unit.
 
         `source` is the name of the file in error messages. `below` are the rows of text between the header and the
-        `first` row of numbers. Raises InputError if the statements about the unit of a column differ or are invalid. It
-        is also raised if no unit is stated, but a line mentions a unit other than the default.
+        `first` row of numbers. Raises InputError if the statements about the unit of a column differ or are invalid, or
+        if no unit is stated but a line mentions a unit other than the default.
         """
         named_columns = self._words.columns(header)
         unit_columns = self._unit_columns(header, named_columns, first)
@@ -141,21 +142,27 @@ class StatedUnits:
         units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
         for row in (header, *below, units):
             self.record_mentions(source, row, used)
+        rows_with_units = self._unit_rows(named_columns, below)
         columns = []
         for named_column in named_columns:
             column = self._make_column(source, header, named_column, unit_columns.get(named_column.position))
             if column.quantity.units:  # not a column of text
-                flag_unit = column.quantity.flag_unit
-                statements = [UnitStatement(flag_unit, "--units")] if flag_unit else []
-                statements += [UnitStatement(text, column.place) for text in named_column.units]
+                statements = self._statements_by_header(column, named_column)
                 # If nothing else states a unit, any text below the header is taken for a unit, which may be unknown.
-                rows = self._unit_rows(named_columns, below) if statements else below
+                rows = rows_with_units if statements else below
                 statements += self._statements_in_rows(source, column, rows, first)
                 statements += self._statements_above(column, is_stated_in_table=bool(statements))
                 is_time_of_day = seconds_of_day(column.cell(first)) is not None
                 column = self._with_unit(column, statements, is_known=is_time_of_day)
             columns.append(column)
         return columns
+
+    @staticmethod
+    def _statements_by_header(column: Column, named_column: NamedColumn) -> list[UnitStatement]:
+        """Return the statements of the unit of a column by the flag `--units` and by its label in the header."""
+        flag_unit = column.quantity.flag_unit
+        statements = [UnitStatement(flag_unit, "--units")] if flag_unit else []
+        return statements + [UnitStatement(text, column.place) for text in named_column.units]
 
     def _unit_rows(self, named_columns: Sequence[NamedColumn], rows: Sequence[Row]) -> list[Row]:
         """Return the rows that state a unit of at least one column."""
@@ -237,7 +244,9 @@ class StatedUnits:
         row of numbers has a unit there. A column of units belongs to the column whose quantity its label names, or else
         to the column before it.
         """
-        names = {column.position: column.name for column in reversed(named_columns)}  # by index, from right to left
+        names: dict[int, str] = {}  # the first quantity of each named column, keyed by index, from left to right
+        for column in named_columns:
+            names.setdefault(column.position, column.name)
         unit_columns: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
@@ -249,7 +258,7 @@ class StatedUnits:
             # The owner is the numeric column that has these units. If several hold the quantity, it is the first one.
             owner: int | None = index - 1
             if name:
-                owner = next((position for position in reversed(names) if names[position] == name), None)
+                owner = next((position for position in names if names[position] == name), None)
             if owner in names:
                 unit_columns.setdefault(owner, index)
         return unit_columns
@@ -273,7 +282,8 @@ class StatedUnits:
         words = fold_words(re.sub(r"[()\[\]]", " ", key)).split(" ")
         if _UNIT_WORDS.isdisjoint(words):
             return
-        stated_texts = list(filter(None, (value.strip(), *row.cells[index + 1 :])))  # after the colon, then other cells
+        # The unit is the text after the colon, or else the next cell that is not empty.
+        stated_texts = list(filter(None, (value.strip(), *row.cells[index + 1 :])))
         subject = " ".join(word for word in words if word not in _UNIT_WORDS and word not in _FILLERS)
         name = self._words.quantity_of(subject)
         if name:
@@ -289,7 +299,7 @@ class StatedUnits:
 def _subject_of_unit_label(label: str) -> str | None:
     """Return what the label of a column of units describes, such as `force` for the label `Force unit`.
 
-    The result is None if the label has no word for "unit". It is empty if the label has only this word and numbers.
+    The result is None if the label has no word for "unit", and "" if the label has only this word and numbers.
     """
     words = re.sub(r"[()\[\]]", " ", fold_words(label[:LONGEST_LABEL])).split()
     # A word with a number, such as `units2` or `unit.1`, is a word for "unit" too.

@@ -16,7 +16,7 @@ SHOWN_CELL = 40  # length to which a line or a cell is truncated in messages [ch
 # Byte order marks and the encodings that they announce; the mark of UTF-32 begins like a mark of UTF-16, so it is first
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _LEGACY = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # legacy encodings of exported tables
-# Legacy encodings in which every byte is valid. They are accepted only if a known word is found in the text.
+# Legacy encodings in which every byte is valid, so they are accepted only if a known word is found in the text
 _ALWAYS_VALID = ("mac_roman", "cp850")
 _NULL_FRACTION = 0.3  # fraction of null bytes among every second byte above which a text is taken for UTF-16
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # escape sequences for the colours of a terminal
@@ -79,7 +79,8 @@ def _decode_text(content: bytes) -> str:
             return content.decode(encoding, "replace")
     if b"\x1b$" in content:  # the escape sequence that begins Japanese characters
         return content.decode("iso2022_jp", "replace")
-    # In UTF-16, every second byte of Latin text is null. In utf-16-le these are the bytes with odd indices.
+    # In UTF-16, every second byte of Latin text is null: the bytes with odd indices in utf-16-le, and the bytes with
+    # even indices in utf-16-be.
     half = len(content) // 2
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if content[start::2].count(0) > _NULL_FRACTION * half:
@@ -96,7 +97,8 @@ def _decode_legacy_text(content: bytes) -> str:
     The words are compared by their total length, because a short word may occur by chance. If no word is found, the
     text is in the first legacy encoding that decodes the bytes without an error.
     """
-    best_text, most_letters = content.decode("cp1252", "replace"), -1  # -1, so that a text without words replaces it
+    best_text = content.decode("cp1252", "replace")  # only used if no encoding decodes the bytes without an error
+    most_letters = -1  # less than 0, so that even a text without known words is better than this first one
     for encoding in (*_LEGACY, *_ALWAYS_VALID):
         try:
             text = content.decode(encoding)

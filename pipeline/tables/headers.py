@@ -1,7 +1,6 @@
 """Interpret table headers: the quantity and the unit of each column, from known words or from flags."""
 
 import functools
-import itertools
 import re
 import unicodedata
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -112,10 +111,9 @@ class HeaderWords:
                 self._quantity_by_label_with_unit |= by_label_with_unit
                 self._quantity_by_label |= by_label
         for quantity_by_words in (self._quantity_by_word, self._quantity_by_label):
-            # A header may also write two words as one.
-            quantity_by_words |= {
-                words.replace(" ", ""): name for words, name in quantity_by_words.items() if " " in words
-            }
+            # A header may also write several words as one, such as `testforce`.
+            joined_words = {words.replace(" ", ""): name for words, name in quantity_by_words.items() if " " in words}
+            quantity_by_words.update(joined_words)
             quantity_by_words.pop("", None)  # the empty `selected_column` of a quantity that no flag selects
         self._checks_left = _MAX_HEADER_CHECKS
         self.interpret_label = functools.lru_cache(maxsize=4096)(self._interpret_label)  # labels recur in many rows
@@ -148,7 +146,7 @@ class HeaderWords:
         columns = columns_by_flag + columns_by_word
         names = {column.name for column in columns}
         columns += [column for column in columns_by_word_with_unit if column.name not in names]
-        return sorted(columns)
+        return sorted(columns)  # by their index, which is the first item of a column
 
     def names(self, row: Row) -> set[str]:
         """Return the names of the quantities that a row names as a header."""
@@ -252,55 +250,76 @@ def _is_label_with_unit(label: str, chosen_words: str) -> bool:
 def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     """Yield all units in the label of a column that a flag selects for the `quantity` of this `name`.
 
-    Units of other quantities are yielded too, so that they can be refused. If the label has no unit and no flag states
-    one, an unknown unit is yielded for the same reason. It is a text in brackets, a text after a known word, or the
-    dots that R writes instead of (%).
+    Units of other quantities are yielded too, so that they can be refused. If neither the label nor a flag states a
+    unit, a text in the place of a unit is yielded for the same reason.
     """
     if not quantity.units:  # a column of text
         return
     units = list(_trailing_units(label, name, quantity))
     yield from units
+    if not units and not quantity.flag_unit:
+        unknown_unit = _find_unknown_unit(label, quantity)
+        if unknown_unit is not None:
+            yield unknown_unit
+
+
+def _find_unknown_unit(label: str, quantity: Quantity) -> str | None:
+    """Return the text in the place of a unit in a label that has no known unit, or None if there is no such text.
+
+    The text is in brackets, or it follows a word for the `quantity`, or it is the dots that R writes instead of (%).
+    """
     known_words = set(map(fold_words, (*quantity.words, *quantity.words_with_unit)))
-    if units or quantity.flag_unit or fold_words(label) in known_words:
-        return
+    if fold_words(label) in known_words:
+        return None
     if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
-        yield in_brackets[2].strip()
-    elif dots := _R_DOTS.search(label):
-        yield dots[0]
-    else:
+        return in_brackets[2].strip()
+    if dots := _R_DOTS.search(label):
+        return dots[0]
+    for words, tail in label_parts(label):
         # A number after a known word counts the columns of a quantity, as in `force 2`, so it is not a unit.
-        tails = (
-            tail for words, tail in label_parts(label) if fold_words(words) in known_words and not tail.isdecimal()
-        )
-        yield from itertools.islice(tails, 1)
+        if fold_words(words) in known_words and not tail.isdecimal():
+            return tail
+    return None
 
 
 def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield the units at the end of a label, from right to left; a unit of another quantity is the last one.
+    """Yield the units at the end of a label, from right to left, such as N and then kN for `Force in kN in N`.
 
-    `name` is the name of the `quantity`, such as "force". The end of a name such as F_l is its channel, not a unit.
+    `name` is the name of the `quantity` in the table. A unit of another quantity is yielded too, so that the caller can
+    refuse it, and ends the search.
     """
+    # A name such as F_l ends in its channel, here l. A label may repeat this letter, which is then not a unit.
     channel = name.rpartition("_")[2] if "_" in name else ""
-    parts = [(words, tail) for words, tail in label_parts(label) if fold_words(tail).split(" ")[0] != channel]
-    own_units = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
-    # Units of quantities that are not measured, such as V, come before units of other measured quantities, such as mm
-    # for a force.
-    other_units = [tail for _, tail in parts if is_other_unit(tail) and not unit_of(quantity, tail)]
-    other_units += [tail for _, tail in parts if is_unit(tail) and not own_units]
-    if other_units:
-        yield other_units[0]
-    elif own_units:
-        words, tail = own_units[0]
+    splits = [(words, tail) for words, tail in label_parts(label) if fold_words(tail).split(" ")[0] != channel]
+    own_splits = [(words, tail) for words, tail in splits if unit_of(quantity, tail)]
+    foreign_units = _foreign_units([tail for _, tail in splits], quantity)
+    if foreign_units:
+        yield foreign_units[0]
+    elif own_splits:
+        words, tail = own_splits[0]  # the split that is farthest to the right
         yield tail
-        # The words before the unit may end in a further unit, after the preposition in several languages.
-        yield from _trailing_units(re.sub(r"\s(in|en|em)$", "", words), name, quantity)
+        # The words before the unit may end in a further unit, if the preposition of the first one is removed.
+        words = re.sub(r"\s(in|en|em)$", "", words)  # "in", in several languages
+        yield from _trailing_units(words, name, quantity)
+
+
+def _foreign_units(tails: Sequence[str], quantity: Quantity) -> list[str]:
+    """Return the tails of a label that are units of other quantities than `quantity`.
+
+    Units of quantities that no table measures, such as V, come first. Units of other measured quantities, such as mm
+    for a force, are omitted if a tail is a unit of `quantity`.
+    """
+    unmeasured_units = [tail for tail in tails if is_other_unit(tail) and not unit_of(quantity, tail)]
+    if any(unit_of(quantity, tail) for tail in tails):
+        return unmeasured_units
+    return unmeasured_units + [tail for tail in tails if is_unit(tail)]
 
 
 def label_parts(label: str) -> Iterator[tuple[str, str]]:
-    """Yield each way to split a label into words and a tail, which may be a unit.
+    """Yield each way to split a label into words and a tail that may be a unit, such as `Force` and `N`.
 
-    Text in brackets is the first tail. The splits at spaces and punctuation follow, from right to left, and then a
-    split at the last of several pairs of brackets.
+    If the label ends in brackets, their text is the first tail. The splits at spaces and punctuation follow, from right
+    to left. If there are several pairs of brackets, the text in the last pair is the last tail.
     """
     label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
     if ".." in label or _WRITTEN_BY_R.fullmatch(label):

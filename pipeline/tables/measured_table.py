@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.tables.table import only_table
+from pipeline.tables.columns import Column
+from pipeline.tables.table import FoundTable, only_table
 from pipeline.tables.units import Quantity
 from sensor.arrays import Floats
 
@@ -37,7 +38,8 @@ def numbers_of(
     """Read the only table of a file as numbers and texts.
 
     The columns may hold `quantities`. The header must name all quantities of at least one set in `needed`; messages
-    show the header `example`. Raises InputError as `only_table` does, and for the first invalid cell.
+    show the header `example`. Raises InputError if the file has no such table or several, and for the first invalid
+    cell.
     """
     table = only_table(source, quantities, needed, example)
     rows = list(table.rows)
@@ -50,9 +52,7 @@ def numbers_of(
             texts[column.name] = cells
             continue
         numbers[column.name] = np.array([table.number(row, column) for row in rows])
-        # The exponent of the last written digit is -2 for 24.10. A time of day is not a plain number and gets 0.
-        exponents = [Decimal(table.plain(cell) or "0").as_tuple().exponent for cell in cells]
-        last_digits[column.name] = column.factor * 10.0 ** np.array(exponents, dtype=np.float64)
+        last_digits[column.name] = _last_digits(table, column, cells)
     return MeasuredTable(
         source=table.source,
         header=table.header.line,
@@ -63,3 +63,12 @@ def numbers_of(
         passed_over=tuple(table.passed_over),
         summary=table.summary,
     )
+
+
+def _last_digits(table: FoundTable, column: Column, cells: Sequence[str]) -> Floats:
+    """Return the value of one step in the last written digit of each cell (rows,), in mm, N, s, MPa or 1.
+
+    It is 0.01 N for the cell `24.10` of a column in N. For a time of day, which is not a plain number, it is 1 s.
+    """
+    exponents = [Decimal(table.plain(cell) or "0").as_tuple().exponent for cell in cells]
+    return np.asarray(column.factor * 10.0 ** np.array(exponents, dtype=np.float64))

@@ -43,7 +43,7 @@ class WrittenNumber(NamedTuple):
     """A cell that holds a number: its text without spaces, and the unit after the number.
 
     `with_point` is the number in Python's notation if the point is the decimal sign, and `with_comma` if the comma is.
-    Each is None if the text is not a number with that decimal sign.
+    Either of them is None if the text is not a number with that decimal sign.
     """
 
     text: str
@@ -116,9 +116,9 @@ def seconds_of_day(text: str) -> float | None:
 def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> str:
     """Return the decimal sign of all numbers in a table; each column is a sequence of pairs of line number and cell.
 
-    It is the comma if at least one number is valid only with a comma, and no number only with a point. Otherwise it is
-    the point. Raises InputError if numbers have different decimal signs, or if a sign may be decimal or may separate
-    thousands.
+    The comma is decimal if at least one number is valid only with a decimal comma, and no number only with a decimal
+    point. In all other cases, the point is decimal. Raises InputError if numbers have different decimal signs, or if a
+    sign may be decimal or may separate thousands.
     """
     numbers_by_column = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
     all_numbers = [number for column in numbers_by_column for _, number in column]

@@ -70,9 +70,9 @@ class Row(NamedTuple):
 class Rows:
     """The rows of a file, which are split from lines of text one by one, or taken from a sheet of a workbook.
 
-    Lines are split at `delimiter`. If it is empty, each line determines its own delimiter, until the reader of a table
-    calls `keep_delimiter` at the header. A commented line with numbers is skipped, because somebody removed these data.
-    A commented line without numbers may be the header. `source` is the name of the file in messages.
+    Lines are split at `delimiter`. If the delimiter is empty, each line determines its own delimiter, until the reader
+    of a table calls `keep_delimiter` at the header. A commented line with numbers is skipped, because somebody removed
+    these data. A commented line without numbers may be the header. `source` is the name of the file in messages.
     """
 
     def __init__(self, lines: Iterable[str | Sequence[str]], source: str, delimiter: str = "") -> None:
@@ -101,7 +101,7 @@ class Rows:
         """
         numbered_lines = enumerate(self._lines, start=1)
         lookahead: list[_NumberedLine] = []  # lines read ahead for a quoted cell, but not used yet
-        has_line_ends = False  # True if an earlier line has a line end
+        earlier_has_line_end = False  # True if at least one earlier line has a line end
         while True:
             numbered_line = lookahead.pop(0) if lookahead else next(numbered_lines, None)
             if numbered_line is None:
@@ -114,11 +114,14 @@ class Rows:
                 lookahead += itertools.islice(numbered_lines, _MAX_JOINED - 1 - len(lookahead))
                 row, joined_count = self._join_lines(row, line, lookahead)
                 lookahead = lookahead[joined_count:]
-            is_whole = not isinstance(line, str) or line.endswith(("\n", "\r"))
+            # The row of a workbook is a sequence of cells, which is always complete.
+            has_line_end = not isinstance(line, str) or line.endswith(("\n", "\r"))
+            if earlier_has_line_end and not has_line_end:
+                row = row._replace(cut=True)
             is_removed_data = row.commented and any(map(is_number, row.cells))
             if not is_removed_data:
-                yield row if is_whole or not has_line_ends else row._replace(cut=True)
-            has_line_ends = has_line_ends or is_whole
+                yield row
+            earlier_has_line_end = earlier_has_line_end or has_line_end
 
     def _join_lines(self, row: Row, line: str | Sequence[str], next_lines: Sequence[_NumberedLine]) -> tuple[Row, int]:
         """Return the row of a line and of the fewest `next_lines` that close its quoted cell, and their number.
@@ -214,9 +217,11 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
             best_delimiter, best_score = delimiter, score
     if best_delimiter:
         return best_delimiter
-    half = max(1, len(sample)) / 2
-    frequent = (delimiter for delimiter in _DELIMITERS if sum(delimiter in line for line in sample) >= half)
-    return next(frequent, ",")
+    half = max(1, len(sample)) / 2  # half of the lines; without any line, no delimiter is frequent
+    for delimiter in _DELIMITERS:
+        if sum(delimiter in line for line in sample) >= half:
+            return delimiter
+    return ","
 
 
 def _delimiter_score(delimiter: str, lines: Sequence[str]) -> tuple[int, int]:

@@ -39,9 +39,9 @@ _LABELLED = re.compile(
 class FoundTable:
     """A table in a source: its header, the row above the header, its columns, and its rows that are not empty.
 
-    `decimal` is the decimal sign of all numbers. It is empty if each number determines its own sign, because the rows
-    of a board arrive one by one. `left_out` collects the lines of text and statistics between the rows, and `skipped`
-    collects rows without numbers, whose cells are empty or state that the number is missing.
+    `decimal` is the decimal sign of all numbers. The sign is "" for rows that arrive one by one from a board, whose
+    numbers each determine their own sign. `left_out` collects the lines of text and statistics between the rows, and
+    `skipped` collects rows without numbers, whose cells are empty or state that the number is missing.
     """
 
     source: str
@@ -68,8 +68,8 @@ class FoundTable:
     def plain(self, cell: str) -> str | None:
         """Return the number in a cell in Python's notation.
 
-        The result is None if the text is not a number. It is also None if its comma may be decimal or may separate
-        thousands, and the table has no decimal sign that decides this.
+        The result is None if the text is not a number. If the table has no decimal sign, the result is also None for a
+        number whose comma may be decimal or may separate thousands.
         """
         number = as_number(cell)
         if number is None or (not self.decimal and "," in number.text and number.is_unclear):
@@ -232,8 +232,8 @@ class TableReader:
         self.is_single = is_single
         self.words = HeaderWords(quantities)
         self.stated_units = StatedUnits(self.words)
-        # The quantities of the columns that flags select by number, keyed by the index of the column. It is empty
-        # without such flags, so that a header is required.
+        # The quantities of the columns that flags select by number, keyed by the index of the column. If there are no
+        # such flags, the mapping is empty, and a header is required.
         self._by_number = self.words.columns_by_number(needed)
         # For each source without a table, its name and the row that is most similar to a header.
         self._candidates: list[tuple[str, Row]] = []
@@ -261,7 +261,7 @@ class TableReader:
         missing = [name for name in needed if name not in names]
         bound = f"a header that also has {' and '.join(missing)}"
         place = place_of(source, header.line)
-        if labels >= set(needed):
+        if labels >= set(needed):  # all quantities are named, but as labels of numbers, as in `Force: 1.5 N`
             hint = f"every line of this file has labels: write {self.example} once, and then lines without labels"
             return validation_error(place, header.text, "", bound, hint)
         near_miss = self.words.find_near_miss(header, missing)
@@ -269,7 +269,8 @@ class TableReader:
             label, name, tail = near_miss
             return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
         if not missing:  # the header is complete, but no numbers follow
-            self.stated_units.columns(source, header, [], Row(0, ()))  # raises InputError if a unit is invalid
+            no_numbers = Row(0, ())
+            self.stated_units.columns(source, header, [], no_numbers)  # raises InputError if a unit is invalid
             return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
         flag_value = ",".join(f"{name}={number}" for number, name in enumerate(needed, start=1))
         hint = f"write, for example, {self.example}, or name columns by their header or number: --columns {flag_value}"
@@ -292,7 +293,7 @@ class TableReader:
                 search.above.append(row)
                 continue
             if search.header_index is None and previous is not None and search.follows_blank_line:
-                # Numbers after a blank line, but without a header, may belong to the previous table.
+                # Numbers after a blank line may belong to the previous table if they have no header.
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
                 search.take_as_header(self.words.numeric_columns(row))
@@ -313,11 +314,13 @@ class TableReader:
     ) -> FoundTable | None:
         """Return the result of a search that found no row of numbers in the `remaining` rows.
 
-        If the source has only one table, a header without rows is a table, so that the caller can report that it is
-        empty. Otherwise the remaining rows are checked, and the result is None.
+        `header_index` is the index of the header among these rows, or None. If the source has only one table, a header
+        without rows is returned as a table, so that the caller can report that the table is empty. In any other case,
+        the remaining rows are checked, and the result is None.
         """
         if header_index is not None and self.is_single and not self._has_labels(remaining[header_index]):
-            return self._open_table(rows, remaining, header_index, Row(remaining[header_index].line, ()), iter(()))
+            no_numbers = Row(remaining[header_index].line, ())
+            return self._open_table(rows, remaining, header_index, no_numbers, iter(()))
         self._check_remaining_rows(rows.source, remaining, header_index, previous)
         return None
 
@@ -337,11 +340,11 @@ class TableReader:
     ) -> None:
         """Check the remaining rows, which contain no further table.
 
-        If there is no `previous` table, the row that is most similar to a header is stored for `no_header`. Otherwise,
-        InputError is raised if the rows state a unit that contradicts the previous table, or hold a header without
-        numbers.
+        If there is no `previous` table, the row that is most similar to a header is stored for `no_header`. If there is
+        one, InputError is raised if the rows state a unit that contradicts it, or hold a header without numbers.
         """
-        stated = self.stated_units.record_statements(source, remaining[:header_index])
+        rows_above_header = remaining[:header_index]  # all rows if there is no header (None)
+        stated = self.stated_units.record_statements(source, rows_above_header)
         if previous is None:
             texts = [row for row in remaining if not row.is_empty][:MAX_BANNER]
             self._candidates.append((source, max(texts, key=self._name_count, default=Row(1, ()))))
@@ -392,9 +395,9 @@ class TableReader:
         # Rows of text in the columns of numbers may state units. All other rows are skipped.
         below = [row for row in texts if _has_text(row, number_columns)]
         columns = self._used_columns(self.stated_units.columns(rows.source, header, below, first), first)
-        # There is no row above if the header is the first row (index 0). If flags select columns by number, the header
-        # need not be one, so the row above it has no meaning.
-        row_above = above[header_index - 1] if header_index and not self._by_number else Row(0, ())
+        # If flags select columns by number, the header need not be a real one, so the row above it has no meaning.
+        has_row_above = header_index > 0 and not self._by_number
+        row_above = above[header_index - 1] if has_row_above else Row(0, ())
         table = FoundTable(
             source=rows.source,
             header=header,
@@ -408,9 +411,9 @@ class TableReader:
     def _used_columns(self, columns: list[Column], first: Row) -> list[Column]:
         """Return the `columns` of a header that the table uses, and the clock of a serial monitor if it is needed.
 
-        In a source that may have several tables, an optional column may have a header but no numbers. It is left out if
-        the `first` row of numbers has none there. A serial monitor writes the time of day before each line. This clock
-        replaces a missing column of times if the quantity permits it.
+        In a source that may have several tables, an optional column may have a header but no numbers. Such a column is
+        left out if the `first` row of numbers has no number there. A serial monitor writes the time of day before each
+        line. This clock replaces a missing column of times if the quantity permits it.
         """
         used_columns = list(columns)
         if not self.is_single:
@@ -426,9 +429,9 @@ class TableReader:
     def _find_or_insert_header(self, above: list[Row], first: Row) -> int:
         """Return the index in `above` of the header of a table whose columns are selected by number.
 
-        The words of this header need not be known. It is the last row above the rows of units. If this row has numbers,
-        or fewer cells than the `first` row of numbers, or if there is no such row, an empty header is inserted into
-        `above`.
+        The words of this header need not be known. The header is the last row above the rows of units. If this row has
+        numbers, or fewer cells than the `first` row of numbers, or if there is no such row, an empty header is inserted
+        into `above`.
         """
         end = len(above)  # index after the row that may be the header
         while end and (above[end - 1].is_empty or self._are_units(above[end - 1])):
@@ -449,8 +452,8 @@ class TableReader:
 
         `first` is the first row of numbers, and `feed` yields the rows below it. `table.skipped` collects the rows in
         which all numbers are missing. `table.left_out` collects text, statistics and an incomplete last line. In a
-        source that may have several tables, a blank row or another header ends the table. This row is stored in
-        `self._pending`, because the search for the next table begins with it.
+        source that may have several tables, a blank row or another header ends the table. The row that ends the table
+        is stored in `self._pending`, because the search for the next table begins with it.
 
         With `by_spaces`, spaces separate the cells, so an empty cell shows only as a row that is too short. Raises
         InputError for a row of the wrong length, and for a line of text that states another unit or is a different
@@ -538,7 +541,7 @@ class _RowClassifier:
     def kind_of(self, row: Row) -> _RowKind:
         """Return what a row holds that is not empty.
 
-        A row may be of several kinds. They are tested in a fixed order, and the first one is returned.
+        A row may be of several kinds. The kinds are tested in a fixed order, and the first that applies is returned.
         """
         has_no_numbers = not self._has_text_columns and not any(
             is_number(column.cell(row)) for column in self._number_columns
@@ -562,8 +565,8 @@ def is_statistic(row: Row) -> bool:
 def _is_incomplete(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:
     """Return whether the last line, which has no line end, was not written completely.
 
-    It then has fewer cells than `needed`, or fewer decimals in its last cell than all earlier lines. `decimals` maps a
-    number of decimals to the number of earlier lines that have it.
+    An incomplete line has fewer cells than `needed`, or fewer decimals in its last cell than all earlier lines.
+    `decimals` maps a number of decimals to the number of earlier lines that have it.
     """
     has_fixed_decimals = len(decimals) == 1 and sum(decimals.values()) >= _ROWS_FOR_DECIMALS
     return len(row.cells) < needed or (has_fixed_decimals and _decimal_count(row) < min(decimals))

@@ -114,7 +114,7 @@ def _enclosing_cells(part: bytes) -> int:
     The result is 0 for a part of the workbook without cells.
     """
     rows = re.split(rb"<(?:\w+:)?row\b", part)
-    # A cell may state its position, as in r="C5". Otherwise it follows the previous cell.
+    # A cell may state its position, as in r="C5". A cell without a stated position follows the previous cell.
     columns = [_column_number(match[1]) for match in re.finditer(rb"\br=[\"']([A-Z]{1,3})[0-9]", part)]
     lines = [int(match[1]) for match in re.finditer(rb"\br=[\"'][A-Z]{0,3}([0-9]{1,9})[\"']", part)]
     width = max([*columns, *(len(re.findall(rb"<(?:\w+:)?c\b", row)) for row in rows[1:])], default=0)

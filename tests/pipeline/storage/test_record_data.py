@@ -28,7 +28,7 @@ class Whole:
         default_factory=dict, line=lambda it: str(len(it.others)),
     )  # fmt: skip
     part: Part | None = report_field("", "nested", default=None)
-    hidden: object = field(default=None, metadata={"told": False})
+    hidden: object = field(default=None, metadata={"has_key": False})
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ class Sizes:
 @dataclass(frozen=True, kw_only=True)
 class Block:
     a: float = report_field("mm", "a size")
-    pin: Pin | None = report_field("", "no key of its own", default=None, flat=Pin, told=False)
+    pin: Pin | None = report_field("", "no key of its own", default=None, flat=Pin, has_key=False)
     has_b: Sizes | None = report_field("", "whether there is one", default=None, flat=Sizes)
 
 
