@@ -22,7 +22,7 @@ _SHOWN_CAUSES = 2  # number of causes that the table of errors names for each nu
 def report_passed(report: Json) -> bool | None:
     """Return True if every verdict of a report passed, and False if one failed.
 
-    The result is None if none failed but at least one is undecided.
+    If none failed but at least one is undecided, the result is None.
     """
     return all_passed(_verdicts(report))
 

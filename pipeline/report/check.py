@@ -72,6 +72,7 @@ def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing]
     If `designed` gives a design and its housing, the first verdict compares the file with the part of this design. A
     file that cannot be read is not compared.
     """
+    # These modules load the CAD kernel, so they are imported only in the worker process.
     from cad.checks.part_checks import check_file
     from cad.fabrication.file_shapes import part_as_designed
     from cad.parts.assembly import draw_sensor
@@ -86,7 +87,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     """Measure the files of an output folder and return the geometry verdicts.
 
     Some verdicts are evaluated on the solid of the design in the folder's report, others on the files themselves. If
-    files of a whole run are missing, a single verdict names them. The result is empty for a layout without a housing.
+    files of a whole run are missing, a single verdict names them. A layout without a housing has no geometry verdicts.
     Raises InputError if the report is invalid.
     """
     report = report_from_data(folder, read_data(folder))  # an edited report fails a different verdict, report.digest
@@ -102,7 +103,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
 
 def _unmeasurable_reason(folder: Path, report: Report) -> str | None:
     """Return why the files of a folder cannot be measured; None if every file of a whole run exists."""
-    from cad.fabrication.file_shapes import RUN_FILES
+    from cad.fabrication.file_shapes import RUN_FILES  # imported here, because the module loads the CAD kernel
 
     missing_files = ", ".join(name for name in RUN_FILES if not is_regular(folder / name))
     if not missing_files:
@@ -114,6 +115,7 @@ def _unmeasurable_reason(folder: Path, report: Report) -> str | None:
 
 def _measured_verdicts(folder: Path, report: Report, housing: Housing) -> tuple[Verdict, ...]:
     """Return the geometry verdicts on the solid of a report's design, and on the files in its folder."""
+    # These modules load the CAD kernel, so they are imported only in the worker process.
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
     from cad.checks.sensor_checks import check_sensor

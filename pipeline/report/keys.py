@@ -17,8 +17,8 @@ _INDEX = re.compile(r"-?[0-9]+")  # index of an element of a list; a negative on
 class ReportKey:
     """A key of report.json with its unit and its meaning.
 
-    `level` is the stage that a study must solve to obtain the key. It is empty if a study cannot request the key.
-    `is_value` is True if the key has a single value, not a list or a record.
+    `level` is the stage that a study must solve to obtain the key, or "" if a study cannot request the key. `is_value`
+    is True if the key has a single value, not a list or a record.
     """
 
     name: str
@@ -89,7 +89,8 @@ def _walk_keys(item: Field[Any], field_type: Any, name: str, level: str) -> Iter
         is_value=not inner_fields,
     )
     # If a record has entries of the same type for the two springs, they are described once, as SPRING.
-    has_two_springs = {"low", "high"} <= inner_fields.keys() and inner_fields["low"][1] == inner_fields["high"][1]
+    inner_types = {key: inner_type for key, (_, inner_type) in inner_fields.items()}
+    has_two_springs = {"low", "high"} <= inner_types.keys() and inner_types["low"] == inner_types["high"]
     for key, (inner_item, inner_type) in inner_fields.items():
         if has_two_springs and key == "high":
             continue
@@ -124,8 +125,8 @@ def _name_and_type_of_values(item: Field[Any], field_type: Any, name: str) -> tu
 def value_at(report: object, name: str) -> object:
     """Return the value at the dotted key `name` of a report, or of a mapping whose parts are solved on first use.
 
-    A verdict is selected by its name, and an element of a list by its index. Raises KeyError if there is no such key,
-    and the errors of the solvers if a part cannot be solved.
+    A verdict is selected by its name, and an element of a list by its index. Raises KeyError if there is no such key.
+    If a part cannot be solved, the exception of its solver is raised.
     """
     path = name.split(".")
     value = report
@@ -134,7 +135,7 @@ def value_at(report: object, name: str) -> object:
         verdicts_by_name = verdicts
         if not isinstance(verdicts, Mapping):  # a report has a tuple of verdicts
             verdicts_by_name = {verdict.name: verdict for verdict in verdicts}
-        # The name of a verdict may contain dots. It is everything between "verdicts" and the last part.
+        # The name of a verdict may contain dots, so it is everything between "verdicts" and the last part.
         verdict_name = ".".join(path[1:-1])
         value = _get_part(verdicts_by_name, verdict_name, name)
         path = path[-1:]

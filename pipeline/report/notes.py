@@ -32,8 +32,8 @@ _FLESH_RANK = 5.0  # change in E [%] if the flesh is 30 % firmer at the stone
 class Note(NamedTuple):
     """A sentence, and the largest relative change [%] that its subject causes in a reading or another number.
 
-    Notes are sorted by this change, the largest first. It is infinite for a note that must come first, and 0 for a note
-    that must come last.
+    Notes are sorted by this change, the largest first. The change is infinite for a note that must come first, and 0
+    for a note that must come last.
     """
 
     percent: float
@@ -109,9 +109,9 @@ def _given_springs_note(result: SensorResult) -> Iterator[Note]:
 def _ratio_notes(result: SensorResult) -> Iterator[Note]:
     """Yield the notes on a sensor that measures a force ratio, as a design without `[reading]` does.
 
-    The first note is yielded only if the design has no bruise limit. It states the mean pressure on the skin, because
-    no verdict judges it without a limit. The second note states the fruit stiffness divided by the modulus, K_m / E,
-    for which the targets hold.
+    The first note is yielded only if the design has no bruise limit. This note states the mean pressure on the skin,
+    because no verdict judges a pressure without a limit. The second note states the fruit stiffness divided by the
+    modulus, K_m / E, for which the targets hold.
     """
     design = result.design
     if design.fruit.bruise_limit_MPa is None:

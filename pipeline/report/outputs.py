@@ -30,8 +30,9 @@ class EarlierAnswer(NamedTuple):
     def lost_files_text(self, folder: Path, command: str) -> str | None:
         """Return a sentence on the files that a new run removed from the folder, and the command that restores them.
 
-        `command` is the command of the new run. If it is also the command of the earlier run, it does not make these
-        files again, so the sentence names no command. The result is None if every file of the earlier run still exists.
+        `command` is the command of the new run. If the earlier run had the same command, this command would not make
+        the files again, so the sentence names no command. The result is None if every file of the earlier run still
+        exists.
         """
         # `LATEST` is left out, because it is not a result and only a run with --look writes it.
         lost_names = [name for name in self.names if name != LATEST and not (folder / name).exists()]
@@ -51,7 +52,8 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     """Write the files with the results into a folder, and return the data of report.json.
 
     report.json is written last, because it contains the digests of all other files. With `page`, report.html is written
-    too; it shows the report without the digest of the page itself. Raises ValueError if a number is nan or infinite.
+    too. The page shows the report without the digest of the page itself. Raises ValueError if a number is nan or
+    infinite.
     """
     # `earlier_answer` reads the command from the first line.
     design_text = f"# {result.options.command}\n{design_as_toml(result.design)}"

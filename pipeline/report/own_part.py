@@ -23,9 +23,9 @@ def part_verdicts(part: PartStiffness, targets: Mapping[str, float]) -> tuple[Ve
     are no targets and no verdicts.
     """
     method_text = f"FE of this part, {part.method}, held by {part.held_by}; tolerance relative"
+    pairs = zip(targets.items(), part.faces.values(), strict=False)  # without a design, there are faces but no targets
     return tuple(
-        own_part_verdict(_VERDICT_OF_FACE[name], face.estimate, target, method_text)
-        for (name, target), face in zip(targets.items(), part.faces.values(), strict=False)
+        own_part_verdict(_VERDICT_OF_FACE[name], face.estimate, target, method_text) for (name, target), face in pairs
     )
 
 
@@ -34,6 +34,7 @@ def part_data(part: PartStiffness) -> dict[str, object]:
 
     A number that was not solved is None. A reason that does not apply is None too.
     """
+    E, poisson = part.material
     faces = {}
     for name, face in part.faces.items():
         K_held = face.K_held
@@ -49,8 +50,8 @@ def part_data(part: PartStiffness) -> dict[str, object]:
     return {
         "method": part.method,
         "held_by": part.held_by,
-        "E_MPa": part.material[0],
-        "poisson": part.material[1],
+        "E_MPa": E,
+        "poisson": poisson,
         "not_swept": part.not_swept or None,
         "dofs": part.dofs,
         "seconds": part.seconds,

@@ -256,7 +256,7 @@ def read_data(folder: Path) -> Plain:
     path = folder / "report.json"
     try:
         if path.exists() and not is_regular(path):  # a pipe, for example, would block the reading
-            raise IsADirectoryError(path)
+            raise IsADirectoryError(path)  # reported below like any other error of the file system
         text = path.read_text(encoding="utf-8")
         data = json.loads(text, parse_constant=_finite_number, parse_float=_finite_number)
     except (OSError, ValueError, RecursionError) as error:
@@ -275,8 +275,8 @@ def report_from_data(folder: Path, data: Plain) -> Report:
     design = data.get("design")
     design_tables = design if isinstance(design, dict) else {}
     try:
-        # The result is not used: this call only gives an invalid design its own error message. The design of the
-        # report is built below, together with all other keys.
+        # This call only gives an invalid design its own error message. The design of the report is built below,
+        # together with all other keys.
         design_from_mapping(design_tables)
     except InputError as error:
         raise _report_error(folder, f"its design must be valid in this version: {error}") from error

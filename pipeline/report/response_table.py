@@ -25,6 +25,7 @@ _FORCE_DIGITS, _BAND_DIGITS, _ERROR_DIGITS = 6, 4, 3
 def force_columns(response: "SensorResponse", tips: Tips) -> Columns:
     """Return the modulus, the travel, the mean force on the tips of the low and of the high spring, and the ratio P."""
     E, x = np.meshgrid(response.E, response.x, indexing="ij")
+    # The forces F have the shape (moduli, travels, tips), and a group holds the indices of the tips on one spring.
     low, high = (response.F[:, :, list(kind)].mean(axis=2) for kind in tips.spring_groups)
     return {"E_MPa": E, "x_mm": x, "F_l_N": low, "F_h_N": high, "P": response.P}
 
@@ -53,7 +54,7 @@ def response_csv(table: "ReadingTable", tips: Tips) -> str:
     digits["P_mesh_error_percent"] = _ERROR_DIGITS
     cells = []
     for name, grid in columns.items():
-        # Row 0 of a grid (moduli, travels) is for the softest possible fruit. It is only a limit and not written.
+        # Row 0 of a grid (moduli, travels) is for the softest possible fruit, which is only a limit and not written.
         written_values = grid[1:].flat
         cells.append([value_text(value, digits=digits[name]) for value in written_values])
     file = io.StringIO()

@@ -74,9 +74,8 @@ def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]
-        if fails_only_by_unread_poses(
-            verdict
-        ):  # its value is within the limit, so the value does not explain the failure
+        if fails_only_by_unread_poses(verdict):
+            # The value of this verdict is within its limit, so the value does not explain the failure.
             outcome = f"{outcome}: {UNREAD}"
         displayed = in_display_units(verdict)
         table.add_row(

@@ -49,8 +49,8 @@ def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: 
 def load_stored(stage: str, inputs: object, kind: type[T]) -> T | None:
     """Return the stored result of a stage for these inputs, or None if there is no valid entry.
 
-    The result is of type `kind`. An entry is invalid if it is too large, incomplete, changed, or of another type. It is
-    then treated as missing, so that the stage is solved again.
+    The result is of type `kind`. An entry is invalid if it is too large, incomplete, changed, or of another type. An
+    invalid entry is treated as missing, so that the stage is solved again.
     """
     path = _entry_path(stage, inputs)
     if path is None or not is_regular(path):

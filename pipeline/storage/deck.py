@@ -118,8 +118,8 @@ def boundary_sets(elements: Elements, basis: Basis, names: Sequence[str]) -> dic
 class LinearStep:
     """One static step of a deck.
 
-    For each node set, `held` lists the displacement components (1 to 3) that are held at zero, and `pressed` holds the
-    prescribed u_z [mm]. `loads` (nodes,) are the forces along z [N].
+    For each node set, `held` lists the displacement components that are held at zero, from 1 for x to 3 for z, and
+    `pressed` holds the prescribed u_z [mm]. `loads` (nodes,) are the forces along z [N].
     """
 
     held: Mapping[str, Sequence[int]]
@@ -270,7 +270,7 @@ def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[
     """Write a step: its supports, its prescribed displacements and loads, and the output that CalculiX prints.
 
     `support` is the node set with u_z held at zero. The output contains the total reactions of this set and of the sets
-    with a prescribed displacement. It also contains the displacements of the sets in `printed`.
+    with a prescribed displacement, and the displacements of the sets in `printed`.
     """
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():

@@ -66,9 +66,9 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
     Raises InputError if `check_paths_are_free` rejects a path, or if a file cannot be written. All paths are checked
     before the first file is written, and each path again just before its file is moved there.
     """
-    new = {path: content for path, content in files.items() if not _has_content(path, content)}
-    check_paths_are_free(new, flag, force=force)
-    for path, content in new.items():
+    changed_files = {path: content for path, content in files.items() if not _has_content(path, content)}
+    check_paths_are_free(changed_files, flag, force=force)
+    for path, content in changed_files.items():
         try:
             with write_beside(path, flag) as folder:
                 part = folder / "part"

@@ -38,8 +38,8 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     The folder is removed if the block fails; without a path, it is always removed. Of the previous folder at `path`,
     only the files that its report.json lists are deleted. With `force`, other files are kept as NAME.bak.
 
-    Raises OutputError if `path` cannot be written, is in use by another run, or contains other files. This is checked
-    before the block runs, and again at the end.
+    Raises OutputError if `path` cannot be written, is in use by another run, or contains other files. The path is
+    checked before the block runs, and again at the end.
     """
     if path is None:
         with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():
@@ -138,8 +138,8 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
 def _listed_digests(folder: Path) -> dict[str, str] | None:
     """Return the SHA-256 digest of each file that the report.json of a folder lists, keyed by name.
 
-    Returns None if the report is missing, unreadable or changed. Returns None too if it lists a file in another folder,
-    because a run deletes the listed files.
+    Returns None if the report is missing, unreadable or changed. A report that lists a file in another folder is not
+    accepted either, because a run deletes the listed files.
     """
     path = folder / REPORT
     try:
@@ -173,8 +173,8 @@ def _output_error(path: Path, bound: str, hint: str, flag: str = "--out") -> Out
 def _check_usable(path: Path) -> Path:
     """Return the resolved path of an output folder; raises OutputError if no run can write a folder at this path.
 
-    The path need not exist. It must be resolvable, must not be a file, and must be in a folder that can be written. A
-    folder that cannot be replaced is rejected too: the current folder, a folder above it, or a mount point.
+    The path need not exist, but it must be resolvable, must not be a file, and must be in a folder that can be written.
+    A folder that cannot be replaced is rejected too: the current folder, a folder above it, or a mount point.
     """
     try:
         target = path.resolve()
@@ -294,5 +294,5 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
             refuse_unmanaged(old, force=force)
         except OutputError:
             old.rename(target)
-            refuse_unmanaged(target, force=force)  # raises the same error, but with the path of the target
+            refuse_unmanaged(target, force=force)  # raises the same error again, but with the path of the target
     new.rename(target)

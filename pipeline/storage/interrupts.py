@@ -86,7 +86,7 @@ def interruptible() -> Iterator[None]:
 def signals_for_this_thread() -> Iterator[None]:
     """Mask signals while threads or processes are started, so that only this thread receives signals.
 
-    The new threads and processes inherit the mask. Without it, worker processes would print tracebacks, because a
+    The new threads and processes inherit the mask. Without the mask, worker processes would print tracebacks, because a
     terminal sends Ctrl-C to them too. A new thread would also receive signals while gmsh has its own handler for them,
     because `mesh.session` masks them only in the main thread.
     """

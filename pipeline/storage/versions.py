@@ -39,7 +39,7 @@ def computing_versions() -> dict[str, str]:
 def sources_digest(root: Path, *, of_pages: bool = False) -> str:
     """Return a digest of the source files in the project folder `root` that may affect numbers.
 
-    With `of_pages`, the digest covers only the files that display numbers instead. The files are sorted, because the
+    With `of_pages`, the digest covers the files that only display numbers instead. The files are sorted, because the
     digest depends on their order.
     """
     digest = hashlib.sha256()
@@ -47,8 +47,8 @@ def sources_digest(root: Path, *, of_pages: bool = False) -> str:
         for path in sorted((root / package).rglob("*")):
             is_of_pages = path.name.endswith(_PAGE_SUFFIXES)
             if path.is_file() and "__pycache__" not in path.parts and is_of_pages == of_pages:
-                # The size separates the content of a file from the name of the next one. Without it, bytes could move
-                # from one to the other without a change in the digest.
+                # The size separates the content of a file from the name of the next file. Without the size, bytes could
+                # move from the content to the name without a change in the digest.
                 digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

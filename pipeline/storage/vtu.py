@@ -53,14 +53,14 @@ _FIELD_DATA = (
 def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_y: float | None = None) -> None:
     """Write a mesh [mm] and the arrays in `point_data` to a VTU file.
 
-    An array has the shape (points,), (points, 3) or (points, 6), in the order of `mesh.doflocs`. With six components,
-    it holds xx, yy, zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the
+    An array has the shape (points,), (points, 3) or (points, 6), in the order of `mesh.doflocs`. Six components are xx,
+    yy, zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the
     largest value in their array. Each named boundary is written as an array with its name, which is 1 at the nodes of
     the boundary and 0 elsewhere. `half_at_y` [mm] is the y coordinate of the symmetry plane of a mesh that is one half
     of a body, and None for a whole body.
 
-    Raises ValueError for an array with another shape, with a value that is not finite, or with the name of a boundary.
-    It is also raised for cells of a type that `_CELLS` does not contain.
+    Raises ValueError for an array with another shape, with a value that is not finite, or with the name of a boundary,
+    and for cells of a type that `_CELLS` does not contain.
     """
     kind, cells = _vtk_cells(mesh)
     # In `doflocs` (3, points), the nodes that are written come first, followed by the centres of facets and cells.

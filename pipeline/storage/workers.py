@@ -22,7 +22,7 @@ _PROC = Path("/proc/self")
 
 # With a single thread, sums are always computed in the same order, so all processes give bitwise identical results.
 ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-# A crash is reported by BrokenExecutor, so loky's stack dump is disabled. Only an empty string disables it.
+# A crash is reported by BrokenExecutor, so loky's stack dump is disabled. Only an empty string disables the dump.
 _ENVIRONMENT = {**ONE_THREAD, "PYTHONFAULTHANDLER": ""}
 _LOKY = r"loky\.process_executor"  # does not match the copy of loky inside joblib
 _IDLE_SECONDS = 20.0  # time after which an idle worker ends; if this process is killed, only this ends its workers
@@ -41,8 +41,8 @@ class _Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
     def __init__(self, count: int) -> None:
         self.folder = tempfile.TemporaryDirectory(prefix="twintip-", ignore_cleanup_errors=True)
         environment = {**_ENVIRONMENT, "TMPDIR": self.folder.name}
-        # Starting the resource tracker unblocks both signals. It is started here, because otherwise the first worker
-        # would start it and inherit the unblocked state.
+        # Starting the resource tracker unblocks both signals. The tracker is started here, because the first worker
+        # would otherwise start it and inherit the unblocked state.
         with uninterrupted():
             resource_tracker.ensure_running()
         super().__init__(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=environment)

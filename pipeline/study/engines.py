@@ -113,8 +113,8 @@ def _run_items(
             try:
                 future = finished.get(timeout=_CHECK_SECONDS)
             except Empty:
-                engine.check()  # raises an error if all workers are lost; otherwise the items only take long
-                continue
+                engine.check()  # raises InputError if all workers are lost
+                continue  # the items only take long
             item = running.pop(future)
             try:
                 result = future.result()
@@ -236,7 +236,7 @@ def _check_cluster(client: "Client", address: str) -> None:
 
 def _connect(address: str) -> "Client":
     """Return a client connected to the scheduler at `address`; raises InputError if no scheduler answers there."""
-    from distributed import Client
+    from distributed import Client  # imported here, because the package is an optional dependency
     from distributed.comm import connect
 
     async def connect_once() -> None:

@@ -68,9 +68,9 @@ class StudySummary:
     def table(self) -> dict[str, list[Any]]:
         """Return a table of all points.
 
-        Its columns are the number, the status, each varied key, each requested output, and the error. The columns are
-        lists of equal length, as for `pandas.DataFrame`. A missing value is None. Raises InputError if the study has
-        been removed.
+        The columns of the table are the number, the status, each varied key, each requested output, and the error. They
+        are lists of equal length, as for `pandas.DataFrame`. A missing value is None. Raises InputError if the study
+        has been removed.
         """
         with stored_study(self.folder) as store:
             return table_columns(store)
@@ -79,12 +79,14 @@ class StudySummary:
     def best(self) -> dict[str, Any] | None:
         """Return the point with the smallest value of the first key in `wanted`, as a row of the table.
 
-        It is the first of the best designs on study.html, and None if no point has a number for this key. Raises
-        InputError if the study has been removed.
+        This point is the first of the best designs on study.html. The result is None if no point has a number for this
+        key. Raises InputError if the study has been removed.
         """
         with stored_study(self.folder) as store:
             key = store.wanted[0]
-            return next(table_rows(store, store.best(key, 1)), None) if store.span(key) else None
+            if store.span(key) is None:  # no point has a number for the key
+                return None
+            return next(table_rows(store, store.best(key, 1)), None)
 
 
 @in_turn()
@@ -145,8 +147,8 @@ def solve_missing(
 ) -> None:
     """Solve the `missing` points of a study on the workers of an engine, and put the results into its store.
 
-    `count` is the number of missing points. Each result is stored as soon as its task is finished. Then `progress` is
-    called with the number of stored points and the number of all points.
+    `count` is the number of missing points. A task solves one or more points, and its results are stored as soon as it
+    is finished. Then `progress` is called with the number of stored points and the number of all points.
     """
     stored = sum(store.counts().values())
     total = stored + count

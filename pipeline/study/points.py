@@ -59,21 +59,22 @@ def points_of(study: Study) -> Iterator[Point]:
 
 def _settings(study: Study) -> Iterator[Mapping[str, Setting]]:
     """Yield the settings of each point of a study that is not a search."""
-    if study.how in ("sobol", "sensitivity"):
-        fractions = _saltelli_fractions(study) if study.how == "sensitivity" else _sobol_fractions(study)
-        yield from map(study.settings_at, fractions)
-        return
-    rows: Iterable[Sequence[Setting]] = study.rows
-    if study.how == "grid":
-        rows = itertools.product(*(varied.grid() for varied in study.vary.values()))  # the last key varies fastest
-    for row in rows:
-        yield dict(zip(study.vary, row, strict=True))
+    if study.how == "sobol":
+        yield from map(study.settings_at, _sobol_fractions(study))
+    elif study.how == "sensitivity":
+        yield from map(study.settings_at, _saltelli_fractions(study))
+    else:
+        rows: Iterable[Sequence[Setting]] = study.rows  # the values of a file of points
+        if study.how == "grid":
+            rows = itertools.product(*(varied.grid() for varied in study.vary.values()))  # the last key varies fastest
+        for row in rows:
+            yield dict(zip(study.vary, row, strict=True))
 
 
 def _sobol_fractions(study: Study) -> Iterator[list[float]]:
     """Yield the points of a scrambled Sobol sequence, each as fractions [1] of the ranges of the keys.
 
-    They are drawn one by one, because SciPy warns if the number of points drawn at once is not a power of two.
+    The points are drawn one by one, because SciPy warns if the number of points drawn at once is not a power of two.
     """
     sequence = qmc.Sobol(len(study.vary), scramble=True, bits=_SOBOL_BITS, rng=study.seed)
     for _ in range(study.samples):

@@ -61,9 +61,9 @@ def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivit
     """
     key_count = len(study.vary)
     # SciPy calls its function three times: for the sample matrices A and B, with `samples` points each, and for the
-    # matrices AB that mix both. The lambda returns the stored values for each call instead of computing them.
-    stored_values = iter(np.split(values, [study.samples, 2 * study.samples]))
-    result = saltelli_indices(study, lambda _: next(stored_values))
+    # matrices AB that mix both. In each call, the lambda ignores the points and returns their stored values.
+    values_by_call = iter(np.split(values, [study.samples, 2 * study.samples]))
+    result = saltelli_indices(study, lambda _: next(values_by_call))
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # SciPy warns about a key without influence, which has no variance to resample
         bootstrap = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
@@ -87,8 +87,8 @@ def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivit
 def _interval_ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record
     """Return the two ends [1] of each key's confidence interval.
 
-    For a key without influence, the bootstrap yields NaN. Both ends are then set to the index of the key, which is an
-    element of `indices` (keys,).
+    For a key without influence, the bootstrap yields NaN. Both ends of its interval are then set to the index of the
+    key, which is an element of `indices` (keys,).
     """
     ends = np.column_stack([np.ravel(interval.low), np.ravel(interval.high)])
     is_undefined = ~np.isfinite(ends).all(axis=1)

@@ -97,7 +97,7 @@ class StudyStore:
         new_settings = [settings for text, settings in settings_by_text.items() if text not in stored_texts]
         used_numbers = self.numbers()
         unused_numbers = (number for number in count() if number not in used_numbers)  # unlimited
-        pairs = zip(new_settings, unused_numbers, strict=False)
+        pairs = zip(new_settings, unused_numbers, strict=False)  # ends with the last new settings
         return [Point(number=number, settings=settings) for settings, number in pairs]
 
     def results(self, designs: Iterable[Mapping[str, Setting]]) -> list[PointResult]:
@@ -144,14 +144,14 @@ class StudyStore:
     def messages(self) -> dict[str, int]:
         """Return the most frequent messages of refused and failed points, each with its number of points.
 
-        There are at most `_MAX_MESSAGES` of them, the most frequent one first. Messages that differ only in their
+        At most `_MAX_MESSAGES` messages are returned, the most frequent one first. Messages that differ only in their
         numbers are counted together, and the first of them represents the others.
         """
-        by_pattern: dict[str, list[str]] = {}
+        errors_by_pattern: dict[str, list[str]] = {}  # the pattern is the message with # instead of each number
         for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):
             pattern = _NUMBER.sub("#", error)
-            by_pattern.setdefault(pattern, []).append(error)
-        most_frequent = sorted(by_pattern.values(), key=len, reverse=True)[:_MAX_MESSAGES]
+            errors_by_pattern.setdefault(pattern, []).append(error)
+        most_frequent = sorted(errors_by_pattern.values(), key=len, reverse=True)[:_MAX_MESSAGES]
         return {errors[0]: len(errors) for errors in most_frequent}
 
     def column(self, key: str) -> Floats:
@@ -216,8 +216,9 @@ class StudyStore:
 def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     """Open the store of a study in a folder, or create it if there is none; only one run at a time can use it.
 
-    Raises InputError if another run is using the folder, or if the folder contains a different study; the message names
-    the first difference. It is also raised if the folder cannot be created, or if it contains other files.
+    Raises InputError if another run is using the folder, if the folder cannot be created, or if it contains other
+    files. If the folder contains a different study, InputError is raised too, and the message names the first
+    difference.
     """
     _make_folder(folder)
     try:
@@ -296,7 +297,8 @@ def _check_is_store(connection: sqlite3.Connection, path: Path) -> None:
 def study_facts(study: Study) -> Plain:
     """Return all facts that determine the results of a study, keyed by dotted names.
 
-    They are its keys, the base design, the order of the varied keys, and the versions of packages and code.
+    The facts are the keys of the study, the base design, the order of the varied keys, and the versions of packages and
+    code.
     """
     facts: Plain = to_plain(study)
     del facts["name"]  # the name does not affect the results
@@ -309,8 +311,8 @@ def _check_same_study(path: Path, stored_facts: Mapping[str, str], new_facts: Ma
     """Raise InputError if the stored facts differ from the facts of the study; the message names the first difference.
 
     `stored_facts` and `new_facts` hold JSON texts, keyed by dotted names, and `path` is the store. The number of points
-    may increase, because a longer study begins with the points of the shorter one. The exception is the method
-    `sensitivity`, for which SciPy draws different points for each number of samples.
+    may increase, because a longer study begins with the points of the shorter one. With the method `sensitivity`, it
+    may not, because SciPy draws different points for each number of samples.
     """
     may_increase = ["goal.evaluations"]
     if json.loads(new_facts["how"]) != "sensitivity":

@@ -210,7 +210,7 @@ class Study(StudyKeys):
     def _check_varied_keys(self) -> None:
         """Raise InputError for too few varied keys, and for a key that is unknown or cannot be varied.
 
-        The key of a Pareto front is not counted, because it does not vary within a search.
+        The key of a Pareto front is not counted as a varied key, because it does not vary within a search.
         """
         if not self.vary.keys() - {self.goal.front_key}:
             hint = "name a key of the design file under [vary]"
@@ -239,7 +239,7 @@ class Study(StudyKeys):
     def completing_settings(self) -> dict[str, Setting]:
         """Return the settings that complete the base design, with each varied key at the middle of its range.
 
-        They are empty if the base design is complete without them.
+        The settings are empty if the base design is complete without them.
         """
         return {} if self.design is not None else self.settings_at([_MIDDLE] * len(self.vary))
 
@@ -394,7 +394,7 @@ def _design_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # 
     """Return the cattrs structure hook for a table of design keys, as under `[vary]` and `[set]`.
 
     TOML reads the unquoted key `table.key` as a nested table, and the quoted key as a single key. The hook accepts both
-    and returns dotted keys. It raises MisfitError for a value that is not a table.
+    and returns dotted keys. For a value that is not a table, the hook raises MisfitError.
     """
     structure = mapping_structure_factory(kind, _CONVERTER)
 

@@ -100,16 +100,14 @@ def _plot_data(
     design file of each point whose whole run passed, keyed by its number.
     """
     minimised_key = study.goal.minimise if study.how == "search" else study.wanted[0]
-    front = None
-    if study.front:
-        front = {"key": study.goal.front_key, "values": study.front, "proved": list(proved)}
+    front = {"key": study.goal.front_key, "values": study.front, "proved": list(proved)} if study.front else None
     return {
         "vary": list(study.vary),
         "wanted": list(study.wanted),
         "shown": [shown_key.key for shown_key in keys],
         "labels": {shown_key.key: shown_key.label for shown_key in keys},
         "axes": [shown_key.key for shown_key in keys if store.differs(shown_key.key)],  # a constant makes no axis
-        "parts": [key for key in study.wanted if is_part_of_limit(key)],
+        "parts": [key for key in study.wanted if is_part_of_limit(key)],  # limits of which a plot shows the used part
         "minimise": minimised_key,
         "points": _drawn_points(store, {*best, *proved}),
         "best": list(best),
@@ -120,7 +118,7 @@ def _plot_data(
 def _drawn_points(store: StudyStore, required: set[int]) -> list[Plain]:
     """Return the settings, values and number of each point that the plots show, sorted by number.
 
-    These are the points with the numbers in `required`, and a random sample of at most `MAX_DOTS` other points.
+    The plots show the points with the numbers in `required`, and a random sample of at most `MAX_DOTS` other points.
     """
     sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
     points = store.rows(sorted({*required, *sample}))
@@ -158,7 +156,7 @@ def _shown_key(key: str, study: Study, store: StudyStore) -> ShownKey:
 
 
 def is_part_of_limit(key: str) -> bool:
-    """Return whether a key is the limit of a verdict that bounds its value on one side, from above or from below."""
+    """Return whether a key is a limit of which the value of its verdict uses a part, as for "at most" or "at least"."""
     name, field = verdict_field(key)
     return field == "limit" and row_of(name).sense is not None
 

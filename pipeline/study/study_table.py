@@ -17,7 +17,7 @@ FLAG = "--export"
 def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
     """Raise InputError if the table of a study cannot be written to `path`.
 
-    `folder` is the folder of the study. It need not exist yet, because the study creates it later.
+    `folder` is the folder of the study, which need not exist yet, because the study creates it later.
     """
     if path.suffix != ".csv":
         raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its extension")

@@ -112,7 +112,7 @@ def _wanted_values(study: Study, folder: Path, point: Point) -> dict[str, object
     """Solve a point to the level of its study, and return the values of the requested outputs, keyed by output.
 
     The level `files` is a whole run that writes all files into `folder`, except in a search. At lower levels, only the
-    parts of the report that contain a requested output are solved. Their springs are fitted by finite elements at the
+    parts of the report that contain a requested output are solved. The springs are fitted by finite elements at the
     level `flexures`, and sized by closed-form expressions at the level `contact`.
     """
     design = study.base.design(point.settings)

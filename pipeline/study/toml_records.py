@@ -42,8 +42,8 @@ def record_of(kind: type[T], table: Mapping[str, Any], converter: cattrs.Convert
 def file_converter() -> cattrs.Converter:
     """Return a cattrs converter from TOML tables to records, which rejects unknown keys.
 
-    Numbers and strings are not converted, because the records check them. There are two exceptions. An integer in a
-    float field becomes a float, and a list in a field for strings becomes a tuple. The metadata `key` of a field is its
+    Numbers and strings are not converted, because the records check them. Only an integer in a float field becomes a
+    float, and a list in a field for strings becomes a tuple. The metadata `key` of a field is its
     name in the file, if this differs from the name of the field.
     """
     converter = cattrs.Converter(forbid_extra_keys=True)

@@ -128,9 +128,9 @@ Variation = Range | Choices | Normal
 def setting_of(value: object) -> Setting:
     """Convert a TOML value to a value of a design key; a list becomes a tuple.
 
-    Raises MisfitError for a date, a table, an empty list, a list that contains anything but numbers, infinity and NaN.
+    Raises MisfitError for a date, a table, an empty list, a list with an item that is not a number, infinity and NaN.
     """
-    # An empty list becomes the only item of `items`. It is not a number, so it is rejected.
+    # An empty list becomes the only item of `items`, and is rejected because it is not a number.
     items = value if isinstance(value, list) and value else [value]
     are_finite_numbers = all(is_number(item) and math.isfinite(as_float(item)) for item in items)
     if isinstance(value, bool | str) or are_finite_numbers:

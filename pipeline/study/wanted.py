@@ -70,7 +70,8 @@ def _plain_level(key: str) -> str:
 def _verdict_level(key: str) -> str:
     """Return the level of a key verdicts.NAME.FIELD; an empty string if it cannot be requested.
 
-    It is the lowest level that decides the verdict. Its value may need a higher level than its outcome.
+    The lowest level that decides the verdict is returned. The value of a verdict may need a higher level than its
+    outcome.
     """
     verdict, field = verdict_field(key)
     if field not in VERDICT_FIELDS:

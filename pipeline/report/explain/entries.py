@@ -64,8 +64,8 @@ def entries() -> tuple[Entry, ...]:
 def _symbol_entry(name: str, table: Mapping[str, Any]) -> Entry:
     """Return the entry of the symbol called `name` from its table in `symbols.toml`.
 
-    A symbol with a key of report.json has the unit of the key. It also has the meaning of the key, unless the table
-    gives a different one.
+    A symbol with a key of report.json has the unit of the key. Unless the table gives a meaning, the symbol also has
+    the meaning of the key.
     """
     values: dict[str, Any] = {**table, "aliases": tuple(table.get("aliases", ()))}
     key = report_key(table.get("key", ""))
@@ -91,7 +91,7 @@ def _verdict_entry(row: VerdictRow) -> Entry:
     }
     # A row has some of the fields of an entry, by the same names.
     values = {item.name: getattr(row, item.name) for item in fields(Entry) if hasattr(row, item.name)}
-    values |= {text: _fill_in(values[text], numbers) for text in ("meaning", "formula")}
+    values |= {field_name: _fill_in(values[field_name], numbers) for field_name in ("meaning", "formula")}
     return Entry(is_verdict=True, **values)
 
 
@@ -112,26 +112,37 @@ def find_entry(name: str) -> Entry:
     Raises InputError for an unknown name, with the closest known name as a hint, and for a name that an earlier version
     had.
     """
-    # These calls raise InputError for a name of an earlier version, and otherwise do nothing.
+    # These two calls only raise InputError for a name that an earlier version had.
     refuse_removed(f"verdicts.{name}")
     refuse_removed_key(name)
-    names_by_lower_case = {}  # for a hint that ignores the case of letters
     for entry in entries():
-        for alias in (entry.name, *entry.each, *entry.aliases):
-            if alias == name:
-                return entry
-            names_by_lower_case[alias.lower()] = alias
+        if name in _names_of(entry):
+            return entry
     key = report_key(name)
     if key is not None:
         return _key_entry(key)
     if name in FRUITS:
         return _fruit_entry(FRUITS[name])
+    raise _unknown_name_error(name)
+
+
+def _names_of(entry: Entry) -> tuple[str, ...]:
+    """Return all names by which an entry can be found."""
+    return (entry.name, *entry.each, *entry.aliases)
+
+
+def _unknown_name_error(name: str) -> InputError:
+    """Return the error for a name without an entry; the message suggests the most similar known name.
+
+    The case of letters is ignored in the comparison.
+    """
+    names_by_lower_case = {known_name.lower(): known_name for entry in entries() for known_name in _names_of(entry)}
     names_by_lower_case |= {fruit: fruit for fruit in FRUITS}  # the names of fruits have no capital letters
     close_matches = difflib.get_close_matches(name.lower(), names_by_lower_case, n=1)
     hint = f"Did you mean {names_by_lower_case[close_matches[0]]}? " if close_matches else ""
     bound = "a verdict, a symbol, a fruit or a key of report.json"
     msg = f"NAME = {name!r} must be {bound}. {hint}`pipeline explain` lists them all."
-    raise InputError(msg, field="NAME", value=name, bound=bound)
+    return InputError(msg, field="NAME", value=name, bound=bound)
 
 
 def _key_entry(key: ReportKey) -> Entry:

@@ -27,7 +27,7 @@ def explained_value(folder: Path, entry: Entry, name: str) -> str:
 
 def _verdict_text(verdict: Verdict) -> str:
     """Return the value, the limit, the outcome and the hint of a verdict as text."""
-    displayed = in_display_units(verdict)  # in display units
+    displayed = in_display_units(verdict)
     limit = "" if displayed.limit is None else f", limit {value_text(displayed.limit, displayed.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
     return f"{verdict.name} {measured(displayed) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"

@@ -49,6 +49,8 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     # Sorted without the file extension, so that NAME.svg comes before NAME-2.svg; a hyphen sorts before a dot.
     names_by_stem = sorted(file_names, key=lambda name: Path(name).stem)
     drawings = [folder / name for name in names_by_stem if name.endswith(".svg")]
+    # An entry explains one verdict, or several verdicts whose names are in `each`.
+    meanings = {name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)}
     bill = answer.bill(folder) if answer.BILL in file_names else []
     verdicts = [in_display_units(verdict) for verdict in report.verdicts]
     return render_page(
@@ -60,13 +62,13 @@ def make_page(report: Report, result: SensorResult, folder: Path) -> str:
         command=result.options.command,
         has_housing=report.design.tips.tip_layout.has_housing,
         short_value=answer.short_value,  # function that the template calls for each verdict
-        missing=missing,
+        missing=missing,  # the reason for each body that cannot be drawn
         dimensions=answer.dimensions(report),
         bill=bill,
         printed_g=answer.printed_g(bill),
         speed=_SPEED,
-        sizes={file.path: (folder / file.path).stat().st_size for file in report.files},
-        meanings={name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)},
+        sizes={file.path: (folder / file.path).stat().st_size for file in report.files},  # [bytes]
+        meanings=meanings,
         **_verdict_values(report, verdicts),
     )
 
@@ -82,19 +84,19 @@ def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object
     targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
     passed_targets = [verdict for _, verdict in targets if verdict.passed]
     paper_verdicts = () if report.paper is None else report.paper.verdicts
-    # If all verdicts passed, the first notes are shown beside the answer. Otherwise the problems are shown there.
+    # The place beside the answer shows the problems, or the first notes if all verdicts passed.
     limiting_notes = [] if problems else report.notes[:_LIMITING_NOTES]
     return {
         "passed": all_passed(verdicts),
         "headline": overall_sentence(report.design.name, verdicts),
         "not_passed": problems,
-        "numbers": [*problems, *passed_targets][:_FIRST_NUMBERS],
+        "numbers": [*problems, *passed_targets][:_FIRST_NUMBERS],  # the verdicts whose values are at the top
         "limiting_notes": limiting_notes,
         "other_notes": report.notes[len(limiting_notes) :],
         "closest": answer.closest_to_limit(verdict for _, verdict in targets),
         "targets": targets,
         "part": on_the_part,
-        "paper": {verdict.name: in_display_units(verdict) for verdict in paper_verdicts},
+        "paper": {verdict.name: in_display_units(verdict) for verdict in paper_verdicts},  # on the paper's springs
     }
 
 
@@ -108,8 +110,9 @@ def _script_data(
     """
     return {
         "report": report_data(report),
-        "coverage": COVERAGE,
+        "coverage": COVERAGE,  # the half width of a 95 % interval divided by the standard uncertainty
         "usual_sliders": _USUAL_SLIDERS,
+        # The sense of a limit, such as "at most", is not a key of report.json, so it is added here.
         "verdicts": [as_data(verdict) | {"sense": verdict.limit_sense} for verdict in verdicts],
         **page_tables(report, result),
         "bodies": bodies,

@@ -65,8 +65,8 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
 def _used_fraction(verdict: Verdict) -> float | None:
     """Return the fraction of its limit that a verdict uses [1].
 
-    It is value / limit for an upper limit, and limit / value for a lower limit. The result is None without a one-sided
-    limit. It is also None if the value or the limit is not positive, because the fraction then has no meaning.
+    The fraction is value / limit for an upper limit, and limit / value for a lower limit. The result is None without a
+    one-sided limit. If the value or the limit is not positive, the fraction has no meaning, so the result is None too.
     """
     value, limit = verdict.value, verdict.limit
     if value is None or not isinstance(limit, int | float) or min(value, limit) <= 0.0:

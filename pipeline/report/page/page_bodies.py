@@ -29,8 +29,8 @@ _SYMMETRY = "symmetry"  # name of the mesh boundary on the plane of symmetry
 STRESS_ERROR = 0.2
 _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
 _LABEL_ASIDE = 0.08  # outward shift of a tip's label, as a fraction of the length of the part
-# Colours from the smallest to the largest value. They are viridis, by S. van der Walt and N. Smith (CC0), which readers
-# with colour blindness can distinguish.
+# Colours from the smallest to the largest value. The palette is viridis, by S. van der Walt and N. Smith (CC0), whose
+# colours readers with colour blindness can distinguish.
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
 
 
@@ -101,14 +101,9 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     the solution is unreliable.
     """
     half = loaded_half(result.springs, result.options)
-    mesh = half.basis.mesh
     fields = fields_at_full_travel(result.springs, half)
-    # The model is the half with y >= 0. Its plane of symmetry is inside the housing and is not drawn.
-    surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
-    quads = mesh.facets[:, surface].T  # node numbers of the corners, (quadrilaterals, 4)
-    nodes = np.unique(quads)  # numbers of the nodes on the surface, sorted
-    corners = np.searchsorted(nodes, quads)  # the index of each corner in `nodes`
-    positions = mesh.p.T[nodes]  # without load [mm]
+    nodes, corners = _drawn_surface(half)
+    positions = half.basis.mesh.p.T[nodes]  # without load [mm]
     length = float(np.ptp(positions[:, 0]))  # of the part, along x [mm]
     displacement = fields.displacement[nodes]
     stress = fields.von_mises[nodes]
@@ -120,6 +115,19 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     caption = _stress_caption(report, result, scale, exaggeration)
     body = _whole_body(positions, corners, exaggeration * displacement, scale.colours(stress))
     return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
+
+
+def _drawn_surface(half: ClampedHalf) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the numbers of the nodes (n,) on the drawn surface of half the housing, and its quadrilaterals (m, 4).
+
+    A quadrilateral is given by its four corners, as indices into the array of node numbers. The half has y >= 0. Its
+    plane of symmetry is inside the housing and is not drawn.
+    """
+    mesh = half.basis.mesh
+    facets = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
+    quads = mesh.facets[:, facets].T  # node numbers of the corners
+    nodes = np.unique(quads)  # sorted, as `searchsorted` requires
+    return nodes, np.searchsorted(nodes, quads)
 
 
 def _whole_body(positions: Floats, quads: NDArray[np.int64], displacement: Floats, colours: Floats) -> GlbBody:

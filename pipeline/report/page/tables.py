@@ -51,9 +51,9 @@ class Axis(NamedTuple):
 def page_tables(report: Report, result: SensorResult) -> Plain:
     """Return the data of the section "Try it" of the page: tables, sliders, their initial values, and bruise limits.
 
-    A table has two axes, the modulus and either the travel or the tilt. It holds the numbers of the presses at the
-    nodes of the axes. The other variables have the fixed values in `held`. Moduli are in MPa, travels in mm, tilts in
-    degrees, and noise in % of full scale.
+    A table has two axes, the modulus and either the travel or the tilt, and holds the numbers of the presses at the
+    nodes of the axes. All other variables have the fixed values in the table's entry `held`. Moduli are in MPa, travels
+    in mm, tilts in degrees, and noise in % of full scale.
     """
     design = report.design
     tables = [_travel_table(design, report.read_out, result.press)]
@@ -61,22 +61,30 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     if tilt_table is not None:
         tables.append(tilt_table)
     # The slider of the modulus covers the range that all tables have in common, from the softest fruit of the design.
-    moduli = [table["axes"][0]["nodes"] for table in tables]  # the first axis of each table, ascending
-    softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
-    firmest = min(nodes[-1] for nodes in moduli)
-    middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
+    moduli_of_tables = [table["axes"][0]["nodes"] for table in tables]  # the first axis of each table, ascending
+    softest = max(min(design.fruit.E_MPa), *(moduli[0] for moduli in moduli_of_tables))
+    firmest = min(moduli[-1] for moduli in moduli_of_tables)
     noise = noise_percent(report)
-    start = {
-        "E": min(max(middle_E, softest), firmest),  # the middle modulus of the design, within the slider
-        "travel": design.press.travel_mm,
-        "tilt": design.press.tilt_deg,
-        "noise": noise,
-    }
     return {
         "tables": tables,
         "sliders": _sliders(tables, (softest, firmest), noise),
-        "start": start,
+        "start": _initial_values(design, (softest, firmest), noise),
         "bruise": list(design.fruit.bruise_limits_MPa),
+    }
+
+
+def _initial_values(design: Design, moduli: tuple[float, float], noise: float) -> dict[str, float]:
+    """Return the initial value of each slider: the middle modulus, the travel and the tilt of a design, and the noise.
+
+    `moduli` are the ends of the slider for the modulus [MPa], which limit its initial value.
+    """
+    softest, firmest = moduli
+    middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
+    return {
+        "E": min(max(middle_E, softest), firmest),
+        "travel": design.press.travel_mm,
+        "tilt": design.press.tilt_deg,
+        "noise": noise,
     }
 
 
@@ -105,8 +113,8 @@ def _slider(key: str, label: str, unit: str, smallest: float, largest: float) ->
 def noise_percent(report: Report) -> float:
     """Return the initial value of the slider for the force noise [% of full scale].
 
-    For a design without `[reading]`, it is a default. Otherwise it is the largest error of a channel of the read-out,
-    or the noise in `[reading]` if the design describes no read-out.
+    A design without `[reading]` has a default noise. For a design with `[reading]`, the noise is the largest error of a
+    channel of the read-out, or the noise in `[reading]` if the design describes no read-out.
     """
     reading = report.design.reading
     if reading is None:
@@ -124,7 +132,7 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
     moment. Other sensors are read from whole presses, so this table has no readings for them.
     """
     curve = press.curve
-    # The first modulus represents the softest possible fruit. It is only a limit, and is omitted by all indices [1:].
+    # The first modulus represents the softest possible fruit, which is only a limit, so all indices [1:] omit it.
     F = curve.F[1:]  # (moduli, travels, tips) [N]
     readings = np.full((*F.shape[:2], 2), np.nan)
     if design.tips.tip_layout.is_pair and press.level:
@@ -146,8 +154,8 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
 def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
     """Return the table of forces, pressures and readings as functions of modulus and tilt, at full travel.
 
-    `read_out` holds the constants that convert forces to a modulus. The result is None if the design has no readings,
-    no tilted presses or a roll, or if it has too few moduli for an interpolation.
+    `read_out` holds the constants that convert forces to a modulus. The result is None without readings or tilted
+    presses, for a design with a roll, and if there are too few moduli for an interpolation.
     """
     design, presses = result.design, result.tilted
     if result.readings is None or presses is None or design.press.roll_deg != 0.0:
