@@ -223,8 +223,8 @@ def _relaxation_note(result: SensorResult) -> Note:
 def _assumed_relaxation_note(result: SensorResult) -> Note:
     """Return the note for a design that states no relaxation, with the decrease of the force ratio P at full travel.
 
-    The fraction of the force that remains comes from published data on the fruit of the design, or on an orange if the
-    design names no fruit.
+    The fraction of the force that remains comes from published data on the fruit of the design. If the design names no
+    fruit, the data are for an orange.
     """
     curve = result.press.curve
     name = result.design.fruit.name

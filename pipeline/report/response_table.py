@@ -23,7 +23,7 @@ _FORCE_DIGITS, _BAND_DIGITS, _ERROR_DIGITS = 6, 4, 3
 
 
 def force_columns(response: "SensorResponse", tips: Tips) -> Columns:
-    """Return the modulus, the travel, the mean force on the tips of the low and of the high spring, and the ratio P."""
+    """Return the modulus, the travel, the mean force on the tips of each spring, and the force ratio P."""
     E, x = np.meshgrid(response.E, response.x, indexing="ij")
     # The forces F have the shape (moduli, travels, tips), and a group holds the indices of the tips on one spring.
     low, high = (response.F[:, :, list(kind)].mean(axis=2) for kind in tips.spring_groups)

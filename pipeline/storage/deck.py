@@ -29,8 +29,8 @@ _NODES = {
     "C3D20": VTK_NODES,
     "C3D20R": VTK_NODES,
 }
-# Node numbers in a cell of one corner, and of the opposite ends of the three edges that meet at this corner, keyed by
-# the number of nodes per cell.
+# Numbers of four corner nodes of a cell, keyed by the number of nodes per cell. Three edges meet at the first corner,
+# and the other corners are the opposite ends of these edges.
 _EDGE_ENDS = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}
 _TERMS_PER_LINE = 4  # terms of an equation that are written in one line
 
@@ -88,8 +88,9 @@ def elements_of(basis: Basis, kind: str) -> Elements:
     vertical_dofs, node_numbers = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = node_numbers.reshape(len(_NODES[kind]), -1)  # (nodes of a cell, cells)
     nodes = np.asarray(basis.doflocs)[:, vertical_dofs]
-    # CalculiX's node order follows from the positions in the reference cell: each query returns, for every node of
-    # CalculiX, the number of scikit-fem's node there. Swapping x and y yields the node order of a mirrored cell.
+    # CalculiX's node order follows from the positions in the reference cell. Each query returns, for every node of
+    # CalculiX, the number of scikit-fem's node at the same position. Swapping x and y yields the node order of a
+    # mirrored cell.
     reference_nodes = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
     _, regular_order = reference_nodes.query(_NODES[kind])
     _, mirrored_order = reference_nodes.query(_NODES[kind][:, [1, 0, 2]])
@@ -133,8 +134,8 @@ class Deck:
 
     `springs` is an additional stiffness matrix (3 nodes, 3 nodes) [N/mm] that does not couple the axes. All springs to
     the ground end at one node, which the node set `ground` must contain. A mean is an additional node whose u_z is a
-    weighted sum of the u_z of the body, with the weights (nodes,) [1] in `means`. Each step prints the displacements of
-    the means and of the node set `printed_set`.
+    weighted sum of the u_z of the body. `means` holds the weights (nodes,) [1] of each mean, keyed by its name. Each
+    step prints the displacements of the means and of the node set `printed_set`.
     """
 
     elements: Elements

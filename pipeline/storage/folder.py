@@ -22,8 +22,8 @@ from pipeline.storage.interrupts import interruptible, uninterrupted
 from sensor.input_file import read_bytes
 from sensor.quantity import InputError, validation_error
 
-# Names in the hidden folder: the lock file, the folder of the old outputs, and the start of the folder of new outputs,
-# which the number of the process completes
+# Names in the hidden folder: the lock file, the folder of the old outputs, and the folder of the new outputs, to whose
+# name the number of the process is appended
 _LOCK, _OLD, _NEW = "lock", "old", "new-"
 
 

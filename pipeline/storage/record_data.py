@@ -111,8 +111,9 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
         try:
             return structure(data, record_type)
         except cattrs.ClassValidationError as error:
-            # Each error has a note with the name of its field. The message must name the key in the data instead.
-            for _, note in error.group_exceptions()[0]:
+            # The note of an error names the field. The message must name the key in the data instead.
+            errors_with_notes, _ = error.group_exceptions()
+            for _, note in errors_with_notes:
                 note.name = keys[note.name]
             raise
 

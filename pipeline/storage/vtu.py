@@ -55,7 +55,7 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
 
     An array has the shape (points,), (points, 3) or (points, 6), in the order of `mesh.doflocs`. Six components are xx,
     yy, zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the
-    largest value in their array. Each named boundary is written as an array with its name, which is 1 at the nodes of
+    largest value in their array. For each named boundary, an array with its name is written, which is 1 at the nodes of
     the boundary and 0 elsewhere. `half_at_y` [mm] is the y coordinate of the symmetry plane of a mesh that is one half
     of a body, and None for a whole body.
 

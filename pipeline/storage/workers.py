@@ -84,8 +84,8 @@ def close_workers(executor: Executor) -> None:
 def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
     """Yield an executor with one worker process, which imports the CAD kernel while this process solves.
 
-    The process ends with the block. Yields None if no worker is `wanted`, or if only one core is available, because the
-    work then takes no less time in another process.
+    The process ends with the block. Yields None if no worker is `wanted`, or if only one core is available, because
+    another process would then save no time.
     """
     if not wanted or available_cores() == 1:
         yield None

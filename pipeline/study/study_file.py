@@ -54,7 +54,7 @@ _NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
 class Goal:
     """The goal of `pipeline optimise`: the key to minimise, the verdicts that must pass, and the number of points.
 
-    A Pareto `front` shows the best design as a function of one key: the search is repeated for each value listed for
+    A Pareto `front` shows the best design as a function of one key. The search is repeated for each value listed for
     this key.
     """
 

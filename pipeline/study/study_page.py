@@ -156,7 +156,7 @@ def _shown_key(key: str, study: Study, store: StudyStore) -> ShownKey:
 
 
 def is_part_of_limit(key: str) -> bool:
-    """Return whether a key is a limit of which the value of its verdict uses a part, as for "at most" or "at least"."""
+    """Return whether a key is the limit of a verdict that limits its value on one side, from above or from below."""
     name, field = verdict_field(key)
     return field == "limit" and row_of(name).sense is not None
 
@@ -164,8 +164,8 @@ def is_part_of_limit(key: str) -> bool:
 def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
     """Return the label of a key on the page, and its meaning as Markdown.
 
-    The label includes the unit if the key itself does not. If the key `varies`, it is looked up among the keys of a
-    design first, otherwise only among the keys of the report. The meaning is empty if it is not known.
+    The label includes the unit if the key itself does not. A key that `varies` is looked up among the keys of a design
+    first. All other keys are looked up only among the keys of the report. The meaning is empty if it is not known.
     """
     verdict, verdict_part = verdict_field(key)
     if verdict:

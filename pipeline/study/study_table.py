@@ -72,5 +72,5 @@ def _column_names(store: StudyStore) -> tuple[str, ...]:
 
 
 def _cell_text(value: object) -> object:
-    """Return a value as it is written to CSV: strings and None unchanged, any other value in JSON notation."""
+    """Return a value as it is written to CSV: a string or None unchanged, and any other value in JSON notation."""
     return value if value is None or isinstance(value, str) else json.dumps(value)

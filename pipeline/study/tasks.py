@@ -62,8 +62,8 @@ def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
     """Solve a point of a study and return its values, or the reason why it was refused or failed.
 
     The files of a whole run are written into `folder`. An exception due to a machine fault is raised again if the disk
-    is full, because no further point can then be stored. In a search it is always raised again, because the next points
-    depend on the result of this one.
+    is full, because no further point can then be stored. In a search, such an exception is always raised again, because
+    the next points depend on the result of this one.
     """
     start = time.process_time()
     values: Mapping[str, object] = {}
@@ -71,7 +71,7 @@ def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
     error = None
     try:
         values = _wanted_values(study, folder, point)
-    except Exception as failure:
+    except Exception as failure:  # of any type, because one point must not end the whole study
         fault = _fault_of_machine(failure)
         is_disk_full = getattr(fault, "errno", None) in _DISK_FULL
         if fault is not None and (study.how == "search" or is_disk_full):

@@ -14,7 +14,7 @@ from sensor.quantity import Bounds, as_float, check_fields, choice, quantity, te
 
 Setting = float | int | str | bool | tuple[float, ...]
 
-_TAIL = 1e-9  # probability of each tail that is cut off, at 6 standard deviations of a normal distribution
+_TAIL = 1e-9  # probability of each tail of a normal distribution that is cut off, 6 standard deviations from the mean
 # Hints for the user
 _BOTH = "give from and to, or mean and sd"
 _SOURCE = "state the source of the numbers"

@@ -13,7 +13,8 @@ from sensor.quantity import validation_error
 MAX_LINES = 1_000_000  # maximum number of lines of a file, which limits the time and memory for it
 LONGEST_LINE = 65536  # maximum length of a line [bytes]; a longer line is not a row of a table
 SHOWN_CELL = 40  # length to which a line or a cell is truncated in messages [characters]
-# Byte order marks and the encodings that they announce; the mark of UTF-32 begins like a mark of UTF-16, so it is first
+# Byte order marks and the encodings that they announce. The mark of UTF-32 begins with a mark of UTF-16, so the mark of
+# UTF-32 is tested first.
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _LEGACY = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # legacy encodings of exported tables
 # Legacy encodings in which every byte is valid, so they are accepted only if a known word is found in the text

@@ -128,11 +128,6 @@ class HeaderWords:
         The quantity of a column follows from a flag, or from a known word in its label. Some words name a quantity only
         together with a unit, and only if no other column holds this quantity.
         """
-        columns_by_flag = [
-            NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
-            for name, quantity in self.quantities.items()
-            for index in _selected_columns(row.cells, quantity.selected_column)
-        ]
         columns_by_word = []
         columns_by_word_with_unit = []
         for index, label in enumerate(row.cells):
@@ -143,10 +138,18 @@ class HeaderWords:
                 columns_by_word_with_unit.append(NamedColumn(index, meaning.name, (meaning.unit,)))
             elif meaning.name:
                 columns_by_word.append(NamedColumn(index, meaning.name, (meaning.unit,) if meaning.unit else ()))
-        columns = columns_by_flag + columns_by_word
+        columns = self._columns_by_flag(row) + columns_by_word
         names = {column.name for column in columns}
         columns += [column for column in columns_by_word_with_unit if column.name not in names]
         return sorted(columns)  # by their index, which is the first item of a column
+
+    def _columns_by_flag(self, row: Row) -> list[NamedColumn]:
+        """Return the columns in a header that a flag selects for a quantity, by their label or by their number."""
+        return [
+            NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
+            for name, quantity in self.quantities.items()
+            for index in _selected_columns(row.cells, quantity.selected_column)
+        ]
 
     def names(self, row: Row) -> set[str]:
         """Return the names of the quantities that a row names as a header."""
@@ -214,6 +217,7 @@ class HeaderWords:
             return LabelMeaning(name, "", needs_unit=False)
         for words, tail in label_parts(label):
             name = self._quantity_by_label.get(fold_words(words), "")
+            # The tail is empty if the brackets of the label are, as in `Force ()`.
             if name and self.quantities[name].units and (not tail or unit_of(self.quantities[name], tail)):
                 return LabelMeaning(name, tail, needs_unit=False)
             name = self._quantity_by_label_with_unit.get(fold_words(words), "")
@@ -225,8 +229,8 @@ class HeaderWords:
 def _selected_columns(labels: Sequence[str], selected_column: str) -> list[int]:
     """Return the indices of the columns that the value `selected_column` of a flag selects; none if it is empty.
 
-    The value is a label, the number of a column counted from 1, or a label without its unit, in this order of
-    preference.
+    The value is a label, the number of a column counted from 1, or a label without its unit. The first of these
+    interpretations that selects a column is used.
     """
     if not selected_column:
         return []
@@ -266,7 +270,7 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 def _find_unknown_unit(label: str, quantity: Quantity) -> str | None:
     """Return the text in the place of a unit in a label that has no known unit, or None if there is no such text.
 
-    The text is in brackets, or it follows a word for the `quantity`, or it is the dots that R writes instead of (%).
+    Such a text is in brackets, follows a word for the `quantity`, or consists of the dots that R writes instead of (%).
     """
     known_words = set(map(fold_words, (*quantity.words, *quantity.words_with_unit)))
     if fold_words(label) in known_words:

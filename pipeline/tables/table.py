@@ -26,8 +26,8 @@ MAX_ROWS_BELOW = 4  # maximum number of rows of units, or of a second language, 
 MAX_BANNER = 1000  # maximum number of lines of a stream before its header
 _MAX_SEARCHED = 50_000  # maximum number of lines of a file that are searched for a header
 _MAX_LISTED = 8  # maximum number of columns or lines that a summary lists
-# If this many rows have the same number of decimals, trailing zeros are written: of 50 random numbers, at least one
-# ends in 0 with probability 0.995.
+# If this many rows have the same number of decimals, the file contains trailing zeros. At least one of 50 random
+# numbers ends in 0 with a probability of 0.995.
 _ROWS_FOR_DECIMALS = 50
 _STATISTICS = set(map(fold_words, WORDS["results"]["rows"]))
 _LABELLED = re.compile(
@@ -395,18 +395,25 @@ class TableReader:
         # Rows of text in the columns of numbers may state units. All other rows are skipped.
         below = [row for row in texts if _has_text(row, number_columns)]
         columns = self._used_columns(self.stated_units.columns(rows.source, header, below, first), first)
-        # If flags select columns by number, the header need not be a real one, so the row above it has no meaning.
-        has_row_above = header_index > 0 and not self._by_number
-        row_above = above[header_index - 1] if has_row_above else Row(0, ())
         table = FoundTable(
             source=rows.source,
             header=header,
-            above=row_above,
+            above=self._row_above_header(above, header_index),
             columns=columns,
             rows=(),  # replaced below, because the generator of the rows also fills the lists of this table
             skipped=[row for row in texts if row not in below],
         )
         return replace(table, rows=self._number_rows(table, first, feed, by_spaces=rows.are_split_at_spaces))
+
+    def _row_above_header(self, above: Sequence[Row], header_index: int) -> Row:
+        """Return the row above the header of a table, or a row without cells if there is none.
+
+        If flags select columns by number, the header need not be a real one. The row above such a header has no
+        meaning, so a row without cells is returned then too.
+        """
+        if header_index == 0 or self._by_number:
+            return Row(0, ())
+        return above[header_index - 1]
 
     def _used_columns(self, columns: list[Column], first: Row) -> list[Column]:
         """Return the `columns` of a header that the table uses, and the clock of a serial monitor if it is needed.

@@ -24,8 +24,9 @@ from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
 ASSEMBLY = "assembly.glb"
 _SYMMETRY = "symmetry"  # name of the mesh boundary on the plane of symmetry
-# Bound of the relative error of the largest stress on the coarse mesh, compared with the mesh on which the springs are
-# solved. For four designs and four processes, the error was -0.02 to 0.19, also on the mesh of a rough answer.
+# Bound of the relative error of the largest stress on the coarse mesh. The error is relative to the stress on the mesh
+# on which the springs are solved. For four designs and four processes, the error was -0.02 to 0.19, also on the mesh of
+# a rough answer.
 STRESS_ERROR = 0.2
 _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
 _LABEL_ASIDE = 0.08  # outward shift of a tip's label, as a fraction of the length of the part

@@ -147,7 +147,7 @@ def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress)
         forces=F,
         pressure=pressure,
         held={"tilt": design.press.tilt_deg},
-        read=readings,
+        readings=readings,
     )
 
 
@@ -173,18 +173,18 @@ def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | Non
         forces=F,
         pressure=pressure,
         held={"travel": design.press.travel_mm},
-        read=read_presses(presses.F, press_reader(model), read_out),
+        readings=read_presses(presses.F, press_reader(model), read_out),
     )
 
 
 def _grid_table(
-    moduli: list[float], second: Axis, *, forces: Floats, pressure: Floats, held: dict[str, float], read: Floats
+    moduli: list[float], second: Axis, *, forces: Floats, pressure: Floats, held: dict[str, float], readings: Floats
 ) -> Plain:
     """Return a table with the moduli [MPa] and a second axis as page data.
 
     `forces` [N] and `pressure` [MPa], the mean pressure in each contact, have the shape (moduli, nodes of the axis,
-    tips). `read` is the result of `read_presses`, and `held` holds the fixed values of other variables. In the table,
-    forces and pressures have one grid for each tip.
+    tips). `readings` is the result of `read_presses`, and `held` holds the fixed values of other variables. In the
+    table, forces and pressures have one grid for each tip.
     """
     return {
         "axes": [axis._asdict() for axis in (Axis("E", moduli, log=True), second)],
@@ -192,14 +192,16 @@ def _grid_table(
         "numbers": {
             "F": np.moveaxis(forces, 2, 0).tolist(),  # the tips become the first axis
             "pressure": np.moveaxis(pressure, 2, 0).tolist(),
-            "E_read": read[..., 0].tolist(),
-            "E_over_noise": read[..., 1].tolist(),
+            "E_read": readings[..., 0].tolist(),
+            "E_over_noise": readings[..., 1].tolist(),
         },
     }
 
 
 def read_presses(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
-    """Read the modulus E of each press [MPa], and its ratio to its standard deviation for noise of 1 % of full scale.
+    """Read the modulus E of each press [MPa], and the ratio of E to its standard deviation for noise of 1 %.
+
+    The noise of a force is a percentage of its full scale.
 
     `presses` holds forces [N] of the shape (moduli, nodes, ...); `reader` is called with the forces of one press.
     `read_out` has the full scale of each force. The result has the shape (moduli, nodes, 2), with nan for a press
