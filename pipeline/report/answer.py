@@ -91,6 +91,7 @@ def _verdicts(data: Json) -> list[Verdict]:
 def _headline(report: Json, verdicts: list[Verdict]) -> str:
     """Return the first line: the outcome, the name of the design, and the numbers of failed and undecided verdicts."""
     outcomes = [verdict.passed for verdict in verdicts]
+    # A failed verdict has the outcome False, and an undecided one has None.
     counts = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
     if counts:
         counts_text = f"of {len(verdicts)} verdicts {', '.join(counts)}"

@@ -13,7 +13,7 @@ from pipeline.reading.reading_over_time import decrease_at_twice_the_time
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
-from sensor.design.fruit import USUAL_MODULI
+from sensor.design.fruit import USUAL_MODULI, Fruit
 from sensor.design.fruits import FRUITS
 from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
@@ -181,12 +181,17 @@ def _flesh_notes(design: Design, readings: ReadingAccuracy) -> Iterator[Note]:
             percent,
             f"Allow {percent:.2g} % if you compare E with other instruments, because laws of the flesh differ by it.",
         )
+    yield _poisson_note(fruit)
+
+
+def _poisson_note(fruit: Fruit) -> Note:
+    """Return the note on the change of E [%] within the spread of Poisson's ratio."""
     # E is proportional to 1 - nu^2. If nu changes by d nu, the relative change of E is 2 nu d nu / (1 - nu^2).
-    poisson_percent = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
-    yield Note(
-        poisson_percent,
+    percent = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
+    return Note(
+        percent,
         f"Set fruit.poisson if it is known: E assumes {fruit.poisson:g}, and within {fruit.poisson_spread:g} of it "
-        f"E moves by {poisson_percent:.2g} %.",
+        f"E moves by {percent:.2g} %.",
     )
 
 
@@ -228,11 +233,11 @@ def _assumed_relaxation_note(result: SensorResult) -> Note:
     """
     curve = result.press.curve
     name = result.design.fruit.name
-    remaining = ASSUMED_RELAXATION.left if name is None else FRUITS[name].relaxes_to  # fraction of the force [1]
-    fruit = "an orange"  # the fruit of `ASSUMED_RELAXATION`
-    if name is not None:
-        article = "an" if name[0] in "aeiou" else "a"
-        fruit = f"{article} {name}"
+    if name is None:
+        fruit, remaining = "orange", ASSUMED_RELAXATION.left
+    else:
+        fruit, remaining = name, FRUITS[name].relaxes_to
+    article = "an" if fruit[0] in "aeiou" else "a"
     E = np.array(result.design.fruit.E_MPa)
     # Flesh that has relaxed to this fraction presses like elastic flesh whose modulus is the same fraction of E.
     P_at_full_travel = curve.P[:, -1]
@@ -240,7 +245,7 @@ def _assumed_relaxation_note(result: SensorResult) -> Note:
     change = 100.0 * (P_after / P_before - 1.0)
     return Note(
         100.0 * (1.0 - remaining),
-        f"Read soon after the touch or set fruit.relaxation: {fruit} relaxes to {100.0 * remaining:g} %, so "
+        f"Read soon after the touch or set fruit.relaxation: {article} {fruit} relaxes to {100.0 * remaining:g} %, so "
         f"P moves by {change.max():.2g} to {change.min():.2g} %.",
     )
 

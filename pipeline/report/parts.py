@@ -490,7 +490,7 @@ class RelaxationReport:
             moves_percent=moves,
             moves_error_percent=error,
             moduli=tuple(moduli),
-            moments=(over_time.steadiest,),
+            moments=(over_time.steadiest,),  # the key holds a list, here of a single moment
         )
 
 

@@ -69,23 +69,32 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
     changed_files = {path: content for path, content in files.items() if not _has_content(path, content)}
     check_paths_are_free(changed_files, flag, force=force)
     for path, content in changed_files.items():
-        try:
-            with write_beside(path, flag) as folder:
-                part = folder / "part"
-                with interruptible():
-                    if isinstance(content, bytes):
-                        part.write_bytes(content)
-                    else:
-                        content(part)
-                digest = file_digest(part)
-                check_paths_are_free([path], flag, force=force)  # again, because writing the content may take long
-                if os.path.lexists(path) and not is_ours(path):
-                    keep_aside(path, path.parent)
-                part.replace(path)
-        except OSError as error:
-            raise _write_error(path, flag, error) from error
+        digest = _write_file(path, content, flag, force=force)
         store(_WRITTEN, digest, result=True)
     return list(files)
+
+
+def _write_file(path: Path, content: Content, flag: str, *, force: bool) -> str:
+    """Write a file beside its path, move it to this path when it is complete, and return its digest.
+
+    With `force`, an existing file that is not from this program is kept as NAME.bak.
+    """
+    try:
+        with write_beside(path, flag) as folder:
+            part = folder / "part"
+            with interruptible():
+                if isinstance(content, bytes):
+                    part.write_bytes(content)
+                else:
+                    content(part)
+            digest = file_digest(part)
+            check_paths_are_free([path], flag, force=force)  # again, because writing the content may take long
+            if os.path.lexists(path) and not is_ours(path):
+                keep_aside(path, path.parent)
+            part.replace(path)
+    except OSError as error:
+        raise _write_error(path, flag, error) from error
+    return digest
 
 
 def _has_content(path: Path, content: Content) -> bool:

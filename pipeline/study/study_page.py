@@ -214,15 +214,16 @@ def _design_files(
     proved point is linked to this file, so no other file is written for it. The links are relative to the folder of the
     study, and keyed by "base" or by the number of the point.
 
-    An incomplete base design has no file. A base that defines several processes, between which the study varies, is not
-    linked, because its file contains only one of them.
+    An incomplete base design has no file. If the study varies between several processes that the base defines, the base
+    is not linked, because its file contains only one of them.
     """
     folder = store.path.parent
     files = {}
     links = {}
     if study.design is not None:
         files[folder / _DESIGNS / _BASE] = design_as_toml(study.design).encode()
-        if not study.base.custom_processes or "print.process" not in study.vary:
+        varies_own_processes = bool(study.base.custom_processes) and "print.process" in study.vary
+        if not varies_own_processes:
             links["base"] = f"{_DESIGNS}/{_BASE}"
     for number, path in proved.items():
         links[str(number)] = path.relative_to(folder).as_posix()

@@ -130,9 +130,8 @@ def setting_of(value: object) -> Setting:
 
     Raises MisfitError for a date, a table, an empty list, a list with an item that is not a number, infinity and NaN.
     """
-    # An empty list becomes the only item of `items`, and is rejected because it is not a number.
-    items = value if isinstance(value, list) and value else [value]
-    are_finite_numbers = all(is_number(item) and math.isfinite(as_float(item)) for item in items)
+    items = value if isinstance(value, list) else [value]
+    are_finite_numbers = bool(items) and all(is_number(item) and math.isfinite(as_float(item)) for item in items)
     if isinstance(value, bool | str) or are_finite_numbers:
         return tuple(value) if isinstance(value, list) else value  # type: ignore[return-value]
     bound = "a finite number, a list of finite numbers, true or false, or a string"

@@ -139,8 +139,8 @@ class StatedUnits:
         unit_columns = self._unit_columns(header, named_columns, first)
         used = {column.position for column in named_columns} | set(unit_columns.values())
         # In the first row of numbers, only a cell that is just a unit can be a mention.
-        units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
-        for row in (header, *below, units):
+        row_of_units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
+        for row in (header, *below, row_of_units):
             self.record_mentions(source, row, used)
         rows_with_units = self._unit_rows(named_columns, below)
         columns = []
@@ -244,22 +244,23 @@ class StatedUnits:
         row of numbers has a unit there. A column of units belongs to the column whose quantity its label names, or else
         to the column before it.
         """
-        names: dict[int, str] = {}  # the first quantity of each named column, keyed by index, from left to right
+        name_by_index: dict[int, str] = {}  # the first quantity of each named column, from left to right
         for column in named_columns:
-            names.setdefault(column.position, column.name)
+            name_by_index.setdefault(column.position, column.name)
         unit_columns: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
             subject = _subject_of_unit_label(label)
             is_unlabelled_unit = not label and is_unit(first.cell(index))
-            if index in names or (subject is None and not is_unlabelled_unit):
+            if index in name_by_index or (subject is None and not is_unlabelled_unit):
                 continue
             name = self._words.quantity_of(subject or "")
-            # The owner is the numeric column that has these units. If several hold the quantity, it is the first one.
+            # The owner is the column that has these units. If several columns hold the quantity, the first is the
+            # owner.
             owner: int | None = index - 1
             if name:
-                owner = next((position for position in names if names[position] == name), None)
-            if owner in names:
+                owner = next((position for position in name_by_index if name_by_index[position] == name), None)
+            if owner in name_by_index:
                 unit_columns.setdefault(owner, index)
         return unit_columns
 

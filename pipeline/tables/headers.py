@@ -115,7 +115,7 @@ class HeaderWords:
             joined_words = {words.replace(" ", ""): name for words, name in quantity_by_words.items() if " " in words}
             quantity_by_words.update(joined_words)
             quantity_by_words.pop("", None)  # the empty `selected_column` of a quantity that no flag selects
-        self._checks_left = _MAX_HEADER_CHECKS
+        self._checks_left = _MAX_HEADER_CHECKS  # number of rows that `is_header` may still check
         self.interpret_label = functools.lru_cache(maxsize=4096)(self._interpret_label)  # labels recur in many rows
 
     def quantity_of(self, words: str) -> str:
@@ -131,7 +131,7 @@ class HeaderWords:
         columns_by_word = []
         columns_by_word_with_unit = []
         for index, label in enumerate(row.cells):
-            if len(label) > LONGEST_LABEL:
+            if len(label) > LONGEST_LABEL:  # such a text is not a label
                 continue
             meaning = self.interpret_label(label)
             if meaning.needs_unit:

@@ -292,7 +292,8 @@ class TableReader:
             if row.is_empty:
                 search.above.append(row)
                 continue
-            if search.header_index is None and previous is not None and search.follows_blank_line:
+            has_no_header = search.header_index is None
+            if has_no_header and previous is not None and search.follows_blank_line:
                 # Numbers after a blank line may belong to the previous table if they have no header.
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
@@ -470,9 +471,9 @@ class TableReader:
         header_width = len(table.header.cells)
         min_width = self._min_width(header_width, classifier.used_width, by_spaces=by_spaces)
         for row in itertools.chain([first], feed):
-            if row.is_empty and self.is_single:
-                continue
             if row.is_empty:
+                if self.is_single:
+                    continue
                 self._pending = [row]
                 return
             refuse_fault(table.source, row)

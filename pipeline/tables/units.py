@@ -81,12 +81,14 @@ def unit_of(quantity: Quantity, text: str) -> str:
     if spelling in quantity.units:
         return spelling
     unit = _SPELLINGS.get(spelling.casefold(), "")
-    # The first letter of these symbols must have the right case: Ms is not ms, and mPa is not MPa. A word
-    # such as Millimetres is the same unit in any case.
+    # The first letter of these symbols must have the right case: Ms is not ms, and mPa is not MPa. A word such as
+    # Millimetres is the same unit in any case.
     is_symbol = unit.casefold() == spelling.casefold()
     is_capital_for_small = is_symbol and unit in ("m", "ms", "mN") and spelling[0] == "M"
     is_small_for_capital = is_symbol and unit == "MPa" and spelling.startswith("mP")
-    return unit if unit in quantity.units and not is_capital_for_small and not is_small_for_capital else ""
+    if is_capital_for_small or is_small_for_capital:
+        return ""
+    return unit if unit in quantity.units else ""
 
 
 _OTHER_UNITS = {

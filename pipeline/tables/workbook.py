@@ -133,6 +133,6 @@ def _cell_text(cell: object) -> str:
         return f"{seconds // 3600:.0f}:{seconds % 3600 // 60:02.0f}:{seconds % 60:09.6f}"
     if isinstance(cell, datetime.datetime | datetime.time):
         return cell.isoformat()
-    if isinstance(cell, float) and cell.is_integer() and abs(cell) < 2**53:
+    if isinstance(cell, float) and cell.is_integer() and abs(cell) < 2**53:  # all smaller integers are exact floats
         return str(int(cell))
     return re.sub(r"\s", " ", str(cell)).strip()

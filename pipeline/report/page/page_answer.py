@@ -42,7 +42,7 @@ def short_value(verdict: Verdict) -> str:
         is_on_same_side = (float(text) <= limit) == (value <= limit)
         if is_on_same_side:
             return f"{text} {verdict.unit}"
-    return f"{value:g} {verdict.unit}"
+    return f"{value:g} {verdict.unit}"  # six digits
 
 
 class Closest(NamedTuple):
