@@ -62,8 +62,8 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
     # The split yields the text before the first name, which must be empty, and then a name, its value, a name, ...
     start, *parts = re.split(rf"(?:^|,)\s*({name_pattern})\s*=", text)
     values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))
-    is_each_name_once = 0 < 2 * len(values) == len(parts)  # a dict drops repeated names
-    is_complete = not start and is_each_name_once and all(values.values())
+    is_each_name_once = 2 * len(values) == len(parts)  # a dict drops repeated names
+    is_complete = not start and bool(values) and is_each_name_once and all(values.values())
     # Another `, WORD =` in a value is an unknown name.
     has_unknown_name = any(re.search(r",\s*\w+\s*=", value) for value in values.values())
     if not is_complete or has_unknown_name:

@@ -246,7 +246,8 @@ def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
     if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _SPECIAL_CHARACTERS):
         return Row(number, tuple(map(str.strip, line.split(delimiter))))
     # A line of text is one piece until it is split below. The cells of a workbook are separate already.
-    first, *other_cells = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
+    pieces = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
+    first, *other_cells = pieces
     comment = _COMMENT.match(first)
     first = first[comment.end() :] if comment else first
     clock = _CLOCK_BEFORE.match(first)

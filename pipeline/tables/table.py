@@ -651,7 +651,7 @@ def only_table(
     """
     table = one_table(single_sheet(source), quantities, needed, example)
     if not table.rows and table.left_out:
-        (row, *_) = table.left_out  # the first of the rows that could not be read
+        row = table.left_out[0]  # the first of the rows that could not be read
         bound = "a row of numbers that fits its header"
         raise validation_error(place_of(table.source, row.line), row.text, "", bound, "complete that line")
     if not table.rows:

@@ -43,7 +43,7 @@ def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[
     except _READING_ERRORS as error:
         bound = f"a workbook, XLSX, that can be read ({error!r:.100})"
         raise validation_error(source, "bytes", "", bound, "save it as CSV in UTF-8") from error
-    filled_sheets = [(name, rows) for name, rows in sheets if any(map(any, rows))]
+    filled_sheets = [(name, rows) for name, rows in sheets if any(cell for row in rows for cell in row)]
     if len(filled_sheets) == 1:
         return [(source, filled_sheets[0][1])]
     return [(f"{source}, sheet {name!r}", rows) for name, rows in filled_sheets]
