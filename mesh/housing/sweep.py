@@ -193,8 +193,8 @@ def curved_nodes(mesh: MeshHex2, profile: Profile) -> Floats:
         is_arc = arc >= 0
         centre_shifts[:, is_arc] += 0.5 * edge_shifts[:, arc[is_arc]]
 
-    # Each node of the swept mesh gets the shift of the edge middle or centre of the profile that has the same x and z.
-    # Any other node stays where it is.
+    # A node of the swept mesh gets the shift of the edge middle or centre of the profile that has the same x and z. A
+    # node without such a partner does not move.
     moved_points = np.hstack([chord_middles, centres])
     shifts = np.hstack([edge_shifts, centre_shifts])
     distance, index = cKDTree(moved_points.T).query(points[[0, 2]].T)

@@ -54,14 +54,12 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
     """Return the radius [mm] of the sphere that approaches a plate as far as a body with two principal radii.
 
     Both bodies carry the same force. `radius` and `radius_across` [mm] are the principal radii of the body, in any
-    order. Its contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines
-    m = 1 - (b / a)^2, the square of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in
-    Carlson's forms (https://dlmf.nist.gov/19.25), which do not subtract nearly equal numbers:
-
-        K = R_F(0, 1 - m, 1),    K - E = m / 3 R_D(0, 1 - m, 1),    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m).
+    order. The contact of the body is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii
+    determines m = 1 - (b / a)^2, the square of the eccentricity of this ellipse. Complete elliptic integrals are
+    evaluated in Carlson's forms, as in `_approach_correction`.
     """
     from scipy.optimize import brentq  # rarely needed, and slow to import
-    from scipy.special import elliprd, elliprf
+    from scipy.special import elliprd
 
     smaller, larger = sorted((radius, radius_across))
 
@@ -71,11 +69,24 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
 
     # The bracket ends just below m = 1, where the ellipse would be infinitely long. The tolerance is round-off.
     m = brentq(excess, 0.0, 1.0 - 1e-15, xtol=1e-16)
-    axis_ratio = math.sqrt(1.0 - m)
+    # The approach is proportional to F2 radius^(-1/3).
+    F2 = _approach_correction(m)
+    return math.sqrt(smaller * larger) / F2**3
+
+
+def _approach_correction(m: float) -> float:
+    """Return Johnson's correction factor F2 [1] of the approach of bodies whose contact ellipse has this m [1].
+
+    With the half axes a > b of the ellipse, m is 1 - (b / a)^2. The complete elliptic integrals K(m) and E(m) are
+    evaluated in Carlson's forms (https://dlmf.nist.gov/19.25), which do not subtract nearly equal numbers:
+
+        K = R_F(0, 1 - m, 1),    K - E = m / 3 R_D(0, 1 - m, 1),    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m).
+    """
+    from scipy.special import elliprd, elliprf  # rarely needed, and slow to import
+
+    axis_ratio = math.sqrt(1.0 - m)  # b / a
     K = float(elliprf(0.0, 1.0 - m, 1.0))
     # The following is sqrt([(a/b)^2 E(m) - K(m)] [K(m) - E(m)]) / m.
     integrals = math.sqrt(elliprd(0.0, 1.0, 1.0 - m) * elliprd(0.0, 1.0 - m, 1.0)) / 3.0
     F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * integrals)  # Johnson's correction factor for the contact size
-    # correction factor of the approach, which is proportional to radius^(-1/3)
-    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1
-    return math.sqrt(smaller * larger) / F2**3
+    return 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1

@@ -132,7 +132,21 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
     nominal_x = x if levels is None else levels
     distinct_x = set(nominal_x.tolist())
     bend = points.bend(level_count=len(distinct_x))
-    degrees_of_freedom = len(x) - 2
+    return Line(
+        slope=Estimate(points.slope, _slope_error(points, bend, resolutions)),
+        zero=float(values.mean() - points.slope * x.mean()),
+        bend=bend,
+        span=float(np.ptp(values)),
+        suspect=points.suspect(),
+    )
+
+
+def _slope_error(points: "_PointsOfLine", bend: Bend, resolutions: Floats) -> float:
+    """Return the standard deviation of the slope of a line, caused by scatter, rounding and curvature.
+
+    If the line has a significant bend, the scatter is measured about a parabola instead of the line.
+    """
+    degrees_of_freedom = len(points.x) - 2
     # With few points, Student's t replaces the coverage factor of the normal distribution.
     coverage_ratio = student_quantile(degrees_of_freedom) / COVERAGE
     scatter_about_line = coverage_ratio * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
@@ -142,13 +156,7 @@ def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | No
     if bend.unexplained_change:
         # At either end of the line, the slope is uncertain by half of the standard deviation of its change.
         error = float(np.hypot(error, 0.5 * bend.change_deviation * points.slope))
-    return Line(
-        slope=Estimate(points.slope, error),
-        zero=float(values.mean() - points.slope * x.mean()),
-        bend=bend,
-        span=float(np.ptp(values)),
-        suspect=points.suspect(),
-    )
+    return error
 
 
 def slope_error_of_resolution(digit: float, largest: float, fractions: Sequence[float]) -> float:
