@@ -1,8 +1,8 @@
 """The mesh of an extruded part: its cross-section is divided into quadrilaterals and swept through the depth.
 
 The elements are small where a wall is thin. The named boundaries are the part's named faces and up to four more.
-`side_faces` are the ends of the sweep, and `fillets` are the round inner corners of the section. `walls` are all
-other walls, which carry no load. `symmetry` is the plane of symmetry if only half of the part is meshed.
+`side_faces` are the ends of the sweep, and `fillets` are the round inner corners of the section. `walls` are the
+remaining walls, which carry no load. `symmetry` is the plane of symmetry if only half of the part is meshed.
 """
 
 import dataclasses
@@ -79,8 +79,9 @@ class SweptPart:
     [mm] are the centres of the columns in the whole solid. `corner` (quadrilaterals,) is the index of the sharp inner
     corner that a quadrilateral touches, or -1. `corner_count` is the number of such corners.
 
-    The mesh leaves out pockets and ribs of the part, so a column may be too long or too short. `length_error` is this
-    error in length, and `effective_length_error` is the error in length that has the same effect on the stiffness.
+    The mesh leaves out pockets and ribs of the part, so a column may be too long or too short. `length_error` is the
+    error in the length of a column, and `effective_length_error` is the error in length that has the same effect on the
+    stiffness.
     """
 
     mesh: MeshHex2
@@ -489,8 +490,8 @@ class _SampledCurve:
 
     `tag` is gmsh's tag of the curve. `chords` (2, 2, n) [mm] are the start points and the end points of the chords, and
     `points` (2, n) [mm] their middles. `tangents` (2, n) are the unit tangents of the curve. `radii` (n,) [mm] are its
-    radii of curvature, positive if the curve turns left. `ends` are its two end points [mm], each with the unit tangent
-    into the curve.
+    radii of curvature, positive if the curve turns left. `ends` are the two end points of the curve [mm], each with the
+    unit tangent into the curve.
     """
 
     tag: int

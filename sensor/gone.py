@@ -51,7 +51,7 @@ REPORT_KEYS = (
     *(f"behaviour.{arm}.bridge_{key}" for arm in ("low", "high") for key in ("mV_per_V", "error_percent")),
     *(f"read_out.signal.{key}" for key in ("transducer", "mV_per_V", "self_heating_K", "self_heating_percent")),
 )
-"""Removed keys of report.json in version 0.2. They are ignored when a report is read."""
+"""Keys that report.json had in version 0.2 and that were removed. They are ignored when a report is read."""
 
 
 def refuse_removed(*names: str) -> None:

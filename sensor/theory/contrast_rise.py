@@ -129,7 +129,7 @@ class RollingDomes:
     def contrast_depends_on_saddle(self) -> bool:
         """Return whether the contrast depends on the saddle k_xy.
 
-        The contrast of a square depends on it. The contrast of a line depends only on k_xx and k_yy.
+        The contrast of a square depends on k_xy, but the contrast of a line only on k_xx and k_yy.
         """
         return abs(self.contrast_of_xy) > SETTLED * float(np.abs(self.positions).max()) ** 2
 
@@ -329,8 +329,8 @@ def select_rise(
     the instrument. The same number of channels derived from these forces may follow (`RiseLaw.relaxing_law`). The
     instrument of a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to a
     common time. A sample is used if its own forces are above 0, and if all forces of the `lag` samples before it exceed
-    `least_forces`. These limits (channels,) [N] are a multiple of the noise. The times `t` (samples,) [s] determine the
-    rates, which are 0 without them.
+    `least_forces`. The limits `least_forces` (channels,) [N] are a multiple of the noise. The times `t` (samples,) [s]
+    determine the rates, which are 0 without them.
 
     A press ends when a tip lifts off. The samples after a lift have a different offset. If the press goes deeper after
     the lift, only the samples after it are used. Samples after the deepest one are not used, because the flesh may have

@@ -55,8 +55,8 @@ def log_coefficient(poisson: float, slope: float) -> float:
 def frictionless_stiffness_change(poisson: float, slope: float) -> float:
     """Return the relative change of the fruit stiffness [1] if a guided tip slides on a slope instead of gripping it.
 
-    A frictionless tip presses along the normal. When it moves down by d, it indents the fruit by d cos(slope) along the
-    normal. Only the component cos(slope) of its force is vertical; the guide carries the horizontal component. The
+    A frictionless tip presses along the normal. A tip that moves down by d indents the fruit by d cos(slope) along the
+    normal. Only the fraction cos(slope) of the tip force is vertical; the guide carries the horizontal component. The
     result is negative, usually about -sin^2 of the slope angle.
     """
     return slope_factor(poisson, slope) / ((1.0 + slope**2) * stretch_factor(slope)) - 1.0

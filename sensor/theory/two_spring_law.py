@@ -298,8 +298,9 @@ def size_springs(
 def _log_r_under_skin(nonlinearity_at: Callable[[float], float], NL: float, r_without_skin: float) -> float:
     """Return ln r at which the nonlinearity on a fruit with a skin is NL [1], with r = K_m,max / K_h.
 
-    `nonlinearity_at` returns the nonlinearity [1] at ln r; it increases with ln r. `r_without_skin` is the solution for
-    a fruit without a skin. Raises ValueError if the skin causes a larger nonlinearity than NL even under rigid springs.
+    `nonlinearity_at` returns the nonlinearity [1] at ln r, which increases with ln r. `r_without_skin` is the solution
+    for a fruit without a skin. Raises ValueError if the skin causes a larger nonlinearity than NL even under rigid
+    springs.
     """
     from scipy.optimize import brentq  # rarely needed, and slow to import
 
