@@ -53,8 +53,8 @@ def modulus_factor(flexure: Flexure) -> float:
 def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
     """Return the largest weight [N] that may hang on a leaf of modulus E [MPa].
 
-    A weight F at the distance a causes the strain 6 F a / (E w t^2) at the root, which may be at most `strain` [1]. The
-    sag must be small enough for small-deflection theory.
+    A weight F at the distance a causes the strain 6 F a / (E w t^2) at the root. This strain may be at most `strain`
+    [1], and the sag must be small enough for small-deflection theory.
     """
     hole_distance = flexure.length + BEYOND_LEAF_MM
     weight_at_strain = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * hole_distance)

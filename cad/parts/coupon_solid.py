@@ -58,5 +58,5 @@ def _leaf_ends(arm: Arm) -> tuple[float, float]:
 
 
 def _weight_test(arm: Arm) -> FaceTest:
-    """Return a test that accepts the weight hole on the side of an arm."""
+    """Return a test that accepts the weight hole of an arm, on its side of the plane x = 0."""
     return lambda face: is_hole(face, WEIGHT_HOLE_MM) and arm.sign * face.Center().x > 0.0

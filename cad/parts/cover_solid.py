@@ -17,8 +17,8 @@ _MARGIN = 1.0  # extension of a cut beyond the cover [mm]
 def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
 
-    With the `seats` of a Hall read-out, the cover also has windows for the sensors, which are opposite the magnets if
-    the cover is mounted on the front.
+    With the `seats` of a Hall read-out, the cover also has windows for the sensors. If the cover is mounted on the
+    front, the windows are opposite the magnets.
     """
     frame_face = 0.5 * housing.depth  # y of the back of the frame, on which the rim lies
     width = housing.right - housing.left

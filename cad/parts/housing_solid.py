@@ -12,7 +12,7 @@ import itertools
 import cadquery as cq
 
 from cad.parts.hall_seats import POINT_MM, HallSeats
-from cad.parts.housing import Housing, fillet_corners, profile
+from cad.parts.housing import Arm, Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, fillet_edges_along_y, is_hole, named_part, plane_face_test
 
 # Largest ratio of the height of a cap to its radius, so that the poles of the ball are not on the cap.
@@ -124,21 +124,21 @@ def named_housing(shape: cq.Shape, housing: Housing) -> Part:
     are found by their geometry, the solid may have been cut, or read from a file. Raises ValueError if a name matches
     no face.
     """
-    is_flat_tip = plane_face_test(2, 0.0)  # in the plane z = 0
     is_on_front = plane_face_test(1, -0.5 * housing.depth)  # in the plane y = -depth / 2
     is_on_back = plane_face_test(1, 0.5 * housing.depth)
-
-    def make_tip_test(sign: float) -> FaceTest:
-        """Return a test that accepts the flat tip or the dome of the arm at x < 0 or x > 0, given by `sign`."""
-
-        def is_tip(face: cq.Face) -> bool:
-            """Return whether a face is the flat tip or the dome of this arm."""
-            is_flat_or_dome = is_flat_tip(face) or face.geomType() == "SPHERE"
-            return is_flat_or_dome and sign * face.Center().x > 0.0
-
-        return is_tip
-
-    faces: dict[str, FaceTest] = {f"{arm.name}_tip": make_tip_test(arm.sign) for arm in housing.arms}
+    faces: dict[str, FaceTest] = {f"{arm.name}_tip": _tip_test(arm) for arm in housing.arms}
     faces["mounting_holes"] = lambda face: is_hole(face, housing.hole_diameter)
     faces["side_faces"] = lambda face: is_on_front(face) or is_on_back(face)
     return named_part("housing", shape, faces)
+
+
+def _tip_test(arm: Arm) -> FaceTest:
+    """Return a test that accepts the flat tip or the dome of an arm, on its side of the plane x = 0."""
+    is_flat_tip = plane_face_test(2, 0.0)  # in the plane z = 0
+
+    def is_tip(face: cq.Face) -> bool:
+        """Return whether a face is the flat tip or the dome of this arm."""
+        is_flat_or_dome = is_flat_tip(face) or face.geomType() == "SPHERE"
+        return is_flat_or_dome and arm.sign * face.Center().x > 0.0
+
+    return is_tip

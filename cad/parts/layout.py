@@ -36,7 +36,8 @@ def housing_for(
 
     The tips protrude from the frame, so that it clears the fruit at full travel even if the sensor is tilted. The
     levels are stacked from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. The springs reach their stops
-    only beyond full travel. Raises InputError if a leaf is too short for its fillets.
+    only beyond full travel. Raises InputError if the parts do not fit, for example a leaf that is too short for its
+    fillets.
     """
     tips = design.tips
     layout = tips.tip_layout
@@ -50,8 +51,6 @@ def housing_for(
     protrusion = max(_tip_protrusion(design, lengths, depth) - shuttle_end.beyond_face, _MIN_PROTRUSION)
     levels = _stack_levels(process, flexures, max(neck_level, protrusion), deflections)
     pin = _pin(tips, shuttle_end, neck_level - process.min_wall_mm)
-    # A dome on a pin is a shape of the pin, not of the printed tip.
-    dome = DomeCap(radius=tips.dome_radius_mm) if pin is None and tips.dome_radius_mm is not None else None
     low, high = flexures
     return Housing(
         low=low,
@@ -70,7 +69,7 @@ def housing_for(
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
         pin=pin,
-        dome=dome,
+        dome=_printed_dome(tips, pin),
         back_to_back=_back_to_back(process) if layout.is_back_to_back else None,
     )
 
@@ -128,6 +127,13 @@ def _back_to_back(process: Process) -> BackToBack:
     return BackToBack(pad_height=pad_height(process), dowel_hole=round(DOWEL_MM - process.accuracy_mm, 3))
 
 
+def _printed_dome(tips: Tips, pin: Pin | None) -> DomeCap | None:
+    """Return the dome of a printed tip, or None for a flat tip or a pin. A dome on a pin is a shape of the pin."""
+    if pin is not None or tips.dome_radius_mm is None:
+        return None
+    return DomeCap(radius=tips.dome_radius_mm)
+
+
 class _ShuttleEnd(NamedTuple):
     """The printed end of a shuttle [mm]: a tip, or a foot with a pocket for a pin.
 
@@ -169,7 +175,7 @@ def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
         side = _tip_side(tips, depth)
         return _ShuttleEnd(side=side, height=_least_tip_length(design, side))
     pin_length = max(_least_tip_length(design, tips.side_mm), tips.tip_shape.height_mm)
-    # The straight part of a foot is a ledge, because the pin provides the distance from the fruit.
+    # The foot can be short, because its pin extends to the fruit.
     return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=pin_length, pocket_side=mount.pocket_side)
 
 

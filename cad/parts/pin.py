@@ -10,9 +10,10 @@ STEEL_G_PER_CM3 = 7.85  # density, typical of carbon steel
 GROUND_MM = 0.01  # typical tolerance of ground steel bars from dealers, which are not made to a fit
 GLUE_SHEAR_MPA = 1100.0  # shear modulus of a hard epoxy with E = 3 GPa; plausible values are 2/3 to 2 times as large
 _BONDED_SIDES = 3.0  # number of glued sides of a pin; there is no glue on the side of the pocket's gable
-# A foot with a pin is more compliant than a foot that is loaded on its whole face. These values are the difference,
-# multiplied by E side / (1 - nu^2): the middle and half the range over all processes and over pins of 0.7 to 1.4 mm.
-# The values were computed with solid models of a foot with glue and pin, and of a foot without a pocket.
+# A foot with a pin is more compliant than a foot that is loaded on its whole face. These values describe the difference
+# times E side / (1 - nu^2) for all processes and for pins of 0.7 to 1.4 mm. The first value is the middle of the range,
+# and the second is half its width. They were computed with solid models of a foot with glue and pin, and of a foot
+# without a pocket.
 FOOT_FACTOR = 0.01
 FOOT_FACTOR_SPREAD = 0.08
 

@@ -133,7 +133,7 @@ def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Fl
     for face_axis in range(UP):
         for end in (-1.0, 1.0):  # the face at the negative or at the positive end of this axis
             to_face = 0.5 * extent[face_axis] - end * points[:, face_axis]  # from each load
-            # Beside a face, as above the base, the distance to the face itself is used.
+            # If the face is parallel to this axis, the distance to the face itself is used, as for the base.
             to_image = np.abs(2.0 * to_face - end * along) if face_axis == axis else np.hypot(along, to_face)
             distance = np.minimum(distance, to_image.min(axis=1))
     return distance

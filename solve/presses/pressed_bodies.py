@@ -129,9 +129,12 @@ def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
 def _base_effect(compliance: Callable[[Floats], Floats], thickness: float, stiffness: float) -> CubicSpline:
     """Return the change in deflection due to a base below a layer, as a spline in the distance r from the load [mm].
 
-    The change is the deflection per unit force times pi E* [1/mm]. With the `thickness` h [mm] and the relative
-    `stiffness` s [1] of the layer, it is the inverse Hankel transform 1 / (s h) int_0^inf (T(t) - 1) J_0(t r / h) dt.
-    T is the function `compliance`.
+    The change is the deflection per unit force times pi E* [1/mm]. For a layer of `thickness` h [mm] and relative
+    `stiffness` s [1], it is the inverse Hankel transform
+
+        1 / (s h) int_0^inf (T(t) - 1) J_0(t r / h) dt,
+
+    where T is the function `compliance`.
     """
     t = np.linspace(0.0, 15.0, 3001)  # T - 1 decays like t^2 exp(-2 t), so the integral may end at 15
     r = thickness * np.concatenate([np.linspace(0.0, 4.0, 81), np.geomspace(4.0, 40.0, 60)[1:]])

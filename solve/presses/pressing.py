@@ -35,16 +35,16 @@ MAX_CG_STEPS = 400  # maximum number of conjugate-gradient steps
 MAX_ACTIVE_SETS = 100  # maximum number of active sets
 SMALLEST_FRACTION = 1e-3  # smallest fraction of a step towards the forces of an active set
 GAP_TOLERANCE = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
-LEAST_INTERFERENCE = 1e-6  # smallest interference that is used for the tolerance [mm], so that it is positive
-YIELD_MARGIN = 1e-9  # relative margin for round-off, within which a cell with its yield force is not overloaded
+LEAST_INTERFERENCE = 1e-6  # lower bound on the interference [mm], which keeps the tolerance positive
+YIELD_MARGIN = 1e-9  # relative excess over the yield force that is attributed to round-off
 
 # Fitting of the grids to their contacts. The fill of a grid is the width of its contact divided by its own width.
 SMALLEST_FILL = 0.72  # a grid is replaced if its fill is below this value
 LARGEST_FILL = 0.94  # a grid is replaced if its fill is above this value
 TARGET_FILL = 0.83  # fill of a new grid, in the middle between these two values
 SMALLEST_FITTED_CELLS = 2.5  # number of cells to which a narrower contact is widened when its grid is chosen
-# A dome out of contact gets the grid of a contact with an interference of this fraction of its gap, but at least of
-# this length [mm].
+# A dome out of contact gets the grid of a contact with a small interference. It is this fraction of the dome's gap, but
+# at least this length [mm].
 EXPECTED_INTERFERENCE = 0.02
 SMALLEST_EXPECTED_INTERFERENCE = 1e-3
 EXPECTED_CONTACT_MARGIN = 1.2  # half width of that grid divided by the expected contact radius
