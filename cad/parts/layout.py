@@ -231,18 +231,25 @@ def _tip_protrusion(design: Design, lengths: tuple[float, ...], depth: float) ->
     """Return the distance by which the tips must protrude below the frame [mm], rounded up to 0.1 mm.
 
     The protrusion is the sum of the full travel, a clearance, and the distance by which a tilt lowers the edge of the
-    frame. Only the part of the frame above the fruit matters. `lengths` are the leaf lengths of the two springs, and
-    `depth` is the depth of the plate [mm].
+    frame above the fruit. `lengths` are the leaf lengths of the two springs, and `depth` is the depth of the plate
+    [mm].
+    """
+    press = design.press
+    tilt_deg = max(TILT_DEG, abs(press.tilt_deg))
+    edge_drop = math.tan(math.radians(tilt_deg)) * _reach_above_fruit(design, lengths, depth)
+    return math.ceil(10.0 * (press.travel_mm + edge_drop + CLEARANCE)) / 10.0
+
+
+def _reach_above_fruit(design: Design, lengths: tuple[float, ...], depth: float) -> float:
+    """Return the largest distance along x or y from the sensor's centre to a point of the frame above the fruit [mm].
+
+    `lengths` are the leaf lengths of the two springs, and `depth` is the depth of the plate [mm]. In each direction,
+    the frame ends at half its size, and the fruit may end before.
     """
     fruit = design.fruit
     tips = design.tips
-    press = design.press
-    # The reach is the distance from the centre of the sensor to the farthest point of the frame above the fruit. The
-    # frame ends at half its length and half its width, and the fruit may end before.
     half_length = 0.5 * tips.spacing_mm + max(lengths) + _BESIDE_LEAF
     reach_along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), half_length)
     half_width = 0.5 * depth + 0.5 * tips.tip_layout.width_in_spacings * tips.spacing_mm
     reach_across = min(0.5 * fruit.width_mm, half_width)
-    tilt_deg = max(TILT_DEG, abs(press.tilt_deg))
-    edge_drop = math.tan(math.radians(tilt_deg)) * max(reach_along, reach_across)
-    return math.ceil(10.0 * (press.travel_mm + edge_drop + CLEARANCE)) / 10.0
+    return max(reach_along, reach_across)

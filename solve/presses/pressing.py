@@ -291,9 +291,9 @@ class Pressing:
     def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
         """Return which domes a bump of the skin would touch outside their grids, shape (tips,).
 
-        Points up to twice the half width of a grid from its centre are checked, along x and along y. The deflection of
-        the skin there is computed as if the `dome_forces` (tips,) [N] acted at the centres of the grids. `lowering`
-        (tips,) [mm] is the displacement of the domes, without the deflection of their springs.
+        Points up to twice the half width of a grid from its centre are checked, along x and along y. `dome_forces`
+        (tips,) [N] are the forces on the domes. `lowering` (tips,) [mm] is the displacement of the domes, without the
+        deflection of their springs.
         """
         # Coordinates in half widths of a grid. The grid itself ends at -1 and 1.
         coordinates = np.linspace(-2.0, 2.0, 81)
@@ -301,17 +301,21 @@ class Pressing:
         x = grids.centres[:, 0, None, None] + grids.half_widths[:, None, None] * coordinates[:, None]
         y = grids.centres[:, 1, None, None] + grids.half_widths[:, None, None] * coordinates
         x, y = np.broadcast_arrays(x, y)
-        # Distance of the points around each grid from the centre of each grid, shape (tips, tips, points, points). The
-        # lower limit of 1e-3 mm avoids a division by 0 at a centre.
-        distance = np.hypot(
-            x[:, None] - grids.centres[:, 0, None, None], y[:, None] - grids.centres[:, 1, None, None]
-        ).clip(1e-3)
-        skin_deflection = self.fruit.compliance * (dome_forces[:, None, None] / distance).sum(axis=1)
+        skin_deflection = self._far_deflection(grids.centres, dome_forces, x, y)
         dome_lowering = lowering - self.spring_compliance * dome_forces
         is_candidate = is_outside & self._on_domes(x, y)
         overlap = dome_lowering[:, None, None] - self.gap(x, y)
-        touches: Flags = (is_candidate & (overlap > skin_deflection)).any(axis=(1, 2))
-        return touches
+        return np.asarray((is_candidate & (overlap > skin_deflection)).any(axis=(1, 2)))
+
+    def _far_deflection(self, centres: Floats, dome_forces: Floats, x: Floats, y: Floats) -> Floats:
+        """Return the deflection of the skin [mm] at points x, y (tips, rows, columns) [mm] far from the contacts.
+
+        The deflection is computed as if the `dome_forces` (tips,) [N] acted at the `centres` (tips, 2) [mm].
+        """
+        # Distance of each point from each centre, shape (tips, centres, rows, columns). The lower limit of 1e-3 mm
+        # avoids a division by 0 at a centre.
+        distance = np.hypot(x[:, None] - centres[:, 0, None, None], y[:, None] - centres[:, 1, None, None]).clip(1e-3)
+        return np.asarray(self.fruit.compliance * (dome_forces[:, None, None] / distance).sum(axis=1))
 
     def _solve_cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
         """Return the forces on all cells [N], each limited to the force at which the flesh yields.
