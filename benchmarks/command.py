@@ -26,9 +26,10 @@ REPEATS = 3
 
 
 def command_section(repeats: int = REPEATS) -> str:
-    """Return a table of the time and memory that the imports and each command take, as medians of several repeats.
+    """Return a table of the time and memory that the imports and each command take, as Markdown.
 
-    A command that ends with an error instead of verdicts has a remark with its exit code.
+    The times are medians of several `repeats`. A command that ends with an error instead of verdicts has a remark with
+    its exit code.
     """
     usages = _measure_usages(repeats)
     import_wall, import_cpu = _median_times(usages[BARE_IMPORTS])

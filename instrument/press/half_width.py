@@ -32,7 +32,7 @@ class Deviations:
     def with_unit(
         cls, independent: Sequence[float], unit_errors: Mapping[str, float], shared: Sequence[float] = ()
     ) -> "Deviations":
-        """Return the deviations with the errors of channels and springs added to the group that fits their cause.
+        """Return deviations to which the errors of channels and springs are added, each in the group of its cause.
 
         `unit_errors` maps each cause of these errors to a relative standard deviation [1]. Causes that are not in
         `UNKNOWN_CORRELATION` are the same in all presses.

@@ -154,7 +154,7 @@ class Unit:
         """
         if not self.places:
             return self.fruit
-        # A dome with its axis at X touches the skin at [[c, s], [s, c]]^-1 X, with c = `rolled` and s = `saddle`.
+        # A dome whose axis is at X touches the skin at [[c, s], [s, c]]^-1 X, with c = `rolled` and s = `saddle`.
         saddle = self.saddle_at(offset)
         determinant = self.rolled * self.rolled - saddle * saddle
         weights = []
@@ -178,8 +178,8 @@ class Unit:
     def saddle_at(self, offset: float) -> float:
         """Return the dome radius times the curvature k_xy of the saddle [1] whose gaps have the contrast `offset` [mm].
 
-        With c = `rolled`, the ratio t of the result to c solves g t^2 + 2 t - g = 0 for g = `gap_ratio`. The form of
-        the smaller root that is used here is free of cancellation.
+        The result divided by `rolled` is the smaller root t of g t^2 + 2 t - g = 0, with g = `gap_ratio`. The form
+        g / (1 + sqrt(1 + g^2)) of this root is free of cancellation.
         """
         gap_ratio = 2.0 * self.dome_radius * offset / self.contrast_of_xy * self.rolled
         return gap_ratio * self.rolled / (1.0 + math.sqrt(1.0 + gap_ratio * gap_ratio))
@@ -241,6 +241,10 @@ def smallest_root(rigid: float, dome: float, body: float) -> float | None:
     cubic is monotonic from z = 0 to its extremum, so the root there is unique. A root beyond the extremum is not used.
     If there is no extremum at z > 0, the root may have any positive value.
     """
+
+    def cubic(z: float) -> float:
+        return rigid + z * z * (dome + body * z)
+
     end = -2.0 * dome / (3.0 * body) if body else 0.0  # extremum
     if not end > 0.0:
         # Without an extremum, the dome term and the body term have the same sign. So a root of the cubic with only one
@@ -249,12 +253,12 @@ def smallest_root(rigid: float, dome: float, body: float) -> float | None:
         upper_bounds += [abs(rigid / body) ** (1.0 / 3.0)] if body else []
         end = 2.0 * min(upper_bounds) if upper_bounds else 0.0
     # At z = 0 the cubic equals `rigid`. There is a root if the cubic has the opposite sign at the end of the interval.
-    if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
+    if not rigid * cubic(end) < 0.0:
         return None
     start = 0.0  # bisection: the cubic has the sign of `rigid` at the start, and the opposite sign at the end
     for _ in range(BISECTIONS):
         middle = 0.5 * (start + end)
-        if rigid * (rigid + middle * middle * (dome + body * middle)) > 0.0:
+        if rigid * cubic(middle) > 0.0:
             start = middle
         else:
             end = middle
@@ -843,7 +847,7 @@ class UnitPress:
             if is_lift:
                 self.end_touch()
         else:
-            # This sample, in contact again, shows whether the samples out of contact before it were a lift.
+            # All tips touch again, so this sample shows whether the samples out of contact before it were a lift.
             if self.touch.out_of_contact and not self.touch.is_bad_conversion(forces):
                 self.end_touch()
             self.touch.add(forces)

@@ -89,15 +89,18 @@ def readings_of(
     light_touch = FruitReading(flags=("lift_off",))  # replaced by the reading of each light touch
     has_press = False
     for press in split_presses(sensor, in_newtons, signal.source, timing.lag, every_sample=every_sample):
-        reading = press_reading(sensor, press, timing)
-        # The reading states the time of the newest sample, or of the deepest sample if the press has ended.
-        t = press.t[-1 if every_sample else press.deepest]
-        if every_sample or press.is_firm(sensor.least_forces, timing.lag):
+        # A reading has the time of its newest sample, or of the deepest sample if the press has ended.
+        t = float(press.t[-1 if every_sample else press.deepest])
+        reading = replace(press_reading(sensor, press, timing), t=t)
+        if every_sample:
             has_press = True
-            zero, relative_zero = (None, None) if every_sample else zero_error_after_lift(sensor, press)
-            yield replace(reading, t=float(t), fruit=press.fruit, zero_left=zero, zero_left_of_touch=relative_zero)
+            yield replace(reading, fruit=press.fruit)
+        elif press.is_firm(sensor.least_forces, timing.lag):
+            has_press = True
+            zero, relative_zero = zero_error_after_lift(sensor, press)
+            yield replace(reading, fruit=press.fruit, zero_left=zero, zero_left_of_touch=relative_zero)
         else:  # too few samples in firm contact
-            light_touch = replace(reading, t=float(t))
+            light_touch = reading
     if not has_press:
         yield light_touch
 

@@ -78,7 +78,7 @@ def _conversion_times(report: Report, t: Floats, rate: float, rng: np.random.Gen
     times = t[:, None] + _conversion_delays(report, rate)
     if rng is None:
         return times
-    # These numbers are drawn even for a design without a read-out, so that the noise drawn later is the same.
+    # The errors are drawn even without a read-out, so that the random numbers of the noise do not depend on it.
     delay_errors = rng.uniform(-1.0, 1.0, len(report.tips))
     signal = report.read_out.signal
     if signal is None:
