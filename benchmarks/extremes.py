@@ -292,8 +292,16 @@ def run_design(number: int, settings: dict[str, str], folder: Path, flags: Seque
         command += ["--set", f"{key}={value}"]
     usage = resource_usage(command, ROOT, {**ONE_THREAD, "TMPDIR": str(temporary)}, deadline=SECONDS)
     leftovers = [path.name for path in (*subfolder.iterdir(), *temporary.iterdir()) if path not in (temporary, out)]
+    # A run that rejects its design prints one line, which begins with the name of the command.
     message = usage.last_line.removeprefix("pipeline: ") if usage.exit_code == REFUSED else ""
-    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, find_fault(usage, out, leftovers))
+    return Outcome(
+        number=number,
+        code=usage.exit_code,
+        wall=usage.wall,
+        peak_MiB=usage.peak_MiB,
+        message=message,
+        fault=find_fault(usage, out, leftovers),
+    )
 
 
 def find_fault(usage: ResourceUsage, out: Path, leftovers: Sequence[str]) -> str:

@@ -136,6 +136,7 @@ def mesh_rows() -> Iterator[Measurement]:
     0.1 % at two thirds of the cost of scale 1.
     """
     scale_1 = element_counts(HOUSING, 1.0)
+    # The element size of the frame is proportional to the square root of the scale.
     wide_frame = replace(scale_1, frame_size=2.0**0.5 * scale_1.frame_size, neck=3)
     # Each mesh has its numbers of elements in the plane of the plate, and its layers through half of the depth.
     meshes = {

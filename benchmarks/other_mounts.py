@@ -56,18 +56,18 @@ class Comparison:
     largest: tuple[float, ...]
 
 
-def comparisons() -> Iterator[Comparison]:
+def compare_designs() -> Iterator[Comparison]:
     """Yield the comparison of each preset, process and mount whose springs can be made; print each as it is ready."""
     for preset in PRESETS:
         for process in PROCESSES:
             for mount in MOUNTS:
-                compared = comparison(preset, process, mount)
+                compared = compare_mounts(preset, process, mount)
                 print(compared, file=sys.stderr, flush=True)
                 if compared is not None:
                     yield compared
 
 
-def comparison(preset: str, process: str, mount: str) -> Comparison | None:
+def compare_mounts(preset: str, process: str, mount: str) -> Comparison | None:
     """Return the comparison of a preset in one mount with all other mounts, or None if its springs cannot be made."""
     design = load_design(preset, {"print.process": process, "print.mount": mount})
     springs = Sensor(design=design, options=RunOptions(tolerance=ROUGH_TOLERANCE)).springs.as_pair
@@ -85,8 +85,8 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
 
     `E` [MPa] and `poisson` are the elastic constants of the plate. The other mounts are the other choice in a design,
     covers that press only near the screws, and screws so loose that they only bend. If two plates are mounted back to
-    back, the other plate may also be loose. The mesh is coarse, which changes the result by a tenth. Raises SolveError
-    if a mount cannot be solved.
+    back, a further mount has the other plate loose. The mesh is coarse, which changes the result by a tenth. Raises
+    SolveError if a mount cannot be solved.
     """
     half = coarse_half(housing, E, poisson, rough=False)
     own_K = np.array(_tip_stiffness(half))  # in the mount of the design
@@ -149,7 +149,7 @@ def _screw_layer(housing: Housing, E: float, poisson: float) -> ElasticLayer:
 
 def main() -> None:
     """Compare every design and write the page."""
-    compared = list(comparisons())
+    compared = list(compare_designs())
     rows = [
         [row.preset, row.process, row.mount, row.other, *(f"{100.0 * change:+.2g}" for change in row.changes)]
         for row in compared

@@ -58,11 +58,11 @@ HEADS = [
     "CalculiX: unknowns",
     "CPU s",
 ]
-Peer = tuple[list[tuple[float, float]], int, float]
+PeerResult = tuple[list[tuple[float, float]], int, float]
 """The stiffness of each tip with its error bar [N/mm], the number of unknowns, and CPU seconds."""
 
 
-def housing_row(name: str, solve_by_peer: Callable[[str, cq.Workplane], Peer]) -> list[str]:
+def housing_row(name: str, solve_by_peer: Callable[[str, cq.Workplane], PeerResult]) -> list[str]:
     """Return the table row of the housing called `name`, solved by the product and by a peer.
 
     For each tip, the two stiffnesses agree if they differ by at most the sum of their error bars.
@@ -99,7 +99,7 @@ def _name_faces(solid: cq.Solid) -> Part:
     return own_part(solid, faces)
 
 
-def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
+def calculix_on_section(name: str, shape: cq.Workplane) -> PeerResult:
     """Return CalculiX's stiffness of the housing called `name` on a finer mesh of the product's section.
 
     A rough solution of the product shows at which inner corners the mesh must be fine. The error bar is the difference
@@ -119,7 +119,7 @@ def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
     return stiffnesses, full.dofs, full.cpu + reduced.cpu
 
 
-def calculix_on_step_file(name: str, shape: cq.Workplane) -> Peer:
+def calculix_on_step_file(name: str, shape: cq.Workplane) -> PeerResult:
     """Return CalculiX's stiffness of the housing called `name` on tetrahedra of its STEP file.
 
     The stiffness is extrapolated to element size 0. The number of unknowns is the number on the finest mesh.

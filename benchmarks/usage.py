@@ -61,6 +61,7 @@ def resource_usage(
     """
     with tempfile.TemporaryDirectory() as temporary_folder:
         record = Path(temporary_folder) / "usage.json"
+        # The options -I and -S keep the launcher small, because Python then ignores all installed packages.
         launcher = subprocess.run(
             [sys.executable, "-I", "-S", "-c", _LAUNCHER, str(record), str(deadline), *command],
             cwd=folder,

@@ -22,7 +22,7 @@ def build_region(deck):
 
 
 def solve(deck):
-    """Return the number of dofs, and the answers of all steps.
+    """Return the number of dofs, and the answers of all steps of a deck.
 
     The dofs of a node are x, y and z, so the loads along z are at every third dof.
     """
@@ -35,7 +35,7 @@ def solve(deck):
     for step in deck.steps:
         fixed, values = deck.prescribed(step)
         loads = np.zeros(3 * mesh.npoints)
-        loads[2::3] = step.loads if len(step.loads) else 0.0
+        loads[2::3] = step.loads if len(step.loads) else 0.0  # the array is empty if no node is loaded
         u = solver.displacements(fixed, values, loads)
         reaction = K @ u - loads
         answers.append(deck.answer_of(step, u.reshape(-1, 3), reaction.reshape(-1, 3)))

@@ -58,7 +58,7 @@ def stiffness_matrix(deck, mesh, displacement, rule):
 def solve(deck):
     """Return the number of dofs, and the answers of all linear steps.
 
-    A dof is 3 * node + axis, both in the deck and in GetFEM. Only the numbers of the nodes differ.
+    The number of a dof is 3 * node + axis, both in the deck and in GetFEM. Only the numbers of the nodes differ.
     """
     mesh, displacement, rule, number = build_elements(deck)
     K = stiffness_matrix(deck, mesh, displacement, rule)
@@ -69,7 +69,8 @@ def solve(deck):
         fixed = 3 * number[dofs // 3] + dofs % 3
         free = np.setdiff1d(np.arange(count), fixed)
         loads = np.zeros(count)
-        loads[3 * number[np.arange(len(step.loads))] + 2] = step.loads  # along z
+        # Loads act along z, which is axis 2. `step.loads` is empty if no node is loaded.
+        loads[3 * number[: len(step.loads)] + 2] = step.loads
         u = np.zeros(count)
         u[fixed] = values
         right = (loads - K.mult(u))[free]

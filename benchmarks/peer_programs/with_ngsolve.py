@@ -91,7 +91,7 @@ def solve_step(mesh, step, task):
 
 
 def answer_steps(mesh, steps, task):
-    """Return the number of dofs, and the answers of all steps."""
+    """Return the number of dofs, and the answers of all `steps`, each as in `solve_step`."""
     answers = [solve_step(mesh, step, task) for step in steps]
     return answers[0][0], [answer for _, answer in answers]
 

@@ -422,7 +422,7 @@ class RiseSums:
         late, or if the force hardly rises afterwards. The standard deviation of ln E due to noise is stored in `noise`.
         """
         unit = self.unit
-        count, touch_force, spread, means, comoments, step_comoments = self.saved_sums
+        count, touch_force, _, means, comoments, _ = self.saved_sums
         if count < unit.fewest:
             return None, 0.0, FEW_SAMPLES
         # standard deviation of a force that is distributed uniformly between the touch and the maximum [N]
@@ -436,17 +436,30 @@ class RiseSums:
         z, offset, fruit = self.solve_contrast(rigid, dome, force_comoments, means)
         if z is None:
             return None, 0.0, OUT_OF_RANGE
-        body = dot(fruit, force_comoments)
+        flag = self.check_errors(z, dome, fruit)
+        if flag == NO_RISE:
+            return None, 0.0, NO_RISE
+        return 1.0 / (z * z * z), offset, flag
+
+    def check_errors(self, z: float, dome: float, fruit: list[float]) -> int:
+        """Return a flag: NO_RISE if noise makes E too uncertain, TOO_FAST if the channels' timing does, or 0.
+
+        The standard deviation of ln E due to noise is stored in `noise`, unless it is too large. `z` is E^(-1/3), and
+        `dome` is the coefficient of z^2 in the cubic of `read`. `fruit` [1/mm] holds the weights of F / E.
+        """
+        unit = self.unit
+        _, _, spread, means, comoments, step_comoments = self.saved_sums
+        body = dot(fruit, [comoment[0] for comoment in comoments])
         # derivative of the cubic with respect to -ln E [N mm]
         slope = z * z * (2.0 * dome + 3.0 * body * z) / 3.0
         force_slopes = self.force_slopes(z, fruit, [mean[2] for mean in means])
         noise_error, delay_error = self.cubic_errors(force_slopes, spread, step_comoments)
         # An error of ln E is the error of the cubic divided by this slope.
         if noise_error > unit.largest_noise * abs(slope):
-            return None, 0.0, NO_RISE
+            return NO_RISE
         self.noise = noise_error / abs(slope)
-        too_fast = unit.time_deviation * delay_error > unit.largest_by_time * abs(slope)
-        return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
+        is_too_fast = unit.time_deviation * delay_error > unit.largest_by_time * abs(slope)
+        return TOO_FAST if is_too_fast else 0
 
     def solve_contrast(
         self, rigid: float, dome: float, force_comoments: list[float], means: list[tuple[float, float, float]]
