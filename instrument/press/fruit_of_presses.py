@@ -16,6 +16,7 @@ do not reduce them.
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -192,16 +193,16 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     errors that they share. If no press has a modulus, the answer has none. The flag `few_presses` is set if fewer than
     `required` presses are used; if `required` is 0, at least two are required.
     """
-    with_modulus = [press for press in presses if press.E is not None]
-    unshared_deviations = _unshared_deviations(sensor, with_modulus)
-    counted_indices = press_core.counted_presses(unshared_deviations) if with_modulus else []
-    counted = [with_modulus[index] for index in counted_indices]
+    presses_with_modulus = [press for press in presses if press.E is not None]
+    unshared_deviations = _unshared_deviations(sensor, presses_with_modulus)
+    used_indices = press_core.counted_presses(unshared_deviations) if presses_with_modulus else []
+    used_presses = [presses_with_modulus[index] for index in used_indices]
     turn = sensor.report.design.tips.tip_layout.turn_deg  # None if the layout is moved instead of turned
-    causes = {"few_presses": len(counted) < (required or 2)}  # maps each flag to whether it applies
-    answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
-    if counted:
-        counted_deviations = [unshared_deviations[index] for index in counted_indices]
-        answer, modulus_causes = _add_modulus(sensor, answer, counted, counted_deviations)
+    causes = {"few_presses": len(used_presses) < (required or 2)}  # maps each flag to whether it applies
+    answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(used_presses), turn=turn)
+    if used_presses:
+        used_deviations = [unshared_deviations[index] for index in used_indices]
+        answer, modulus_causes = _add_modulus(sensor, answer, used_presses, used_deviations)
         causes |= modulus_causes
     fruit_flags = [flag for flag, applies in causes.items() if applies]
     # Flags that depend on the modulus are evaluated for the fruit, so the same flags of its presses are left out.
@@ -220,41 +221,63 @@ def _hint_of(fruit_flags: Sequence[str], turn: float | None) -> str | None:
 
 
 def _add_modulus(
-    sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], unshared_deviations: Sequence[float]
+    sensor: MeasuringUnit, answer: FruitAnswer, presses: Sequence[FruitReading], unshared_deviations: Sequence[float]
 ) -> tuple[FruitAnswer, dict[str, bool]]:
-    """Return a copy of the answer with the modulus of the `counted` presses, and its flags.
+    """Return a copy of the answer with the modulus of some presses, and its flags.
 
-    The flags are the keys of a dict, whose values state whether they apply. All counted presses have a modulus.
-    `unshared_deviations` holds one standard deviation of ln E per counted press [1], without the errors that all
-    presses share.
+    The flags are the keys of a dict, whose values state whether they apply. All of the `presses` have a modulus.
+    `unshared_deviations` holds one standard deviation of ln E per press [1], without the errors that all presses share.
     """
-    # The conditions below hold for all counted presses. They only narrow the types.
-    ln_moduli = [math.log(press.E) for press in counted if press.E is not None]
+    # The conditions below hold for all presses. They only narrow the types.
+    ln_moduli = [math.log(press.E) for press in presses if press.E is not None]
     E = math.exp(press_core.hodges_lehmann(ln_moduli))
     # The half width of a press may be larger than its parts imply, for instance after an uneven pace.
-    parts = [press.parts.with_total(press.u) for press in counted if press.parts and press.u is not None]
-    shared = _root_mean_square([part.largest_shared for part in parts])
-    bend = math.fsum(part.bend for part in parts) / len(parts)
-    if len(counted) == 1:
-        scatter, disagree = None, False  # a single press cannot disagree
-        u = parts[0].total  # half width of E [1]
-    else:
-        scatter = press_core.standard_deviation(ln_moduli)
-        disagree = _presses_disagree(ln_moduli, parts, unshared_deviations)
-        independent = _half_width_by_scatter(scatter, parts, disagree=disagree)
-        # More presses do not reduce shared errors. The bend is not a random error, so it is added linearly.
-        u = math.hypot(independent, shared) + bend
+    parts = [press.parts.with_total(press.u) for press in presses if press.parts and press.u is not None]
+    error = _combine_half_widths(ln_moduli, parts, unshared_deviations)
     answer_with_modulus = replace(
         answer,
         E=E,
         reduced=sensor.reduced(E),
-        u=u,
-        shared=shared + bend,
-        scatter=scatter,
+        u=error.u,
+        shared=error.shared,
+        scatter=error.scatter,
         ripeness=sensor.ripeness_of(E),
         firmness=sensor.firmness_of(E),
     )
-    return answer_with_modulus, {"presses_disagree": disagree, **causes_of_modulus(sensor, E, u)}
+    return answer_with_modulus, {"presses_disagree": error.disagree, **causes_of_modulus(sensor, E, error.u)}
+
+
+class _FruitError(NamedTuple):
+    """The error of a modulus from one or more presses.
+
+    `u` is the half width of E [1], and `shared` is its part that may be the same in all presses [1]. `scatter` is the
+    standard deviation of ln E between the presses [1], or None for one press. `disagree` states whether the presses
+    differ by more than their errors allow.
+    """
+
+    u: float
+    shared: float
+    scatter: float | None
+    disagree: bool
+
+
+def _combine_half_widths(
+    ln_moduli: Sequence[float], parts: Sequence[HalfWidth], unshared_deviations: Sequence[float]
+) -> _FruitError:
+    """Return the error of the modulus that follows from several presses.
+
+    The arguments are as in `_presses_disagree`. A single press keeps its own half width.
+    """
+    shared = _root_mean_square([part.largest_shared for part in parts])
+    bend = math.fsum(part.bend for part in parts) / len(parts)
+    if len(ln_moduli) == 1:
+        return _FruitError(u=parts[0].total, shared=shared + bend, scatter=None, disagree=False)
+    scatter = press_core.standard_deviation(list(ln_moduli))
+    disagree = _presses_disagree(ln_moduli, parts, unshared_deviations)
+    independent = _half_width_by_scatter(scatter, parts, disagree=disagree)
+    # More presses do not reduce shared errors. The bend is not a random error, so it is added linearly.
+    u = math.hypot(independent, shared) + bend
+    return _FruitError(u=u, shared=shared + bend, scatter=scatter, disagree=disagree)
 
 
 def _presses_disagree(

@@ -411,8 +411,8 @@ class RiseSums:
             gap + springs F + domes F^(2/3) z^2 + fruit F z^3 = -offset.
 
         Products of weights and forces are summed over the tips. The offset is the contrast of the unknown gaps under
-        the tips. It is constant during a press, and so drops out of the co-moments m with the instrument. They give a
-        cubic equation for z:
+        the tips. This contrast is constant during a press, and so drops out of the co-moments m with the instrument.
+        The co-moments give a cubic equation for z:
 
             rigid + dome z^2 + body z^3 = 0,
 
