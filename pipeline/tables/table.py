@@ -485,7 +485,7 @@ class TableReader:
                 self._set_aside(table, row, kind)
                 continue
             is_too_short = len(row.cells) < min_width
-            has_text_beyond_header = any(row.cells[header_width:])
+            has_text_beyond_header = any(row.cells[header_width:])  # empty cells there are allowed
             if is_too_short or has_text_beyond_header:
                 check_row_length(table.source, row, header_width)
             classifier.count_decimals(row)
