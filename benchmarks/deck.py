@@ -1,4 +1,4 @@
-"""The tasks of the benchmarks as CalculiX decks, with the elements of `reference.element_study`. Units: N, mm, MPa."""
+"""CalculiX decks for the tasks of the benchmarks, with the elements of `reference.element_study`; N, mm and MPa."""
 
 from collections.abc import Sequence
 from typing import Any

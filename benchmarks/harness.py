@@ -124,7 +124,7 @@ class Bench:
         return section(title, heads, cells, list(self._notes(rows))) + self._winners(rows)
 
     def _notes(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Yield the notes below the table: the task, the reference, answers outside their bars, and missing peers."""
+        """Yield the notes below the table: the task, the reference, answers outside their bars, and absent peers."""
         truths = zip(self.values, self.reference.values, self.reference.errors, strict=True)
         reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in truths)
         yield self.scene

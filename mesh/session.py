@@ -134,9 +134,9 @@ def _preserved_signal_handlers() -> Iterator[None]:
 def stage(name: str, hint: str) -> Iterator[None]:
     """Convert an error raised by gmsh in the block into a MachineError that names this stage and hint.
 
-    `name` is the stage of meshing, for example "generate", and `hint` tells the user what to do. All other errors pass
-    unchanged. An error from gmsh indicates a faulty installation or a lack of memory. Meshes of insufficient quality
-    are detected by this project's own checks, which raise MeshError.
+    `name` is the stage of meshing, for example "generate", and `hint` tells the user what to do. All other errors are
+    raised unchanged. An error from gmsh indicates a faulty installation or a lack of memory. Meshes of insufficient
+    quality are detected by this project's own checks, which raise MeshError.
     """
     try:
         yield
@@ -175,7 +175,7 @@ class Nodes:
 
 
 def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
-    """Return gmsh's node tags of all elements of a kind such as "Triangle", shape (nodes, elements).
+    """Return gmsh's node tags (nodes, elements) of all elements of one kind, such as "Triangle".
 
     `order` is the polynomial order of the elements. If `entity`, the tag of a curve, surface or volume, is given, only
     the elements on it are returned.

@@ -35,11 +35,19 @@ def number(text: str) -> float:
     return value
 
 
-def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float, float]:
-    """Return the two principal radii [mm] in the value `text` of `--radius`, as in "26,30"; one radius is used twice.
+def is_given(value: object) -> bool:
+    """Return whether a flag with this parsed value was given; a flag left out has the value None, or False as a switch.
 
-    Raises InputError unless there are one or two numbers within `bounds`. The message of the error contains `bound`,
-    the text that describes what is allowed, and `hint`.
+    The number 0 is a given value, although it equals False.
+    """
+    return value is not None and value is not False
+
+
+def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float, float]:
+    """Return the two principal radii [mm] that `text`, the value of `--radius`, holds; a single radius is used twice.
+
+    An example of the text is "26,30". Raises InputError unless there are one or two numbers within `bounds`. The
+    message of the error contains `bound`, the text that describes what is allowed, and `hint`.
     """
     parts = text.split(",")
     radii = [value for value in map(parse_number, parts) if value is not None]

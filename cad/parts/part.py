@@ -102,7 +102,7 @@ def plane_face_test(axis: int, coordinate: float) -> FaceTest:
     """
 
     def is_on_plane(face: cq.Face) -> bool:
-        """Return whether all of a face lies in the plane: first from one of its corners, then from its bounding box."""
+        """Return whether the whole face lies in the plane. One corner is checked first, then the bounding box."""
         # A single corner rules out most faces, and is found in a tenth of the time of a bounding box. Its tolerance is
         # wider, so that only the bounding box decides about a face near the limit.
         corners = TopExp_Explorer(face.wrapped, TopAbs_VERTEX)

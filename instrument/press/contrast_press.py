@@ -180,8 +180,9 @@ def _offset_of_high_tips(
 ) -> tuple[float, float] | tuple[None, None]:
     """Return the distance by which the high tips are nearer to the skin than the low tips [mm], and its half width.
 
-    `u` is the half width of E [1], and `noise` is its part due to noise [1]. Noise changes the offset directly. All
-    other errors change it through the error of E. Both results are None for a pair, whose offset is reported as a tilt.
+    `u` [1] is the half width of E, and `noise` [1] is the part of it that is due to noise. Noise changes the offset
+    directly. All other errors change it through the error of E. Both results are None for a pair, whose offset is
+    reported as a tilt.
     """
     if sensor.report.read_out.is_pair:
         return None, None
@@ -303,8 +304,8 @@ def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return the relative standard deviations of E [1] due to errors of the fruit's curvature and of the tips' heights.
 
     The first deviation is due to the mean curvature of the fruit. It is followed by one deviation for each tip, due to
-    the error of the tip's height. A height error changes the offset of the press, and is mistaken for a saddle of the
-    skin, on which the contacts lie elsewhere. `slopes` are the slopes of ln E against each cause of error.
+    the error of the tip's height. The reading takes a height error for a saddle of the skin. Each deviation has the
+    sign of the change that a positive error causes. `slopes` are the slopes of ln E against each cause of error.
     """
     weights = np.array(sensor.rise_law.contrast.weights)  # change of the offset per change of each gap [1]
     domes = sensor.domes

@@ -120,7 +120,7 @@ class MeasuringUnit:
     @property
     def height_deviation(self) -> float:
         """Return the standard deviation of each tip's protrusion [mm], from the accuracy of the print process."""
-        # The process states its accuracy as two standard deviations.
+        # The stated accuracy of a print process is two standard deviations.
         return 0.5 * tip_accuracy_mm(self.report.design.tips, self.report.design.process)
 
     @property
@@ -297,7 +297,7 @@ class MeasuringUnit:
         return self.ball_factor * correct_reading(without_creep, self.report.read_out.level_readings)
 
     def uncorrected_modulus(self, E: float) -> float:
-        """Return the modulus [MPa] before correction that a level press on a fruit of modulus E [MPa] yields.
+        """Return the uncorrected modulus [MPa] that a level press reads on a fruit of modulus E [MPa].
 
         This is the inverse of `correct_modulus` for a press that lasts as long as the design states.
         """

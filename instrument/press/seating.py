@@ -91,8 +91,9 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
 
     That load depends on the modulus and the tilt, which are read from the samples above it. So the press is read
     several times. If the samples above a load do not determine a modulus, the next lower load is used. `law` must have
-    the same channels as the press. Samples that are `lag` samples apart have independent noise. Raises RiseError if
-    the whole press does not determine a modulus.
+    the same channels as the press. Samples that are `lag` samples apart have independent noise. If the load still
+    changes after MAX_ITERATIONS, the last reading is returned. Raises RiseError if the whole press does not determine a
+    modulus.
     """
     seating = seating_of(sensor)
     read_from_load = partial(_reading_from_load, sensor, law, press, lag, seating)

@@ -51,7 +51,9 @@ class Budgets(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LevelPress:
-    """Level presses of a pair at moduli (moduli, 1) [MPa] and travels (travels,) [mm], and the causes of their errors.
+    """Level presses with a pair of tips, with the causes of their errors.
+
+    They are made at moduli (moduli, 1) [MPa] and travels (travels,) [mm].
 
     Arrays with an entry for each tip begin with the tip on the low spring. K holds the stiffnesses of the two springs
     [N/mm]. `crosstalk` (moduli, 1) [1/mm] is the compliance of the fruit between the two tips, times E.

@@ -99,7 +99,7 @@ class FruitRange:
 
     @property
     def in_words(self) -> str:
-        """Return the range as a text that `fruit_range` can parse."""
+        """Return the range as text that `fruit_range` can parse."""
         E = (self.E_min_MPa, self.E_max_MPa)
         name = "" if self.name is None else f"{self.name}, "
         if not isinstance(self.radius_mm, tuple):

@@ -80,8 +80,7 @@ class Search:
         Each round makes one more change to the best candidates of the previous round, which are the beam. The search
         ends at the first round with a candidate that passes. The nearest candidate changes the fewest keys. Among
         candidates with equally many keys, it changes the fewest requirements, and then has the smallest ratios of new
-        to old numbers. The result is empty if no candidate passes. The counts of trials and the nearest miss are
-        updated.
+        to old numbers. The result is empty if no candidate passes. `tried` and `nearest_miss` are updated.
         """
         beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
         for _ in range(MAX_KEYS):
@@ -90,14 +89,18 @@ class Search:
                 candidates += self._add_one_change(start)
             passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
             if passing:
-                # The trials of `_move_nearer` need a part of the budget, so a reserve is added if it is used up.
+                # The trials of `_move_nearer` need a part of the budget, so at least a reserve is made available.
                 self._budget_left = max(self._budget_left, _RESERVE * BUDGET)
                 nearer = [self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]]
                 return sorted(nearer, key=self._size)
             beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM_WIDTH]
-            failed_candidates = [*beam, self.nearest_miss] if self.nearest_miss else beam
-            self.nearest_miss = min(failed_candidates, key=lambda candidate: candidate.rank, default=None)
+            self._update_nearest_miss(beam)
         return []
+
+    def _update_nearest_miss(self, failed: Sequence[Candidate]) -> None:
+        """Keep the failed candidate of the lowest rank, which came nearest to passing; an earlier one loses a tie."""
+        candidates = [*failed, self.nearest_miss] if self.nearest_miss else failed
+        self.nearest_miss = min(candidates, key=lambda candidate: candidate.rank, default=None)
 
     def try_changes(self, changes: Changes) -> Candidate | None:
         """Try the base design with the given changes, and return the candidate with its verdicts on sized springs.

@@ -161,8 +161,8 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         face_mm=float(presses.face_mm.max()),
         pressures=_skin_pressures(sensor, presses),
     )
-    # The first placement is the level press, which corrects all others. Without its readings, no accuracy can be
-    # given, so the analysis has no moduli.
+    # The first placement is the level press. It is used to correct all other presses. Without its readings, no accuracy
+    # can be given, so the analysis has no moduli.
     if any(level is None for level, *_ in press_readings):
         return analysis
     try:

@@ -15,7 +15,7 @@ from sensor.words import OUTCOMES, value_text, value_with_bar
 
 # Both maxima are judgements, which balance a complete answer against one that fits on one screen.
 _MAX_REASONS = 3  # maximum number of lines on verdicts that did not pass; further verdicts are only counted
-_MAX_NOTES = 5  # maximum number of notes and lines on verdicts together
+_MAX_NOTES = 5  # maximum total number of notes and lines on verdicts
 _SHOWN_CAUSES = 2  # number of causes that the table of errors names for each number
 
 

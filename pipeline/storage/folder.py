@@ -127,7 +127,7 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
     for name in names:
         if not is_regular(folder / name):
             bound = f"a folder that contains only files, but it contains {name!r}, a {kind_of(folder / name)}"
-            raise _output_error(folder, bound, "choose another folder with --out, or move it away")
+            raise _output_error(folder, bound, "choose another folder with --out, or move it elsewhere")
     if names and not force:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         bound = f"new, empty, or unchanged since its last run, but it contains {names[0]!r}"

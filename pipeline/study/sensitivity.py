@@ -24,7 +24,8 @@ class Sensitivity:
     """The Sobol indices [1] of the output `wanted` with respect to the varied key `key`.
 
     The indices are fractions of the output's variance. `first` is the fraction due to the key alone; `total` also
-    includes interactions with other keys. The intervals hold the ends of 95 % confidence intervals from a bootstrap.
+    includes interactions with other keys. Each interval is a 95 % confidence interval from a bootstrap, given by its
+    two ends.
     """
 
     wanted: str

@@ -111,9 +111,9 @@ def _fault_of_machine(failure: Exception) -> BaseException | None:
 def _wanted_values(study: Study, folder: Path, point: Point) -> dict[str, object]:
     """Solve a point to the level of its study, and return the values of the requested outputs, keyed by output.
 
-    The level `files` is a whole run that writes all files into `folder`, except in a search. At lower levels, only the
-    parts of the report that contain a requested output are solved. The springs are fitted by finite elements at the
-    level `flexures`, and sized by closed-form expressions at the level `contact`.
+    At the level `files`, the whole design is run and all files are written to `folder`, except in a search. At lower
+    levels, only the parts of the report that contain a requested output are solved. The springs are fitted by finite
+    elements at the level `flexures`, and sized by closed-form expressions at the level `contact`.
     """
     design = study.base.design(point.settings)
     report: Mapping[str, object]

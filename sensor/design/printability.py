@@ -158,12 +158,12 @@ def _judge_leaf(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None,
     answer, the answer is None. The text is empty if no limit is violated.
     """
     # A violation is certain if it remains after the limits are relaxed by the factor 1 / (1 + margin). `violations`
-    # multiplies limits by 1 plus its argument, which is therefore 1 / (1 + margin) - 1 here.
+    # tightens the limits by the factor 1 plus its argument, which is therefore 1 / (1 + margin) - 1 here.
     certain_violations = leaf.violations(length, -margin / (1.0 + margin))
     possible_violations = leaf.violations(length, margin)
     if not possible_violations:
         return True, ""
     if certain_violations:
         return False, " and ".join(certain_violations)
-    undecided = f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"
+    undecided = f", near enough ({margin:.0%} of length) that only the solved length decides"
     return None, f"{' and '.join(possible_violations)}{undecided}"

@@ -45,9 +45,9 @@ class ReadingError(ValueError):
 class ContrastLaw:
     """The constants of the contrast of a sensor.
 
-    `weights` [1] and `gaps` [mm], the gaps under the tips before the press, have one entry per tip. `C` [mm/N] is the
-    compliance of the springs. `S` [1/mm] is the compliance of the fruit, times E. The matrices C and S have a row and a
-    column per tip. `hertz` [mm (MPa/N)^(2/3)] is the Hertzian constant of `hertz.hertz_factor`.
+    `weights` [1] and `gaps` [mm] have one entry per tip. The gaps are the gaps under the tips before the press. `C`
+    [mm/N] is the compliance of the springs. `S` [1/mm] is the compliance of the fruit, times E. The matrices C and S
+    have a row and a column per tip. `hertz` [mm (MPa/N)^(2/3)] is the Hertzian constant of `hertz.hertz_factor`.
     """
 
     weights: tuple[float, ...]

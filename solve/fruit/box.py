@@ -93,7 +93,7 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
 
     def step_size(s: Floats, axis: int) -> Floats:
         """Return the step [mm] at each coordinate `s` [mm] on an axis."""
-        return grading.step * _distance_to_image(s, axis, extent, points)
+        return grading.step * _edge_distance(s, axis, extent, points)
 
     lines = []
     for axis in (0, 1):
@@ -112,31 +112,46 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
     return lines[0], lines[1], _with_layer(z_line, grading.layer)
 
 
-def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
-    """Return the approximate distance [mm] from coordinates `s` [mm] on one axis to the nearest image load.
+def _edge_distance(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
+    """Return the distance [mm] that scales the steps at coordinates `s` [mm] on one axis.
 
-    An image load is the mirror image of a load in a face of the block. `extent` (3,) [mm] is the size of the block.
-    `points` (n, 2) [mm] are the positions of the loads on its top, relative to the centre of the top.
+    The displacement varies over the distance to the nearest image load, which is the mirror image of a load in a face
+    of the block. `extent` (3,) [mm] is the size of the block. `points` (n, 2) [mm] are the positions of the loads on
+    its top, relative to the centre of the top.
     """
-    # Signed distance along this axis from each load to each coordinate, (samples, loads). The loads lie at z = 0.
-    along = s[:, None] if axis == UP else s[:, None] - points[:, axis]
-    # First, the images below the base.
+    return np.minimum(_distance_to_base(s, axis, extent, points), _distance_to_sides(s, axis, extent, points))
+
+
+def _distance_along(s: Floats, axis: int, points: Floats) -> Floats:
+    """Return the signed distance [mm] along one axis from each load to each coordinate, (samples, loads or 1)."""
+    return s[:, None] if axis == UP else s[:, None] - points[:, axis]  # all loads lie at z = 0
+
+
+def _distance_to_base(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
+    """Return the distance [mm] over which the clamped base affects the displacement at coordinates `s` [mm].
+
+    Along z it is a fraction of the distance to the images at z = 2 height. In a slender column it depends on the width
+    instead. Along x or y it is the distance to the base itself, which is smaller than the distance to the images.
+    """
     height = extent[UP]
     if axis == UP:
-        # The images lie at z = 2 height. In a slender column, the distance over which the clamped base acts depends on
-        # the width, not on the height.
-        distance = np.minimum(DEPTH * (2.0 * height - s), SLENDER * min(extent[:UP]) + height - s)
-    else:
-        # The height is the distance to the base itself, which is smaller than the distance to the image.
-        distance = np.hypot(along, height).min(axis=1)
-    # Then, the images behind the four side faces, which are normal to the axis `face_axis`.
+        return np.minimum(DEPTH * (2.0 * height - s), SLENDER * min(extent[:UP]) + height - s)
+    return np.asarray(np.hypot(_distance_along(s, axis, points), height).min(axis=1))
+
+
+def _distance_to_sides(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
+    """Return the smallest distance [mm] from coordinates `s` [mm] on one axis to the images behind the side faces.
+
+    For a face that is parallel to this axis, it is the distance to the face itself, as for the base.
+    """
+    along = _distance_along(s, axis, points)
+    distances = []
     for face_axis in range(UP):
         for end in (-1.0, 1.0):  # the face at the negative or at the positive end of this axis
             to_face = 0.5 * extent[face_axis] - end * points[:, face_axis]  # from each load
-            # If the face is parallel to this axis, the distance to the face itself is used, as for the base.
             to_image = np.abs(2.0 * to_face - end * along) if face_axis == axis else np.hypot(along, to_face)
-            distance = np.minimum(distance, to_image.min(axis=1))
-    return distance
+            distances.append(to_image.min(axis=1))
+    return np.asarray(np.min(distances, axis=0))
 
 
 def _with_layer(line: Floats, layer: tuple[float, ...]) -> Floats:

@@ -144,9 +144,10 @@ def _relative_errors(fine: PerTip, coarse: PerTip, fraction: float) -> PerTip:
 def tip_compliance(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> TipCompliance:
     """Return the compliance of all tips along the press, solved on one mesh [mm] of the half y >= 0.
 
-    E [MPa] and Poisson's ratio describe the housing. The load is uniform over the face of a tip, and the displacement
-    is the mean over the face. The housing rests on the `layers`; without layers, its mounting holes are clamped. Raises
-    SolveError if the linear solve fails, or if the balance of forces or the reciprocity of the loads is violated.
+    `E` [MPa] and `poisson` are the elastic constants of the housing. The load is uniform over the face of a tip, and
+    the displacement is the mean over the face. The housing rests on the `layers`; without layers, its mounting holes
+    are clamped. Raises SolveError if the linear solve fails, or if the balance of forces or the reciprocity of the
+    loads is violated.
     """
     start = time.perf_counter()
     compliance = compliance_of(clamped_half(mesh, E, poisson, layers))

@@ -1,4 +1,4 @@
-"""Output of all commands: answers, exit codes and one-line errors, even if nobody reads the output any more."""
+"""Output of all commands: answers, exit codes and one-line errors. A reader may have closed the pipe."""
 
 import json
 import os
@@ -74,7 +74,7 @@ def print_json(data: object, indent: int | None = 2) -> None:
 
 @contextmanager
 def printing_answer() -> Iterator[None]:
-    """Flush stdout after the block, in which an answer is printed.
+    """Flush stdout at the end of the block, which prints an answer.
 
     If nobody reads the output any more, it is discarded, because the work of the command is done. Raises InputError if
     the answer is lost for another reason, for instance because the disk is full.

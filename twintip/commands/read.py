@@ -20,7 +20,7 @@ from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.rows import rows_of
 from sensor.quantity import Bounds, validation_error
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
-from twintip.flags import parse_radii
+from twintip.flags import is_given, parse_radii
 
 _RADIUS = Bounds(at_least=1.0, at_most=1e6)
 
@@ -120,8 +120,7 @@ def _reject_incompatible_flags(arguments: Namespace, sensor: MeasuringUnit) -> N
     for rule in _INCOMPATIBLE:
         for flag in rule.flags:
             value = getattr(arguments, flag.removeprefix("--").replace("-", "_"))
-            # A flag that is not given has the value None, or False if it takes no value.
-            if value not in (None, False) and rule.applies(arguments, sensor):
+            if is_given(value) and rule.applies(arguments, sensor):
                 raise validation_error(flag, str(value), rule.unit, rule.bound, rule.hint)
 
 

@@ -35,7 +35,7 @@ from sensor.quantity import (
 from sensor.theory.relaxation import FORM, Relaxation
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 from twintip.commands.progress import showing_progress
-from twintip.flags import parse_radii
+from twintip.flags import is_given, parse_radii
 
 _RADIUS = Bounds(at_least=5.0, at_most=1e6)
 
@@ -64,7 +64,7 @@ _NUMBER_FLAGS = {
     "seed": _NumberFlag("", Bounds(at_least=0.0, at_most=2.0**32), "any whole number in this range will do"),
     "prove": _NumberFlag("", Bounds(at_least=1.0, at_most=10000.0), "60 presses take two minutes"),
 }
-_FLAGS_WITHOUT_PROOF = (
+_FLAGS_EXCLUDED_BY_PROVE = (
     *("E", "radius", "azimuth", "thickness", "tilt", "towards", "off_centre", "presses", "rate", "noise", "uneven"),
     *("bruise", "relax", "unit", *FILES),
 )
@@ -121,10 +121,9 @@ def _check_flags(arguments: Namespace) -> None:
             raise validation_error(_flag(name), value, unit, str(bounds), hint)
     if arguments.prove is None:
         return
-    for name in _FLAGS_WITHOUT_PROOF:
+    for name in _FLAGS_EXCLUDED_BY_PROVE:
         value = getattr(arguments, name)
-        # A flag that is not given has the value None, or False if it takes no value.
-        if value not in (None, False):
+        if is_given(value):
             bound = "left out if --prove is given, which draws fruits, presses and units, and writes no file"
             raise validation_error(_flag(name), str(value), "", bound, "leave it out")
 

@@ -308,13 +308,15 @@ class _Law:
     def evaluate(self, q: Floats, previous: DomeApproach) -> _DomeState:
         """Return the domes at trial indentations q (poses, tips) [mm], with the residuals of their equations.
 
-        The residual is b_i - q_i - sum_j (B_ij + k_ij) N_j / E, in the notation of the module docstring. The springs
-        deflect under forces along the normals of the `previous` approach. At equilibrium, these normals agree with the
-        new ones.
+        The residual [mm] is b_i - d_i - q_i - sum_j (B_ij + k_ij) N_j / E, in the notation of the module docstring. The
+        interference b decreases by d, because the contacts move sideways. The springs deflect under forces along the
+        normals of the `previous` approach. At equilibrium, these normals agree with the new ones.
         """
         # Deflect the springs under the forces of the previous normals, and find the new approach of the domes.
-        N = self._local_contact(q, previous).N
-        displacements = np.tensordot(N[..., None] * previous.direction, self._compliance, axes=((1, 2), (1, 3)))
+        previous_N = self._local_contact(q, previous).N
+        displacements = np.tensordot(
+            previous_N[..., None] * previous.direction, self._compliance, axes=((1, 2), (1, 3))
+        )
         approach = self._poses.approach(displacements)
         N, stiffness, radius, strain = self._local_contact(q, approach)
 
@@ -322,8 +324,9 @@ class _Law:
         _, distance = _vectors_between(approach.foot + shift)
         crosstalk = self._point_load / distance * (1.0 + _moments(radius, DEFLECTED, LOADING) / distance**2)  # k_ij
 
+        # Deflection of the skin under each dome [mm], by the other domes and by the finite size of the fruit (B).
         deflection = np.einsum("pij,pj->pi", crosstalk + self._fruit.remainder, N) / self._E
-        # A contact that moves sideways by s on a surface with the relative radius R becomes shallower by s^2 / (2 R).
+        # d: a contact that moves sideways by s on a surface of relative radius R becomes shallower by s^2 / (2 R).
         slope_reduction = 0.5 * (shift**2).sum(axis=2) / approach.radius
         residual = approach.interference - slope_reduction - deflection - q
         return _DomeState(
