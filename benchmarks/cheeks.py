@@ -96,7 +96,7 @@ def main() -> int:
         # A press that cannot be read has an infinite error, so that it fails the test.
         errors.append(math.inf if reading.E is None else reading.E / fruit.E - 1.0)
         bars.append(0.0 if reading.E is None else reading.u)
-        print(row_text(fruit, reading), *reading.flags, flush=True)
+        print(row_text(fruit, reading, errors[-1]), *reading.flags, flush=True)
     return print_summary(np.abs(errors), np.array(bars))
 
 
@@ -113,12 +113,14 @@ def print_summary(sizes, bars):
     return 0 if sizes.max() <= LARGEST_ERROR and not far_outside_count else 1
 
 
-def row_text(fruit, reading):
-    """Return the row of a press, with its columns under `HEADS`; a press that cannot be read has only the fruit."""
+def row_text(fruit, reading, error):
+    """Return the row of a press, with its columns under `HEADS`; a press that cannot be read has only the fruit.
+
+    `error` is the relative error of the reading [1].
+    """
     cells = f"{fruit.E:7.3f} {fruit.R1:5.1f} {fruit.R2:5.1f} {fruit.azimuth:7.1f} {fruit.tilt:5.2f}"
     if reading.E is None:
         return cells
-    error = reading.E / fruit.E - 1.0
     return f"{cells} {reading.E:6.3f} {100.0 * error:8.2f} {100.0 * reading.u:6.1f} {reading.offset:9.4f}"
 
 

@@ -23,12 +23,12 @@ from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
-MODULI = (0.5, 1.0, 3.5)  # of the fruit [MPa]
+MODULI = (0.5, 1.0, 3.5)  # moduli of the fruit [MPa]
 LEVEL_MODULUS = 1.0  # modulus at which the constants of domes in the contrast law are determined [MPa]
-TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)  # of the sensor [deg]
+TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)  # tilts of the sensor [deg]
 DIRECTIONS = 8  # number of directions of a tilt
 SAMPLES = 12  # samples over the travel of a pair
-RADIUS = 35.0  # of the fruit [mm]
+RADIUS = 35.0  # radius of the fruit [mm]
 FRUIT = Fruit(shape="sphere", radius_mm=RADIUS, thickness_mm=12.0, poisson=0.3)
 LINE = {"layout": "line", "spacing_mm": 2.5, "outer_mm": 2.5**2 / (2.0 * RADIUS)}
 DOME = {"shape": "dome", "dome_radius_mm": 1.0, "side_mm": 1.9}

@@ -15,9 +15,9 @@ from sensor.quantity import InputError
 from solve.linear import SolveError
 
 DESIGN = "mango"
-RADII = (7.0, 9.8, 14.0)  # of the domes [mm]
-SPACINGS = (6.3, 9.0, 12.0)  # of the tips [mm]
-TRAVELS = (1.13, 1.6)  # of a press [mm]
+RADII = (7.0, 9.8, 14.0)  # radii of the domes [mm]
+SPACINGS = (6.3, 9.0, 12.0)  # distances between adjacent tips [mm]
+TRAVELS = (1.13, 1.6)  # travels of a press [mm]
 SIDE_PER_RADIUS = 1.9  # side of the face of a dome divided by its radius, so that the face includes the contact [1]
 PAD_GAP = 0.5  # smallest gap between the plates of two tips [mm], for their pads
 PIECE = {6.3: 24.0, 9.0: 26.0, 12.0: 30.0}  # side of the modelled piece of fruit [mm], by spacing
@@ -44,8 +44,9 @@ def dome_row(radius: float, spacing: float, travel: float) -> list[str]:
     """
     size_cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
     dashes = ["-" for _ in HEADS[len(size_cells) :]]
+    design = load_design(DESIGN)
     try:
-        readings = Sensor(design=changed_design(radius, spacing, travel), springs_as="sized").readings
+        readings = Sensor(design=changed_design(design, radius, spacing, travel), springs_as="sized").readings
     except (InputError, SolveError) as error:
         print(error)
         return [*size_cells, *dashes]
@@ -69,12 +70,11 @@ def largest_numbers(readings: ReadingAccuracy) -> tuple[float, ...]:
     )
 
 
-def changed_design(radius: float, spacing: float, travel: float) -> Design:
-    """Return the design with another dome radius, spacing and travel [mm], on a piece of fruit of sufficient size.
+def changed_design(design: Design, radius: float, spacing: float, travel: float) -> Design:
+    """Return a design with another dome radius, spacing and travel [mm], on a piece of fruit of sufficient size.
 
     Raises InputError if the design is impossible.
     """
-    design = load_design(DESIGN)
     side = min(SIDE_PER_RADIUS * radius, spacing - PAD_GAP)
     return replace(
         design,

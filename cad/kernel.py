@@ -40,7 +40,7 @@ _UNNEEDED = (
 
 
 def load_kernel() -> None:
-    """Import all modules that draw, write and check a sensor. A worker process calls this function at its start.
+    """Import the modules that draw a sensor, and write and check its main files, at the start of a worker process.
 
     The garbage collector is disabled during the imports, because it would take a third of their CPU time. Afterwards it
     ignores the imported objects, because they exist until the process ends. During the import of the kernel, modules
@@ -51,7 +51,7 @@ def load_kernel() -> None:
         with _stub_unneeded_modules():
             for name in (*_MODULES_THAT_IMPORT_VTK, "cadquery", "trimesh"):
                 importlib.import_module(name)
-        # This module imports all other modules that draw, write and check a sensor.
+        # This module imports the others. The modules of drawings and fabrication files are imported when needed.
         importlib.import_module("cad.checks.sensor_checks")
     finally:
         gc.freeze()

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import twintip
 
-ERROR = 0.01  # of the force ratio: 1 %
+ERROR = 0.01  # relative error of the force ratio [1]
 design = twintip.load_design("paper")
 K_m_over_E = twintip.evaluate(design).contact.K_m_over_E()  # [mm]
 moduli = np.array(design.fruit.E_MPa)

@@ -231,6 +231,7 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
         unit_of(report, stiffnesses=K.tolist(), percent=spring_percent.tolist(), method="drawn"),
         gain_percent=tuple(np.hypot(gain_percent, drift_percent).tolist()),
         calibrated_by="plate" if requirements.on_plate else "weights",
+        weighed_after_s=real_unit.weighed_s,
     )
     unit = _with_counts_of(real_unit, unit, newtons_per_mm)
     return _correct_by_ball(report, unit, real_unit, rng) if requirements.calibrated_by == "ball" else unit
@@ -248,7 +249,6 @@ def _with_counts_of(real_unit: SimulatedUnit, unit: PrintedUnit, newtons_per_mm:
         newtons_per_count=tuple(map(tuple, newtons_per_count.tolist())),
         zero_counts=tuple(real_unit.zeros.tolist()),
         saturation_counts=real_unit.saturation or 0,
-        weighed_after_s=real_unit.weighed_s,
     )
 
 

@@ -8,7 +8,7 @@ remaining walls, which carry no load. `symmetry` is the plane of symmetry if onl
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -25,6 +25,7 @@ from mesh.session import (
     Ints,
     MeshError,
     Nodes,
+    bounding_curves,
     element_nodes,
     gmsh_session,
     import_brep,
@@ -327,7 +328,7 @@ def _weakening(mesh_length: float, part_length: float, width: float) -> float:
     """
     if mesh_length <= part_length:
         return 1.0
-    pocket_depth = abs(mesh_length - part_length)
+    pocket_depth = mesh_length - part_length
     return max(1.0, pocket_depth / width) * mesh_length / part_length
 
 
@@ -402,18 +403,12 @@ def _import_section(extrusion: "Extrusion") -> list[int]:
             occ.fragment(section, dividing_lines)  # cuts the section along the lines into several surfaces
         occ.synchronize()
         surfaces = [tag for _, tag in gmsh.model.getEntities(SURFACE)]
-        bounding_curves = set(_bounding_curves(surfaces))
+        used_curves = set(bounding_curves(surfaces))
         # Pieces of the lines that lie outside the section are not the boundary of any surface.
-        unused_curves = [(CURVE, tag) for _, tag in gmsh.model.getEntities(CURVE) if tag not in bounding_curves]
+        unused_curves = [(CURVE, tag) for _, tag in gmsh.model.getEntities(CURVE) if tag not in used_curves]
         occ.remove(unused_curves, recursive=True)
         occ.synchronize()
     return surfaces
-
-
-def _bounding_curves(surfaces: Sequence[int]) -> list[int]:
-    """Return gmsh's tags of the curves that bound surfaces. A curve between two of the surfaces is listed twice."""
-    boundary = gmsh.model.getBoundary([(SURFACE, tag) for tag in surfaces], combined=False, oriented=False)
-    return [tag for _, tag in boundary]
 
 
 class GradedSizes:
@@ -653,9 +648,9 @@ def _sample_outline(surfaces: list[int]) -> list[_SampledCurve]:
 
     The samples are evenly spaced, except that each curve has at least `_MIN_CURVE_SAMPLES`.
     """
-    bounding_curves = _bounding_curves(surfaces)
+    curve_tags = bounding_curves(surfaces)
     # A curve that is listed twice bounds two surfaces, so it lies inside the section and not on its outline.
-    tags = [tag for tag in dict.fromkeys(bounding_curves) if bounding_curves.count(tag) == 1]
+    tags = [tag for tag in dict.fromkeys(curve_tags) if curve_tags.count(tag) == 1]
     lengths = {tag: gmsh.model.occ.getMass(CURVE, tag) for tag in tags}  # the mass of a curve is its length [mm]
     sample_spacing = sum(lengths.values()) / _OUTLINE_SAMPLES
     curves = []
@@ -782,11 +777,11 @@ def _read_boundary_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -
     The midpoints of the edges are gmsh's midside nodes, which lie on the curves. `concave` holds the tags of the curves
     that are round inner corners.
     """
-    bounding_curves = _bounding_curves(surfaces)
+    curve_tags = bounding_curves(surfaces)
     edges, midpoints = [], []
     fillets = [np.zeros((2, 0), dtype=np.int64)]  # not empty, because `hstack` needs at least one array
-    line_nodes = used_nodes(np.hstack([element_nodes("Line", 2, tag) for tag in bounding_curves]))
-    for tag in dict.fromkeys(bounding_curves):  # each curve once
+    line_nodes = used_nodes(np.hstack([element_nodes("Line", 2, tag) for tag in curve_tags]))
+    for tag in dict.fromkeys(curve_tags):  # each curve once
         *end_tags, midside_tags = element_nodes("Line", 2, tag)
         ends = nodes.index[np.stack(end_tags)]
         edges.append(ends)

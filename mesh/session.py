@@ -7,7 +7,7 @@ import os
 import signal
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -160,6 +160,12 @@ def import_brep(write: Callable[[Path], object], hint: str) -> list[tuple[int, i
         write(path)
         imported: list[tuple[int, int]] = gmsh.model.occ.importShapes(str(path), format="brep")
         return imported
+
+
+def bounding_curves(surfaces: Iterable[int]) -> list[int]:
+    """Return gmsh's tags of the curves that bound surfaces. A curve between two of the surfaces is listed twice."""
+    boundary = gmsh.model.getBoundary([(SURFACE, tag) for tag in surfaces], combined=False, oriented=False)
+    return [tag for _, tag in boundary]
 
 
 @dataclass(frozen=True)

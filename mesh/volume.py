@@ -16,6 +16,7 @@ from mesh.session import (
     SURFACE,
     Ints,
     MeshError,
+    bounding_curves,
     element_nodes,
     gmsh_session,
     import_brep,
@@ -149,16 +150,15 @@ def _set_size(size: SizeField, surfaces_of_names: dict[str, list[int]]) -> None:
     """
     field = gmsh.model.mesh.field
 
-    def bounding_curves(names: Sequence[str]) -> set[int]:
+    def curves_around(names: Sequence[str]) -> set[int]:
         """Return gmsh's tags of the curves around the faces with these names."""
-        surfaces = [(SURFACE, tag) for name in names for tag in surfaces_of_names[name]]
-        return {curve for _, curve in gmsh.model.getBoundary(surfaces, combined=False, oriented=False)}
+        return set(bounding_curves(tag for name in names for tag in surfaces_of_names[name]))
 
     with stage("size", "check the sizes"):
         formula = repr(size.largest_mm)  # a constant size
         if size.faces:
             # The size is the smaller of the largest size and a size that increases with the distance from the outline.
-            outline = bounding_curves(size.faces) - bounding_curves(size.cuts)
+            outline = curves_around(size.faces) - curves_around(size.cuts)
             distance = field.add("Distance")
             field.setNumbers(distance, "CurvesList", sorted(outline))
             field.setNumber(distance, "Sampling", _SAMPLING)

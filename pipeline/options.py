@@ -28,7 +28,7 @@ ROUGH_TOLERANCE = 0.02  # at this tolerance and above, springs and contact are e
 CONTACT_FRACTION = 0.25  # fraction of the tolerance allowed for the contact, which costs less to solve than the springs
 
 # The presets are in this package if it is installed, and beside it in a checkout of the repository.
-_SHIPPED = Path(__file__).parents[0] / "designs"
+_SHIPPED = Path(__file__).parent / "designs"
 _CHECKOUT = Path(__file__).parents[1] / "designs"
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
 

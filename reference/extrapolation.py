@@ -48,14 +48,17 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     if first_step * last_step <= 0.0:
         status = "not extrapolated: the three values are not monotone; the bar is 3 times their largest difference"
         return Extrapolated(value=fine, error=_SAFETY_FACTOR * largest_step, rate=None, status=status)
-    return _extrapolate_monotone(values, sizes, expected_rate)
+    return _extrapolate_monotone(fine, first_step, last_step, sizes, expected_rate)
 
 
-def _extrapolate_monotone(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
-    """Extrapolate three monotone values, coarse to fine, to element size zero, as `richardson` describes."""
-    coarse, middle, fine = values
-    first_step = middle - coarse
-    last_step = fine - middle
+def _extrapolate_monotone(
+    fine: float, first_step: float, last_step: float, sizes: Sequence[float], expected_rate: float
+) -> Extrapolated:
+    """Extrapolate three monotone values to element size zero, as `richardson` describes.
+
+    `fine` is the value on the finest mesh. The steps are the changes from the coarse to the middle mesh, and from the
+    middle to the fine mesh.
+    """
     last_ratio = sizes[1] / sizes[2]
     correction = last_step / (last_ratio**expected_rate - 1.0)
     limit = fine + correction

@@ -73,6 +73,6 @@ def refuse_removed_key(key: str) -> None:
 
 
 def drop_ineffective_keys(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
-    """Return the keys of a table of a design with their values, without removed keys that had no effect in 0.2."""
-    # The Ellipsis is not equal to any value in a file, so a key that was not removed is returned.
+    """Return the keys and values of a table of a design, without removed keys whose value had no effect in 0.2."""
+    # The Ellipsis is not equal to any value in a file, so a key without an entry in INEFFECTIVE_VALUES is returned.
     return {key: value for key, value in values.items() if value != INEFFECTIVE_VALUES.get(f"{table}.{key}", ...)}

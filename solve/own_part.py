@@ -187,10 +187,10 @@ def _press_means(basis: CellBasis, presses: Mapping[str, Direction]) -> Floats:
 
     `presses` maps the name of each pressed face to the unit vector along its load. Each vector is also a load of 1 N.
     """
-    return np.column_stack([press_mean(basis, name, direction) for name, direction in presses.items()])
+    return np.column_stack([_press_mean(basis, name, direction) for name, direction in presses.items()])
 
 
-def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
+def _press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
     """Return the vector (dofs,) whose product with displacements is their mean component along a direction over a face.
 
     `direction` is a unit vector. The returned vector is also the uniform load of 1 N on the face in this direction.

@@ -46,11 +46,14 @@ def solid_probe(shape: cq.Shape) -> LineProbe:
         """Return the chords [mm] of the line through `start` [mm] along the unit vector `direction`."""
         line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*start), OCP.gp.gp_Dir(*direction))
         intersector.Perform(line, -_REACH_MM, _REACH_MM)
-        # The CAD kernel numbers the crossings from 1.
-        crossings = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
-        return _pair_crossings(np.array(crossings))
+        return _pair_crossings(np.array(crossings_of(intersector)))
 
     return measure_chords
+
+
+def crossings_of(intersector: OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector) -> list[float]:
+    """Return the positions [mm] at which the last line of an intersector crosses its shape."""
+    return [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]  # OCCT counts from 1
 
 
 def mesh_probe(mesh: trimesh.Trimesh) -> LineProbe:

@@ -12,6 +12,7 @@ import cadquery as cq
 import numpy as np
 import OCP
 
+from cad.checks.line_probe import crossings_of
 from cad.checks.triangle_checks import LONGEST_MM, SHORTEST_MM
 from cad.files.step import read_step
 from cad.parts.housing import Housing
@@ -322,8 +323,7 @@ def _distinct_crossings(intersector: OCP.IntCurvesFace.IntCurvesFace_ShapeInters
     The intersector has already computed the crossings. A line through the edge between two faces crosses both faces at
     one point, which is returned once.
     """
-    # OCCT numbers the crossings from 1.
-    distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
+    distances = sorted(crossings_of(intersector))
     # A crossing is dropped if another one follows it closely. None follows the last crossing.
     followed = itertools.pairwise([*distances, math.inf])
     return [distance for distance, following in followed if following - distance > _NEAR_MM]
@@ -583,8 +583,7 @@ def _section_planes(box: cq.BoundBox, levels: Sequence[float], low: float, high:
     """Return the planes y [mm] in which a part is cut, each once: in the middle of the sweep, and between its levels.
 
     The sweep extends from `low` to `high` [mm]. At the `levels` [mm], the section of the part may change. `box` is the
-    bounding box of the part. A layer thinner than `_THINNEST_LAYER_MM` is
-    not cut.
+    bounding box of the part. A layer at most `_THINNEST_LAYER_MM` thick is not cut.
     """
     neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
     planes = [0.5 * (low + high)]
@@ -643,10 +642,10 @@ def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float
 
 
 def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
-    """Yield the centres (3,) [mm] of small pieces of a face, and the projected area along y of each piece [mm^2].
+    """Yield points (3,) [mm] spread over a face, and the share of its projected area along y at each point [mm^2].
 
-    The pieces are about 0.5 mm wide or less when seen along y. The projected area of each triangle of the face is
-    divided equally among the pieces of this triangle.
+    Each triangle of the face is divided into small triangles that are about 0.5 mm wide or less when seen along y. The
+    projected area of the triangle is divided equally among its points, as in `_spread_points`.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -733,9 +732,8 @@ def _wall_thickness(
     """
     ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
     intersector.Perform(ray, 0.0, LONGEST_MM)
-    hits = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]  # OCCT counts from 1
     # A close hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.
-    return min((distance for distance in hits if distance > 2.0 * _CHORD_MM), default=math.inf)
+    return min((distance for distance in crossings_of(intersector) if distance > 2.0 * _CHORD_MM), default=math.inf)
 
 
 def _max_element_size(face: cq.Face) -> float:

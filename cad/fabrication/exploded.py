@@ -66,6 +66,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
     them.
     """
     parts = assembly.children
+    all_pins = [part for part in parts if part_type(part) == "pin"]
     groups: dict[str, list[cq.Assembly]] = {}
     front_y = 0.0  # y coordinate at which the next group begins
     for position in _STACK:
@@ -74,18 +75,17 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
             continue
         box = cq.Compound.makeCompound([placed_shape(part) for part in group]).BoundingBox()
         groups[position] = _displace(group, front_y - box.ymin)
-        pins = _pins_held_by(position, parts)
+        pins = _pins_held_by(position, all_pins)
         if pins:
             groups[f"pin {position}"] = _displace(pins, front_y - box.ymin, -_GAP_MM)
         front_y += box.ylen + (_BEHIND_COVER_MM if position == "front_cover" else _GAP_MM)
     return groups
 
 
-def _pins_held_by(position: str, parts: Sequence[cq.Assembly]) -> list[cq.Assembly]:
-    """Return the pins among `parts` that are glued into the housing or the plate at a position in the stack."""
-    pins = [part for part in parts if part_type(part) == "pin"]
+def _pins_held_by(position: str, pins: Sequence[cq.Assembly]) -> list[cq.Assembly]:
+    """Return those of all `pins` that are glued into the housing or the plate at a position in the stack."""
     if position == "housing":
-        return pins
+        return list(pins)
     if position.startswith("plate"):
         # Plate 1 holds the pins whose names end with 1, and plate 2 the pins whose names end with 2.
         return [pin for pin in pins if pin.name[-1] == position[-1]]

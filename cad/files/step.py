@@ -39,7 +39,7 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
     header.SetAuthorValue(1, _ascii("twintip"))  # the first author
     header.SetOriginatingSystem(_ascii("twintip"))
     if writer.Write(str(path)) != OCP.IFSelect.IFSelect_RetDone:
-        msg = f"STEP: cannot write {path}; check that the folder exists and that the disk has free space"
+        msg = f"STEP: cannot write {path}. Check that the folder exists and the disk is not full."
         raise OSError(msg)
 
 

@@ -30,7 +30,7 @@ def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
     unmeshed = shape.copy()  # without the copy, an earlier, finer mesh of the shape would be written
     unmeshed.exportStl(str(path), CHORD_MM, angle, relative=False, parallel=False)
     if not path.is_file():
-        msg = f"STL: cannot write {path}; check that the folder exists and that the disk has free space"
+        msg = f"STL: cannot write {path}. Check that the folder exists and the disk is not full."
         raise OSError(msg)
 
 

@@ -135,9 +135,10 @@ def read_3mf(path: Path) -> Package:
 
 
 def _merge_equal_vertices(bodies: Sequence[tuple[str, trimesh.Trimesh]]) -> list[str]:
-    """Merge the equal vertices of each body in place, and return a fault for each body that had such vertices.
+    """Merge the equal vertices of each body in place, and return a fault for each body whose vertices were not unique.
 
-    `bodies` holds the names and the meshes of the bodies.
+    Vertices that belong to no triangle are removed, and are counted too. `bodies` holds the names and the meshes of the
+    bodies.
     """
     faults = []
     for name, mesh in bodies:

@@ -42,7 +42,7 @@ _HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180
 
 
 def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
-    """Return the housing as manufactured, with its domes, its pockets for pins and magnets, and its pads."""
+    """Return the housing as manufactured, with its domes, its pockets for pins and magnets, and its pad."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
         part = named_housing(_add_pad(part.shape, housing, housing.back_to_back), housing)

@@ -74,7 +74,7 @@ def _name_panel(housing: Housing) -> _Panel:
     width = housing.right - housing.left - 2.0 * housing.wall_width
     height = housing.top_level - lower_level
     if housing.back_to_back:
-        # A dowel hole is centred one diameter beside each post. The text begins two diameters beside it.
+        # A dowel hole is centred one diameter beside each post. The panel begins two diameters beside it.
         width -= 4.0 * housing.back_to_back.dowel_hole
         # The pad is set back from the cavity. The panel is larger than the pad by the difference of the two margins,
         # because `engrave_name` subtracts the larger one.

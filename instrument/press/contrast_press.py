@@ -102,7 +102,7 @@ def _evaluate_reading(
 
 
 def _unflagged_reading(sensor: MeasuringUnit, E: float, uncorrected: RiseReading, parts: HalfWidth) -> FruitReading:
-    """Return a reading without flags: the corrected modulus E [MPa], and the numbers that follow from it.
+    """Return a reading without flags and half width: the corrected modulus E [MPa], and what follows from it.
 
     `uncorrected` is the reading before its correction. `parts` are the parts of the half width of E.
     """
@@ -111,7 +111,6 @@ def _unflagged_reading(sensor: MeasuringUnit, E: float, uncorrected: RiseReading
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
-        u=parts.total,
         ripeness=sensor.ripeness_of(E),
         samples=uncorrected.samples,
         noise=noise,

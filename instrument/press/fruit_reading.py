@@ -246,23 +246,20 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
     return tuple(flags)
 
 
-_ORDER_OF_FLAGS = ("out_of_range", "tilt_beyond_design", "press_over_bruise_limit", "uncertain", "beyond_scale")
-"""The flags of a modulus in their order on the screen."""
-
-
 def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, tilt: float | None = None) -> list[str]:
     """Return the flags of a reading E [MPa] with the relative half width u [1], in their order on the screen.
 
     `forces` (tips,) [N] are the forces of the deepest sample. The `tilt` [deg] is checked only if it is known.
     """
-    # The limit of the design, increased by the half width of a measured tilt.
-    largest_tilt_deg = sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg
+    modulus_causes = causes_of_modulus(sensor, E, u)
     causes = {
-        **causes_of_modulus(sensor, E, u),
-        "tilt_beyond_design": tilt is not None and tilt > largest_tilt_deg,
+        "out_of_range": modulus_causes["out_of_range"],  # shown first; the other causes of the modulus are shown last
+        # The half width of a measured tilt is added to the limit of the design.
+        "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg,
         "press_over_bruise_limit": sensor.bruises(forces, E),
+        **modulus_causes,
     }
-    return [flag for flag in _ORDER_OF_FLAGS if causes[flag]]
+    return [flag for flag, applies in causes.items() if applies]
 
 
 def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bool]:

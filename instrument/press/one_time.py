@@ -75,7 +75,7 @@ def _with_channel_times(sample: Sample, delays_ms: Sequence[float]) -> Sample:
 
 
 def _median_interval(samples: Sequence[Sample], source: str) -> float:
-    """Return the median time from sample to sample [s], or infinity for a single sample.
+    """Return the median time from sample to sample [s], or infinity for fewer than two samples.
 
     Raises InputError if the median is not above 0, because delayed channels cannot be interpolated then.
     """

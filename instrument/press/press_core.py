@@ -241,10 +241,6 @@ def smallest_root(rigid: float, dome: float, body: float) -> float | None:
     cubic is monotonic from z = 0 to its extremum, so the root there is unique. A root beyond the extremum is not used.
     If there is no extremum at z > 0, the root may have any positive value.
     """
-
-    def cubic(z: float) -> float:
-        return rigid + z * z * (dome + body * z)
-
     end = -2.0 * dome / (3.0 * body) if body else 0.0  # extremum
     if not end > 0.0:
         # Without an extremum, the dome term and the body term have the same sign. So a root of the cubic with only one
@@ -253,12 +249,12 @@ def smallest_root(rigid: float, dome: float, body: float) -> float | None:
         upper_bounds += [abs(rigid / body) ** (1.0 / 3.0)] if body else []
         end = 2.0 * min(upper_bounds) if upper_bounds else 0.0
     # At z = 0 the cubic equals `rigid`. There is a root if the cubic has the opposite sign at the end of the interval.
-    if not rigid * cubic(end) < 0.0:
+    if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         return None
     start = 0.0  # bisection: the cubic has the sign of `rigid` at the start, and the opposite sign at the end
     for _ in range(BISECTIONS):
         middle = 0.5 * (start + end)
-        if rigid * cubic(middle) > 0.0:
+        if rigid * (rigid + middle * middle * (dome + body * middle)) > 0.0:
             start = middle
         else:
             end = middle
@@ -436,20 +432,20 @@ class RiseSums:
         z, offset, fruit = self.solve_contrast(rigid, dome, force_comoments, means)
         if z is None:
             return None, 0.0, OUT_OF_RANGE
-        flag = self.check_errors(z, dome, fruit)
+        flag = self.check_errors(z, dome, dot(fruit, force_comoments), fruit)
         if flag == NO_RISE:
             return None, 0.0, NO_RISE
         return 1.0 / (z * z * z), offset, flag
 
-    def check_errors(self, z: float, dome: float, fruit: list[float]) -> int:
+    def check_errors(self, z: float, dome: float, body: float, fruit: list[float]) -> int:
         """Return a flag: NO_RISE if noise makes E too uncertain, TOO_FAST if the channels' timing does, or 0.
 
-        The standard deviation of ln E due to noise is stored in `noise`, unless it is too large. `z` is E^(-1/3), and
-        `dome` is the coefficient of z^2 in the cubic of `read`. `fruit` [1/mm] holds the weights of F / E.
+        The standard deviation of ln E due to noise is stored in `noise`, unless it is too large. `z` is E^(-1/3).
+        `dome` and `body` are the coefficients of z^2 and z^3 in the cubic of `read`. `fruit` [1/mm] holds the weights
+        of F / E.
         """
         unit = self.unit
-        _, _, spread, means, comoments, step_comoments = self.saved_sums
-        body = dot(fruit, [comoment[0] for comoment in comoments])
+        _, _, spread, means, _, step_comoments = self.saved_sums
         # derivative of the cubic with respect to -ln E [N mm]
         slope = z * z * (2.0 * dome + 3.0 * body * z) / 3.0
         force_slopes = self.force_slopes(z, fruit, [mean[2] for mean in means])
@@ -613,7 +609,7 @@ class Touch:
         of contact. The sensor was also lifted if none of the `forces` [N] is firm in a second sample out of contact.
         """
         self.number += 1
-        if not self.window:  # no sample in contact came before
+        if not self.window:  # no sample in contact since the touch began or was closed
             return True
         self.out_of_contact += 1
         if self.out_of_contact > self.unit.spike_length:

@@ -184,7 +184,8 @@ def _designed_counts_per_N(report: Report) -> Floats:
 def _creep_exponent(per_decade: float) -> float:
     """Return the exponent n for which the compliance is proportional to time^n.
 
-    In each decade of time, the compliance grows by the factor 10^n = 1 + `per_decade`.
+    In each decade of time, the compliance grows by the factor 10^n = 1 + `per_decade`. The formula is written here
+    again, because a simulated unit shares no law with what reads it.
     """
     return math.log10(1.0 + per_decade)
 

@@ -119,8 +119,9 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
 def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets: Budgets) -> ReadingTable:
     """Return the response table of a sensor with readings, whose bands are for the modulus read at full travel.
 
-    `curve` is the response of the scene. The bands as printed add the scatter of the springs from print to print, which
-    `budgets` hold. The calibrated bands contain only the uncertainty of the calibration, from `[reading]`.
+    `curve` is the response of the scene. Both bands contain the bias and all uncertainties of `readings`, in which the
+    springs have their errors after calibration. The bands as printed add the scatter of the springs from print to
+    print, which `budgets` hold.
     """
     accuracies = readings.moduli
     return ReadingTable(

@@ -35,10 +35,11 @@ Law = Callable[[float, float, float, float], float]
 class ForceRatioCurve:
     """The force ratio P as a function of the fruit stiffness, with the errors of its parameters.
 
-    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip. `stiffness_ratio` [1] is the stiffness of
+    `K_m_max` [N/mm] is the stiffness of the fruit at E_max under the low tip. `stiffness_ratio` [1] is the stiffness of
     the fruit under the high tip divided by its stiffness under the low tip. `spring_errors` [N/mm] are the errors of
-    the two stiffnesses, and `K_m_error` [N/mm] is the error of `K_m_max`. `stiffening` is K_m / `K_m_max` [1] at equal
-    steps of the modulus on a fruit with a skin. `stiffening` is empty if K_m is proportional to the modulus.
+    the two stiffnesses, and `K_m_error` [N/mm] is the error of `K_m_max`. `stiffening` is K_m / `K_m_max` [1] at the
+    fractions `curve_shares` of E_max on a fruit with a skin. `stiffening` is empty if K_m is proportional to the
+    modulus.
     """
 
     springs: Springs

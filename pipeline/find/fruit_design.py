@@ -213,8 +213,9 @@ def fruit_suggestion(
 
     The keys in `fixed` are not changed. A design is first tried with sized springs, which cost less than a run. If a
     verdict fails, `_next_step` changes the design. If all verdicts pass, a whole run must confirm them. The search ends
-    if a run passes, if no rule suggests a further step, or if the limits of trials and runs are reached. If no design
-    passes a run, the suggestion has no changes, and it has the verdicts of the design nearest to passing.
+    if a run passes, if no rule suggests a step that leaves the `fixed` keys unchanged, if a design was tried before, or
+    if a limit of trials or runs is reached. If no design passes a run, the suggestion has no changes, and it has the
+    verdicts of the design nearest to passing.
 
     Raises InputError if a changed design is invalid, and MeshError or SolveError if a trial cannot be solved.
     """
@@ -321,7 +322,7 @@ def _run_candidate(preset: Design, candidate: Candidate) -> SensorResult | None:
 def _solve_sized(design: Design) -> Sensor | None:
     """Return the solved sensor of a design with sized springs; None if a level press extends beyond a dome's face.
 
-    Raises InputError for any other design that is invalid or cannot be solved.
+    Raises InputError for any other invalid design, and MeshError or SolveError if the design cannot be solved.
     """
     sensor = Sensor(design=design, options=RunOptions(tolerance=TOLERANCE), springs_as="sized")
     try:

@@ -249,7 +249,7 @@ def _relative_errors(press_readings: PressReadings, moduli: Sequence[float]) -> 
 def _fruit_uncertainties(
     design: Design, model: RiseModel, presses: SampledPresses, biases: Floats
 ) -> list[dict[str, float]]:
-    """Return for each modulus the standard uncertainties [1] due to differences between fruits, by their names.
+    """Return for each modulus the standard uncertainties [1] due to the fruit and the pose, by their names.
 
     The sources are the pose, the thickness of the flesh, and Poisson's ratio. `biases` [1] has the shape (moduli,
     placements). The first placement of `presses` is the level press, for which the effect of Poisson's ratio is
@@ -275,7 +275,7 @@ def _other_sources(
     The sources are the temperature of the leaves, the form errors of the domes, the reference ball and the fruit.
     `form_changes` holds for each modulus an array (presses, form errors) of relative changes of E [1]. A calibration on
     a ball removes a part of these changes, but adds the uncertainty of the ball. `fruit_sources` holds for each modulus
-    the uncertainties due to the fruit.
+    the uncertainties due to the fruit and the pose.
     """
     ball_uncertainty: dict[str, float] = {}
     if reading.calibrated_by == "ball":
@@ -434,8 +434,9 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     half-space measures E / (1 - nu^2). Let r = (1 - nu^2) / (1 - nu'^2). Flesh with E and nu' then causes the same
     forces as flesh with r E and nu. Flat tips read r E.
 
-    Domes read r E / b. Here b is the factor by which the rigid base of the flesh changes the modulus that is read from
-    the `press` (samples, tips) [N]. Raises RiseError if no modulus can be read from the press with the changed base.
+    Domes read r E / b. The compliance of the rigid base of the flesh changes with Poisson's ratio, and b is the factor
+    by which this changes the modulus that is read from the `press` (samples, tips) [N]. Raises RiseError if no modulus
+    can be read from the press with the changed base.
     """
     fruit = design.fruit
     poisson = fruit.poisson
@@ -449,11 +450,12 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
 
 
 def _base_ratio(design: Design, model: RiseModel, press: Floats, other_poisson: float, modulus_ratio: float) -> float:
-    """Return the factor [1] by which the rigid base of the flesh changes the modulus read under domes.
+    """Return the factor [1] by which the base's change with Poisson's ratio changes the modulus read under domes.
 
-    The compliance S depends on the base. If Poisson's ratio changes from nu to nu' = `other_poisson`, S becomes
-    S' = S + r base(nu') - base(nu), with r = `modulus_ratio`. The factor is the ratio of the moduli that are read from
-    the `press` (samples, tips) [N] with S' and with S. Raises RiseError if the press has no modulus with S'.
+    The compliance S depends on the rigid base of the flesh. If Poisson's ratio changes from nu to nu' =
+    `other_poisson`, S becomes S' = S + r base(nu') - base(nu), with r = `modulus_ratio`. The factor is the ratio of the
+    moduli that are read from the `press` (samples, tips) [N] with S' and with S. Raises RiseError if the press has no
+    modulus with S'.
     """
     fruit = design.fruit
     tip_axes = np.array(design.tips.places_mm)

@@ -76,8 +76,9 @@ def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, spa
 
     The result has the shape (tips,). `scatter` (tips,) [1] is the relative error of the slope of each channel's line.
     On the plate, the travel is the deflection of a tip's spring plus the flattening of the tip. Over a `span` [mm] of
-    the travel, the flattening is `flattened` (tips,) [mm]. The flattening is proportional to E^(-2/3), and E differs
-    from print to print. So the relative error of the flattening is 2/3 of the relative error of E.
+    the travel, the flattening is `flattened` (tips,) [mm]. The flattening is proportional to E^(-2/3), where E is the
+    modulus of the print, which differs from print to print. So the relative error of the flattening is 2/3 of the
+    relative error of E.
     """
     modulus_scatter = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
     return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)

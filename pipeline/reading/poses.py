@@ -19,8 +19,8 @@ Vector = tuple[float, float]
 """The components of a vector along and across the tips."""
 
 LEVEL: Vector = (0.0, 0.0)
+_ANGLES = [0.25 * math.pi * k for k in range(8)]  # [rad]
 # unit vectors at 0, 45, ..., 315 deg from the line of the tips
-_ANGLES = [0.25 * math.pi * k for k in range(8)]
 DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in _ANGLES]
 _DIAGONALS = DIRECTIONS[1::2]  # every second direction, from 45 deg on
 RANDOM_PLACEMENTS = 48  # number of random placements

@@ -103,7 +103,8 @@ def odd_shape_factor(flexure: Flexure) -> float:
     For such leaves, the difference between two meshes underestimates the error, for two reasons. All meshes have the
     same fans of elements at the roots, whose error matters if a leaf is barely deeper than it is thick. The meshes also
     have few layers through the depth, which are not enough if a leaf is deeper than it is long. The factor is 2.5 for a
-    long leaf as thick as it is deep, for which the observed factor was 2. The factor is 1 for a long and thin leaf.
+    long leaf as thick as it is deep, for which the observed factor was 2. The factor approaches 1 for a
+    long leaf that is much deeper than thick.
     """
     shallowness = min(1.0, flexure.thickness / flexure.depth)  # 0 if much deeper than thick, at most 1
     shortness = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))  # 0 if longer than 0.8 of its depth, at most 1

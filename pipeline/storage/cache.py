@@ -70,8 +70,8 @@ def store(stage: str, inputs: object, result: object) -> None:
     """Store the result of a stage for these inputs, so that a later run does not need to solve it again.
 
     The entry is written to a temporary file, which is then renamed, so that no other process reads an incomplete entry.
-    If the cache cannot be written, or if the path of the entry is not a regular file, nothing is stored. No error is
-    raised then, because a run does not depend on the cache.
+    Nothing is stored if the cache cannot be written, or if something other than a regular file exists at the path of
+    the entry. No error is raised then, because a run does not depend on the cache.
     """
     path = _entry_path(stage, inputs)
     if path is None or (os.path.lexists(path) and not is_regular(path)):

@@ -71,7 +71,7 @@ def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
     error = None
     try:
         values = _wanted_values(study, folder, point)
-    except Exception as failure:  # of any type, because one point must not end the whole study
+    except Exception as failure:  # every type is caught, because one point must not end the whole study
         fault = _fault_of_machine(failure)
         is_disk_full = getattr(fault, "errno", None) in _DISK_FULL
         if fault is not None and (study.how == "search" or is_disk_full):

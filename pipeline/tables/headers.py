@@ -310,13 +310,13 @@ def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 def _foreign_units(tails: Sequence[str], quantity: Quantity) -> list[str]:
     """Return the tails of a label that are units of other quantities than `quantity`.
 
-    Units of quantities that no table measures, such as V, come first. Units of other measured quantities, such as mm
-    for a force, are omitted if a tail is a unit of `quantity`.
+    Units that `is_other_unit` accepts, such as V, come first. Units of other measured quantities, such as mm for a
+    force, are omitted if a tail is a unit of `quantity`.
     """
-    unmeasured_units = [tail for tail in tails if is_other_unit(tail) and not unit_of(quantity, tail)]
+    other_units = [tail for tail in tails if is_other_unit(tail) and not unit_of(quantity, tail)]
     if any(unit_of(quantity, tail) for tail in tails):
-        return unmeasured_units
-    return unmeasured_units + [tail for tail in tails if is_unit(tail)]
+        return other_units
+    return other_units + [tail for tail in tails if is_unit(tail)]
 
 
 def label_parts(label: str) -> Iterator[tuple[str, str]]:

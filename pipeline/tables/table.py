@@ -89,7 +89,7 @@ class FoundTable:
             if value is None and as_number(cell) is not None:
                 bound = "a number whose comma is clearly decimal, because commas may separate thousands here"
             raise self._cell_error(row, column, cell, bound, "correct it, or leave the row out")
-        self._refuse_other_unit(row, column)
+        self._refuse_other_unit(row, column, cell)
         value *= column.factor
         if abs(value) > column.quantity.most:
             bound = f"at most {column.quantity.most / column.factor:g}"
@@ -106,12 +106,12 @@ class FoundTable:
             return float(plain)
         return seconds_of_day(cell) if column.unit == "s" else None
 
-    def _refuse_other_unit(self, row: Row, column: Column) -> None:
+    def _refuse_other_unit(self, row: Row, column: Column, cell: str) -> None:
         """Raise InputError if a row states another unit for its number than the unit of the column.
 
-        The unit may follow the number, or be in the column of units. The message shows the cell that states it.
+        The unit may follow the number in the `cell`, or be in the column of units. The message shows the cell that
+        states it.
         """
-        cell = column.cell(row)
         number = as_number(cell)
         unit_after_number = number.unit if number else ""
         unit_cell = "" if column.unit_index is None else row.cell(column.unit_index)

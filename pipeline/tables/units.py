@@ -94,7 +94,10 @@ def unit_of(quantity: Quantity, text: str) -> str:
 _OTHER_UNITS = {
     _strip_signs(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words
 }
-"""Units of quantities that are not measured here, in lower case and without signs."""
+"""Words for units other than of force, length and time, in lower case and without signs.
+
+Some, such as MPa, are units of a measured quantity too.
+"""
 _POWER = re.compile(r"(?<=[^\W\d_])\^?[23]")  # as in mm2 and mm^2
 _PARTS = re.compile(r"[/*\u00b7.\s-]+")  # signs between the units of a compound unit
 

@@ -6,7 +6,7 @@ import io
 import re
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 
 import python_calamine
 
@@ -76,25 +76,28 @@ def _unpack(source: str, content: bytes) -> bytes:
         if "xl/workbook.xml" not in packed.namelist() or size > _MAX_UNPACKED:
             bound = f"a workbook, XLSX, of at most {_MAX_UNPACKED // 2**20} MiB unpacked"
             raise validation_error(source, size, "bytes", bound, "save the table as CSV in UTF-8")
-        parts = []
-        for member in members:
-            part = packed.read(member)
-            parts.append(part)
-            stored.writestr(member.filename, part)
-        _check_memory(source, parts)
+
+        def unpacked_parts() -> Iterator[bytes]:
+            """Yield the XML text of each member, and store it uncompressed."""
+            for member in members:
+                part = packed.read(member)
+                yield part  # it is checked before it is stored
+                stored.writestr(member.filename, part)
+
+        _check_memory(source, unpacked_parts())
     return unpacked.getvalue()
 
 
-def _check_memory(source: str, parts: Sequence[bytes]) -> None:
+def _check_memory(source: str, parts: Iterable[bytes]) -> None:
     """Raise InputError if the library that reads a workbook would need too much memory.
 
     `parts` are the XML texts of the workbook. The library allocates the whole rectangle that encloses the cells of a
     sheet, and copies a shared text into each cell that uses it. Both sizes are estimated from the XML texts, without
-    parsing them.
+    parsing them. All `parts` are read.
     """
     max_cells = 0  # number of cells of the largest sheet
     cells_with_shared_text = 0
-    longest_text = 0  # length of the longest shared text [characters]
+    longest_text = 0  # length of the longest shared text, with its tags [bytes]
     for part in parts:
         if part.count(b"row") > 2 * MAX_LINES:  # a row has an opening and a closing tag
             raise validation_error(source, part.count(b"row"), "rows", f"at most {MAX_LINES}", "export fewer")

@@ -51,6 +51,7 @@ class DesignTables:
         cannot be used, or if `print.process` does not name one of the processes.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
+        # An invalid table [print] stays in `tables`, and is reported when the design is built.
         print_table = _print_table(tables)
         file_name = print_table.pop("process_file", None)
         process = print_table.get("process")
@@ -198,10 +199,7 @@ def _change_key(tables: dict[str, Any], table: str, key: str, value: object) -> 
 
 
 def _print_table(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of the table [print], which is empty if the table is missing or invalid.
-
-    An invalid table is reported when the design is built.
-    """
+    """Return a copy of the table [print], which is empty if the table is missing or invalid."""
     print_table = tables.get("print")
     return dict(print_table) if isinstance(print_table, Mapping) else {}
 

@@ -155,9 +155,9 @@ class RollingDomes:
     def S(self, offset: float = 0.0) -> Floats:
         """Return the compliance S between the contacts on a saddle, times E [1/mm], (tips, tips).
 
-        On a half-space it is (1 - nu^2) / (pi r), where r is the distance between two contacts. The `offset` [mm]
+        On a half-space it is (1 - nu^2) / (pi d), where d is the distance between two contacts. The `offset` [mm]
         determines the saddle. The contacts are at M^-1 times the positions of the axes, with
-        M = [[c, r k_xy], [r k_xy, c]].
+        M = [[c, r k_xy], [r k_xy, c]], the dome radius r, and c as in `saddle`.
         """
         c = self.rolling_factor
         saddle = self.saddle(offset) if offset else 0.0  # without an offset, `saddle` could divide 0 by 0

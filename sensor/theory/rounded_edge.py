@@ -29,7 +29,7 @@ def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
     if radius <= 0.0:
         return np.zeros_like(relative_depth)
     depths, losses = _loss_curve(min(1.0, 2.0 * radius / side))
-    # At depth 0, where loss / depth is 0 / 0, its value at the first point of the curve is used.
+    # At depth 0, where loss / depth is 0 / 0, its value at the first point of the curve with a depth above 0 is used.
     loss_at_touch = np.full_like(relative_depth, losses[1] / depths[1])
     loss = np.interp(relative_depth, depths, losses)
     return np.divide(loss, relative_depth, out=loss_at_touch, where=relative_depth > 0.0)

@@ -72,7 +72,8 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction
     """
     # Arrays are (presses, tips) or, for compliances, (presses, tips, tips).
     modulus = E[:, None]
-    compliance = np.array(law.C) + np.array(law.S) / modulus[..., None]
+    _, C, S = law.arrays
+    compliance = C + S / modulus[..., None]
     hertz = law.hertz * modulus ** (-2.0 / 3.0)
     overlap = travel[:, None] - np.array(law.gaps) - travel_reduction  # overlap of the undeformed tips with the fruit
     is_touching = overlap > 0.0
@@ -110,10 +111,10 @@ def _hertz_slope(hertz: Floats, cube_root: Floats, is_touching: Flags) -> Floats
 def _guess_forces(overlap: Floats, hertz: Floats, compliance: Floats) -> Floats:
     """Return initial forces (presses, tips) [N] below the solution, and 0 for tips without overlap.
 
-    Each tip is treated separately. The guess is a fraction of the force at which the flattening and the springs, acting
-    in series, would close the overlap. `overlap` (presses, tips) [mm] is the overlap of the undeformed tips with the
-    fruit. A force F flattens the contact by `hertz` F^(2/3), with `hertz` (presses, 1) [mm/N^(2/3)]. `compliance`
-    (presses, tips, tips) [mm/N] is the compliance of springs and fruit.
+    Each tip is treated separately. The guess is `INITIAL_GUESS` / (1 / F1 + 1 / F2). The force F1 would close the
+    overlap by flattening only, and F2 by the compliance of springs and fruit only. `overlap` (presses, tips) [mm] is
+    the overlap of the undeformed tips with the fruit. A force F flattens the contact by `hertz` F^(2/3), with `hertz`
+    (presses, 1) [mm/N^(2/3)]. `compliance` (presses, tips, tips) [mm/N] is the compliance of springs and fruit.
     """
     is_touching = overlap > 0.0
     positive_overlap = np.where(is_touching, overlap, 1.0)  # avoids division by zero
@@ -157,7 +158,8 @@ def _unrelaxed_forces(law: ContrastLaw, modulus: Floats, tip_travel: Floats, rel
     largest_travel = tip_travel.max(axis=-1)
     # `elastic_forces` expects one travel per press, from which it subtracts the gaps and `travel_reduction`.
     travel_reduction = largest_travel[:, None] - np.array(law.gaps) - tip_travel
-    spring_recovery = np.broadcast_to(relaxed_force, travel_reduction.shape) @ np.array(law.C).T
+    _, C, _ = law.arrays
+    spring_recovery = np.broadcast_to(relaxed_force, travel_reduction.shape) @ C.T
     return elastic_forces(law, modulus, largest_travel, travel_reduction - spring_recovery)
 
 

@@ -259,7 +259,7 @@ def _point_compliance(half: ClampedHalf, point_means: Sequence[Floats]) -> Float
     of the points along this axis. Raises SolveError if the linear solve fails or the reciprocity of the loads is
     violated.
     """
-    vectors = np.column_stack(list(point_means))  # (dofs, axes times tips)
+    vectors = np.column_stack(point_means)  # (dofs, axes times tips)
     # Each vector is also a load of 1 N at a point, of which half acts on the half mesh.
     u = half.factor.solve(0.5 * vectors)
     check_tip_loads(0.5 * vectors.T @ u, None)

@@ -99,7 +99,6 @@ class _CreepingPress:
         self.instantaneous_compliance, creep_arms = creep
         self.flesh_memory = _Memory(flesh, tips)
         self.spring_memory = _Memory(creep_arms, tips)
-        self.relaxes = len(flesh) > 0
         self.elastic: Floats = np.zeros(tips)  # the forces n that elastic flesh would require [N]
 
     def advance(self, travel: float, step: float, changed_slope: Slope) -> tuple[Floats, Floats]:
@@ -119,7 +118,7 @@ class _CreepingPress:
         self.pressing.spring_compliance = compliance_factor * force_factor / K
         self.pressing.recovered = (compliance_factor * relaxed - crept) / K
         elastic = self.pressing.forces(travel, changed_slope)
-        if self.relaxes:
+        if self.flesh_memory.times.size:  # the flesh relaxes
             _check_growth(self.elastic, elastic, travel)
         self.elastic = elastic
         force = np.maximum(force_factor * elastic - relaxed, 0.0)  # a dome cannot pull on the fruit

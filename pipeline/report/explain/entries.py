@@ -28,7 +28,8 @@ class Entry:
     The value of a symbol is at the dotted `key` of report.json, and its error in per cent is at the key
     `error_percent`. `part` is the part of the sensor that the value describes. The value of a verdict is found by the
     name of the verdict, or at `key` if the report has no such verdict. A name that ends in `*` represents the names in
-    `each`. `level` is the lowest level of a study that decides the verdict; if it is None, only a whole run does.
+    `each`. `level` is the lowest level of a study that decides the verdict. It is None if there is no such level: a
+    verdict on solids then requires a whole run, and a study cannot request any other.
     `value_level` is the lowest level that has the value of the verdict, if it is a higher one. `in_main_job` is True
     for the ten nouns that are enough to read `pipeline/main_job.py`.
     """

@@ -105,7 +105,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     fields = fields_at_full_travel(result.springs, half)
     nodes, corners = _drawn_surface(half)
     positions = half.basis.mesh.p.T[nodes]  # without load [mm]
-    length = float(np.ptp(positions[:, 0]))  # of the part, along x [mm]
+    length = float(np.ptp(positions[:, 0]))  # length of the part along x [mm]
     displacement = fields.displacement[nodes]
     stress = fields.von_mises[nodes]
     exaggeration = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
