@@ -83,7 +83,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
 
 
 def _pins_held_by(position: str, pins: Sequence[cq.Assembly]) -> list[cq.Assembly]:
-    """Return those of all `pins` that are glued into the housing or the plate at a position in the stack."""
+    """Return the pins that are glued into the part at a position in the stack: the housing or a plate."""
     if position == "housing":
         return list(pins)
     if position.startswith("plate"):
