@@ -3,6 +3,7 @@
 A proof reads many simulated presses and checks whether the errors of the readings agree with their error bars.
 """
 
+import itertools
 import math
 import shlex
 from argparse import Namespace
@@ -182,10 +183,10 @@ def _check_paths(paths: dict[str, Path], *, force: bool) -> None:
 
     `paths` maps the name of each flag to the path of its file.
     """
-    if len({path.resolve() for path in paths.values()}) < len(paths):
-        first, second = list(paths)[-2:]
-        bound = f"a file other than the one that {_flag(first)} names"
-        raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
+    for (first, first_path), (second, path) in itertools.combinations(paths.items(), 2):
+        if path.resolve() == first_path.resolve():
+            bound = f"a file other than the one that {_flag(first)} names"
+            raise validation_error(_flag(second), str(path), "", bound, "choose another name")
     for flag, path in paths.items():
         check_paths_are_free([path], _flag(flag), force=force)
 
