@@ -118,7 +118,9 @@ class DesignTables:
         elif _is_listed(process, self.custom_processes) and _PROCESS not in settings:
             # The settings have removed the process file that contains this process.
             del print_table["process"]
-        return DesignTables(tables={**tables, "print": print_table}, custom_processes=processes)
+        if isinstance(tables.get("print", {}), Mapping):  # an invalid table stays, and is reported with the design
+            tables["print"] = print_table
+        return DesignTables(tables=tables, custom_processes=processes)
 
     def design(self, settings: Mapping[str, object] | None = None) -> Design:
         """Build the design from the tables, after changing `settings`, whose names are TABLE.KEY.

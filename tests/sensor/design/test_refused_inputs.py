@@ -46,6 +46,12 @@ def test_setting_below_a_key_that_is_no_table_is_refused():
     assert error.value.field == "targets"
 
 
+def test_table_that_is_no_table_is_refused_although_a_setting_removes_another():
+    with pytest.raises(InputError) as error:
+        DesignTables(tables={"print": 5, "printer": {}}).design({"printer": None})
+    assert error.value.field == "print"
+
+
 @pytest.mark.parametrize(("thickness", "hint"), [(0.9, "choose 0.8 or 1.2 mm"), (0.1, "choose 0.4 or 0.8 mm")])
 def test_leaf_of_no_whole_number_of_lines_is_told_the_nearest_ones(thickness, hint):
     with pytest.raises(InputError) as error:
