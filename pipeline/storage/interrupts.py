@@ -91,11 +91,11 @@ def signals_for_this_thread() -> Iterator[None]:
     because `mesh.session` masks them only in the main thread.
     """
     with uninterrupted():
+        previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         try:
-            signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
             yield
         finally:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+            signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
 
 
 def _raise_if_pending() -> None:

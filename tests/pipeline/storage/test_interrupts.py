@@ -185,6 +185,16 @@ def test_signal_after_the_answer_or_while_a_command_clears_up_changes_no_exit_co
     assert in_child(work) == code + is_early * number
 
 
+def test_signals_that_are_masked_stay_masked_behind_the_start_of_a_thread():
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
+    try:
+        with signals_for_this_thread():
+            assert signal.pthread_sigmask(signal.SIG_BLOCK, []) >= set(SIGNALS)
+        assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == {*previous_mask, signal.SIGTERM}
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
+
+
 def test_gmsh_takes_no_signal_while_it_opens():
     """It gives SIGTERM back to the system, which would end the process with nothing cleared away."""
 
