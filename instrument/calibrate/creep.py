@@ -118,7 +118,7 @@ def _is_more_accurate(measured: CreepLaw, process_creep: CreepLaw) -> bool:
     If the error of the process's creep is unknown (0), the measured creep must exceed its own error bar.
     """
     largest_error = process_creep.error or measured.per_decade / COVERAGE
-    return not measured.error >= largest_error
+    return measured.error < largest_error
 
 
 def _check_times(table: MeasuredTable) -> None:

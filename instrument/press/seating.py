@@ -97,13 +97,16 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
     """
     seating = seating_of(sensor)
     read_from_load = partial(_reading_from_load, sensor, law, press, lag, seating)
-    index, rise, reading = read_from_load(0)  # the whole press
+    tried_index = 0
+    index, rise, reading = read_from_load(tried_index)  # the whole press
     deepest_channels = rise.forces[-1]  # the rise ends with the deepest sample
     for _ in range(MAX_ITERATIONS):
         seating_index = seating.load_index(reading.E, reading.offset)
-        if seating_index == index:
+        # A load that has just been tried in vain would lead to the same lower load again.
+        if seating_index in (index, tried_index):
             break
-        index, rise, reading = read_from_load(seating_index)
+        tried_index = seating_index
+        index, rise, reading = read_from_load(tried_index)
     return Seated(reading, rise, deepest_channels)
 
 

@@ -118,8 +118,7 @@ def _is_set_or_varied(study: Study, name: str) -> bool:
     tables = study.base.tables
     table, _, key = name.partition(".")
     if key:
-        is_varied = any(varied.startswith(name) for varied in study.vary)
-        return is_varied or key in tables.get(table, {})
+        return name in study.vary or key in tables.get(table, {})
     # any varied key of a table makes the table
     is_varied = any(varied.startswith(f"{table}.") for varied in study.vary)
     return is_varied or table in tables

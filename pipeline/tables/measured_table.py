@@ -1,4 +1,4 @@
-"""The only table of a file, as arrays of numbers and tuples of texts."""
+"""The only table in a file, as arrays of numbers and tuples of strings."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

@@ -232,7 +232,7 @@ def size_springs(
 ) -> Springs:
     """Return the springs for a force ratio P_max and a nonlinearity NL on the firmest fruit, in closed form.
 
-    The springs solve the paper's equations (7) and (10). With r = K_m,max / K_h, for a stiffness ratio of 1, the
+    The springs satisfy the paper's equations (7) and (10). With r = K_m,max / K_h, for a stiffness ratio of 1, the
     nonlinearity is
 
         NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its maximum.
