@@ -34,12 +34,18 @@ class ColumnFlags(NamedTuple):
         """Return the quantities, keyed by name, with the headers and units that the flags state.
 
         A flag may also name one of the `others`, which is ignored here. Raises InputError for any other unknown name,
-        and for a text that is not a unit of the quantity.
+        for two quantities in one column, and for a text that is not a unit of the quantity.
         """
         with_flags = dict(quantities)
         names = (*quantities, *self.others)
+        name_of_column: dict[str, str] = {}
         for name, header in _named_values("--columns", self.columns, names):
             if name in with_flags:
+                if header in name_of_column:
+                    bound = f"a column other than the one of {name_of_column[header]}"
+                    field = f"--columns {name}"
+                    raise validation_error(field, header, "", bound, "give each quantity its own column")
+                name_of_column[header] = name
                 with_flags[name] = replace(with_flags[name], selected_column=header)
         for name, unit in _named_values("--units", self.units, names):
             if name in with_flags:
