@@ -35,6 +35,7 @@ ALLOWED_PERCENT = Bounds(below=100.0)
 # strain.
 _WINDOW = 0.2
 _LEAST_POINTS = 6  # minimum number of points in this range
+_USUAL_STRAIN = 0.3  # a judgement: travel under load, relative to the height, before which a whole fruit breaks
 _CERTAIN_CONTACT = 0.1  # fraction of the largest force above which the plate certainly touches the fruit
 _LAST_STRAIN = 0.95  # largest strain of a secant, as a fraction of the strain at the end of the curve
 
@@ -167,7 +168,8 @@ def measure_modulus(
     test = split_phases(specimen, compression_negative=compression_negative)
     measured = test.specimen  # without the rows after the first return of the plate or probe
     curve = subtract_frame(measured, test.loading, geometry.compliance_um_per_N)
-    _check_travel(measured, curve, geometry)
+    travel = _travel_under_load(curve)
+    _check_travel(measured, travel, geometry)
     law = solve_force_law(geometry, count)
     range_fit = _fit_longest_range(measured, curve, law)
     E = range_fit.modulus.value
@@ -203,7 +205,11 @@ def measure_modulus(
         follows_hertz=hertz_fit is not None and hertz_fit.follows_law,
         secants=tuple(secants),
         geometry=geometry,
-        notes=(*measured.notes, *_notes(E, range_fit, geometry.strains_percent[0], secants[0].strain_percent)),
+        notes=(
+            *measured.notes,
+            *_travel_notes(travel, geometry),
+            *_notes(E, range_fit, geometry.strains_percent[0], secants[0].strain_percent),
+        ),
         relaxation=_fit_hold(test, curve, range_fit, geometry),
         curve=curve,
         fit=range_fit.fit,
@@ -302,15 +308,30 @@ def _frame_error(test: Phases, curve: Loading, range_fit: RangeFit, geometry: Te
     return max(changes)
 
 
-def _check_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
-    """Raise InputError if the travel under load exceeds the height of the body, which no body can survive."""
+def _travel_under_load(curve: Loading) -> float:
+    """Return the travel [mm] from the first row with a clear force to the end of the loading."""
     is_loaded = curve.force > curve.zero + _CERTAIN_CONTACT * (float(curve.force.max()) - curve.zero)
     first_loaded = int(np.argmax(is_loaded))
-    depth = float(curve.travel[-1] - curve.travel[first_loaded])
-    if depth > geometry.height_mm:
+    return float(curve.travel[-1] - curve.travel[first_loaded])
+
+
+def _check_travel(specimen: Specimen, travel: float, geometry: TestGeometry) -> None:
+    """Raise InputError if the `travel` under load [mm] exceeds the height of the body, which no body can survive."""
+    if travel > geometry.height_mm:
         name = f"{specimen}: travel under load"
         bound = f"less than the height of the body, {geometry.height_mm:g} mm"
-        raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of the travel, and --height")
+        raise validation_error(name, float(f"{travel:.3g}"), "mm", bound, "check the unit of the travel, and --height")
+
+
+def _travel_notes(travel: float, geometry: TestGeometry) -> list[str]:
+    """Return a note if the `travel` under load [mm] is unusually large for the height of the body."""
+    strain = travel / geometry.height_mm
+    if strain <= _USUAL_STRAIN:
+        return []
+    return [
+        f"the travel under load is {100.0 * strain:.2g} % of the height, {geometry.height_mm:g} mm: check the height, "
+        "the radii and the unit of the travel"
+    ]
 
 
 def _check_error_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -139,6 +140,15 @@ def test_curve_of_a_block_is_said_not_to_follow_hertz():
     result = measure_modulus(specimen(depth + 1.0, 2.0 * 300.0 * np.maximum(depth, 0.0) / 70.0 + noise), BALL)
     assert not result.follows_law
     assert measure(QUIET).follows_law
+
+
+@pytest.mark.parametrize(("height", "notes"), [(70.0, 0), (14.0, 1)])
+def test_travel_of_a_third_of_the_height_is_noted(height, notes):
+    """As where a height in cm was given in mm. A ball has a tenth of its force at 0.1^(2/3) of its travel."""
+    result = measure(QUIET, TestGeometry(body=ball(0.5 * height, height)))
+    percent = [re.search(rf"([0-9.]+) % of the height, {height:g} mm", note) for note in result.notes]
+    expected = 100.0 * 0.11 * 70.0 / height * (1.0 - 0.1 ** (2.0 / 3.0))
+    assert [float(found[1]) for found in percent if found] == pytest.approx(notes * [expected], rel=0.1)
 
 
 def test_paper_modulus_of_a_ball_is_that_of_the_formula():
