@@ -16,6 +16,7 @@ HEADS = {
     "Returns": ("returns", "meaning"),
     "Yields": ("yields", "meaning"),
     "Raises": ("raises", "reason"),
+    "Warns": ("warns", "reason"),
 }
 """The head of the table of a section."""
 GROUPS = {

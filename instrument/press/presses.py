@@ -1,6 +1,7 @@
 """Read presses from a signal; a press lasts from the touch of the last tip until the first tip lifts off."""
 
 import itertools
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -25,6 +26,11 @@ from sensor.turns import in_turn
 
 TARE_SAMPLES = 10
 """Number of samples at the start of a signal in counts whose mean is the tare; the sensor must touch nothing then."""
+_MOVED_ZERO = 0.05
+"""Change of a zero since the calibration, relative to full scale [1], above which a note is reported.
+
+A judgement: the zeros of Hall sensors drift by about 0.2 % per kelvin, and a fruit at a touch causes more.
+"""
 _TARE_HINT = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
 
 
@@ -58,6 +64,11 @@ def read_press(
     InputError
         If the table has no signal of this sensor, or the unit is not of this design.
 
+    Warns
+    -----
+    UserWarning
+        If lines are left out, a clock restarts, or the zero differs from the zero of the calibration.
+
     Examples
     --------
     >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run
@@ -65,7 +76,7 @@ def read_press(
     >>> reading.E > 0.0  # [MPa]
     True
     """
-    signal = Signal(rows_of(Path(file)), len(report.tips))
+    signal = Signal(rows_of(Path(file)), len(report.tips), say=partial(warnings.warn, stacklevel=2))
     return list(readings_of(MeasuringUnit.from_report(report, unit), signal, counts_as=counts_as))
 
 
@@ -145,9 +156,9 @@ def tare_of(
     """Return the tare (channels,) of a signal [counts], and the samples after the tare with signed counts.
 
     The tare is the mean of the counts in the first `TARE_SAMPLES` samples, which are read from the signal here.
-    `counts_as` is the notation of counts in the file, as in `signed_counts`. Raises InputError if the counts of the
-    unit are not calibrated, if the signal ends during the tare, if the sensor was touched during it, and for counts at
-    the end of the converter's range.
+    `counts_as` is the notation of counts in the file, as in `signed_counts`. A note is reported if the tare is far from
+    the zero of the calibration. Raises InputError if the counts of the unit are not calibrated, if the signal ends
+    during the tare, if the sensor was touched during it, and for counts at the end of the converter's range.
     """
     unit = sensor.unit
     if not unit.newtons_per_count:
@@ -165,22 +176,33 @@ def tare_of(
         place = signal.place(tare_samples[-1], 0)
         raise validation_error(place, len(tare_samples), "samples", f"at least {TARE_SAMPLES}", _TARE_HINT)
     tare = np.mean([sample.forces for sample in tare_samples], axis=0).tolist()
-    _refuse_touched_tare(sensor, signal, tare_samples, tare)
+    zero_errors = _zero_errors(sensor, tare)
+    _refuse_touched_tare(sensor, signal, tare_samples, tare, zero_errors)
+    if zero_errors.max() > _MOVED_ZERO:
+        signal.say(
+            f"the zero of tip {sensor.report.tips[int(zero_errors.argmax())].name} is "
+            f"{100.0 * zero_errors.max():.2g} % of full scale from the zero of the calibration: check that the file of "
+            f"the unit is the right one, and that the sensor hangs free and in the same attitude at the start"
+        )
     return tare, samples
 
 
+def _zero_errors(sensor: MeasuringUnit, tare: Sequence[float]) -> Floats:
+    """Return the distance of each force at `tare` [counts] from the calibrated zero, relative to full scale [1]."""
+    unit = sensor.unit
+    return np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
+
+
 def _refuse_touched_tare(
-    sensor: MeasuringUnit, signal: Signal, tare_samples: Sequence[Sample], tare: Sequence[float]
+    sensor: MeasuringUnit, signal: Signal, tare_samples: Sequence[Sample], tare: Sequence[float], zero_errors: Floats
 ) -> None:
     """Raise InputError if the counts of a tare show that the sensor was touched.
 
     The sensor was touched if the `tare` (channels,) [counts] is more than a full scale from the zero of the
-    calibration. It was also touched if one of the `tare_samples` differs from the tare by more than the smallest force
-    of a tip in contact.
+    calibration, as given by `zero_errors` (tips,) [1]. It was also touched if one of the `tare_samples` differs from
+    the tare by more than the smallest force of a tip in contact.
     """
     unit = sensor.unit
-    # Difference between the tare forces and the calibrated zero, as a fraction of full scale.
-    zero_errors = np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
     if zero_errors.max() > 1.0:
         bound = "within one full scale of the zero in the calibration"
         tip = int(zero_errors.argmax())

@@ -62,7 +62,8 @@ class Signal:
         """Read the header of `rows`, for a sensor with `tips` tips.
 
         `flags` states columns and units that the header lacks. `say` is called with a note for each line that is left
-        out, and each time a clock restarts. Raises InputError if a column is missing, or belongs to another sensor.
+        out, each time a clock restarts, and if the tare differs from the zero of the calibration. Raises InputError if
+        a column is missing, or belongs to another sensor.
         """
         self.source = rows.source
         # The names of the columns; a table may have a common time `t`, or one time per channel.
@@ -70,7 +71,7 @@ class Signal:
         example = ",".join(["t_s", *(f"{key}_N" for key in forces)])  # a valid header, for messages
         table = one_table(rows, flags.applied(_column_quantities(tips)), (forces, counts), example)
         self._table = table
-        self._say = say
+        self.say = say
         self._columns = {column.name: column for column in table.columns}
         self.counted = set(counts) <= self._columns.keys()
         channels = counts if self.counted else forces
@@ -109,7 +110,7 @@ class Signal:
     def _report_left_out(self) -> None:
         """Report the lines that were left out since the last call, because a stream may never end."""
         for row in (*self._table.left_out, *self._table.skipped):
-            self._say(f"left out {row_text(row)}")
+            self.say(f"left out {row_text(row)}")
         self._table.left_out.clear()
         self._table.skipped.clear()
 

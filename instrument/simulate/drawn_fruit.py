@@ -204,25 +204,31 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     The properties are the modulus, the radii, the thickness over a stone, the tilt and the distance from the apex.
     """
     reading = report.design.reading or ReadingRequirements()
-    radius_ranges = _radius_ranges(report)
-    radius_range, radius_across_range = radius_ranges
-    radius, radius_across = _order_radii(fruit.radii, radius_ranges)
     depth = report.design.fruit.depth_mm
     # Without a stated range, only the thickness of the design's fruit is in range.
     thickness_range = reading.thickness_mm or (depth, depth)
     tilt, distance = math.hypot(*fruit.tilt), math.hypot(*fruit.off_centre)
-    # Each row holds the name, the value, the two ends of the range, and the unit. None means that there is no value.
-    rows: list[tuple[str, float | None, float, float, str]] = [
-        ("E", fruit.E, *range_of_moduli(report), "MPa"),
-        ("radius", radius, *radius_range, "mm"),
-        ("radius across", radius_across, *radius_across_range, "mm"),
-        ("thickness", fruit.thickness, *thickness_range, "mm"),
-        ("tilt", tilt, 0.0, reading.tilt_deg, "deg"),
-        ("distance from the apex", distance, 0.0, reading.off_centre_mm, "mm"),
-    ]
-    for name, value, low, high, unit in rows:
-        if value is not None and not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
-            yield f"{name} {value:.4g} {unit} is outside {low:.4g} to {high:.4g} {unit}, the range of the design"
+    yield from _outside("E", fruit.E, range_of_moduli(report), "MPa")
+    yield from radii_beyond_design(fruit.radii, report)
+    if fruit.thickness is not None:
+        yield from _outside("thickness", fruit.thickness, thickness_range, "mm")
+    yield from _outside("tilt", tilt, (0.0, reading.tilt_deg), "deg")
+    yield from _outside("distance from the apex", distance, (0.0, reading.off_centre_mm), "mm")
+
+
+def radii_beyond_design(radii: Vector, report: Report) -> Iterator[str]:
+    """Yield a note for each principal radius of a fruit [mm] that lies outside the range of a design."""
+    radius_ranges = _radius_ranges(report)
+    names = ("radius", "radius across")
+    for name, radius, radius_range in zip(names, _order_radii(radii, radius_ranges), radius_ranges, strict=True):
+        yield from _outside(name, radius, radius_range, "mm")
+
+
+def _outside(name: str, value: float, ends: Vector, unit: str) -> Iterator[str]:
+    """Yield a note if a value lies outside a range of the design, whose two `ends` have the same unit."""
+    low, high = ends
+    if not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
+        yield f"{name} {value:.4g} {unit} is outside {low:.4g} to {high:.4g} {unit}, the range of the design"
 
 
 def _radius_ranges(report: Report) -> Sequence[Vector]:

@@ -13,6 +13,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
 from instrument.press.presses import readings_of, refuse_out_of_scale
 from instrument.press.signals import Signal, numbers_of_text
+from instrument.simulate.drawn_fruit import radii_beyond_design
 from pipeline.report.report import read_report
 from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.record_data import as_data, as_line
@@ -155,7 +156,8 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
 def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
     """Return the unit given by `--unit`, or the unit as designed, for fruit with the radii given by `--radius`.
 
-    Raises InputError if the file of the unit or a radius is invalid, or if another flag is incompatible with the unit.
+    A note is printed to stderr for a radius outside the range of the design. Raises InputError if the file of the unit
+    or a radius is invalid, or if another flag is incompatible with the unit.
     """
     sensor = MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
     _reject_incompatible_flags(arguments, sensor)
@@ -163,7 +165,10 @@ def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
         return sensor
     bound = f"one or two numbers from {_RADIUS.at_least:g} to {_RADIUS.at_most:g}, separated by a comma"
     hint = "write for instance --radius 47,110"
-    return replace(sensor, radii_mm=parse_radii(arguments.radius, _RADIUS, bound, hint))
+    radii = parse_radii(arguments.radius, _RADIUS, bound, hint)
+    for note in radii_beyond_design(radii, sensor.report):
+        print_error(f"note: --radius: {note}")
+    return replace(sensor, radii_mm=radii)
 
 
 def _firmware_files(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:

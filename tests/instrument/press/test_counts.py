@@ -272,6 +272,19 @@ def test_counts_that_tell_no_force_are_refused(made, mango, calibrate):
     assert pytest.approx(1.5, rel=0.05) == read(sensor, rows)[0].E
 
 
+@pytest.mark.parametrize(("share", "notes"), [(-0.04, 0), (0.06, 1), (-0.1, 1)])
+def test_zero_far_from_the_zero_of_the_calibration_is_noted(share, notes, made, mango, calibrate):
+    """As of another unit, or of a sensor that rests on the fruit at the tare; a drift over 20 K is not noted."""
+    sensor = MeasuringUnit(report=mango.report, unit=calibrate(mango.report, made.weights()).unit)
+    made.zero += made.matrix[:, 1] * share * mango.report.read_out.full_scale_N[1]
+    said = []
+    rows = made.press(1.5)
+    (reading,) = readings_of(sensor, Signal(Rows(log_of(rows).splitlines(), "press.csv"), 4, say=said.append))
+    assert pytest.approx(1.5, rel=0.05) == reading.E  # an honest tare takes the zero out of the reading
+    assert len(said) == notes
+    assert all(f"{100.0 * abs(share):.2g} %" in note for note in said)
+
+
 HALF = 2**23
 UNSIGNED = {"unsigned": lambda count: count % (2 * HALF), "offset": lambda count: count + HALF}
 """Counts of 24 bits as a log without a sign has them, by the name of their code."""

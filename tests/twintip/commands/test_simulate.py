@@ -48,10 +48,14 @@ def test_a_simulated_log_is_read_back(folder, capsys):
     assert main(["simulate", folder, *flags, "--thickness", "12", "--noise", "--seed", "7", "--out", "press.csv"]) == 0
     assert capsys.readouterr().out.splitlines() == ["press.csv", "then: pipeline read outputs/mango press.csv"]
     assert main(["read", folder, "press.csv", "--radius", "45,110", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    said = capsys.readouterr()
+    assert "--radius" not in said.err
+    found = json.loads(said.out)
     # Springs as designed are read as such, and drift is not drawn large.
     assert found["E_MPa"] == pytest.approx(1.5, rel=0.2)
     assert found["tilt_deg"] == pytest.approx(2.0, abs=0.3)
+    assert main(["read", folder, "press.csv", "--radius", "4.5,11"]) == 0  # in cm
+    assert capsys.readouterr().err.count("note: --radius: ") == 2
 
 
 @QUICK
