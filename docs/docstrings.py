@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import twintip
 
-SECTIONS = ("Parameters", "Attributes", "Methods", "Returns", "Yields", "Raises", "Examples")
+SECTIONS = ("Parameters", "Attributes", "Methods", "Returns", "Yields", "Raises", "Warns", "Examples")
 """The sections of a docstring in the order of numpydoc."""
 HEADS = {
     "Parameters": ("parameter", "type", "meaning"),
