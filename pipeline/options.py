@@ -15,7 +15,7 @@ from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.parameters import Design
 from sensor.gone import refuse_removed
 from sensor.input_file import read_toml
-from sensor.quantity import Bounds, check_fields, choice, nearest, quantity, validation_error
+from sensor.quantity import Bounds, check_fields, choice, nearest, python_numbers, quantity, validation_error
 from sensor.tips.layouts import LAYOUTS
 
 DEFAULT_DESIGN = "paper"  # name of the preset of a run without a design
@@ -193,7 +193,8 @@ def setting_text(key: str, value: object) -> str:
     if value is None or isinstance(value, str):
         return value or ""
     try:
-        return json.dumps(value, allow_nan=False)  # numbers, booleans and lists have the same form in JSON and TOML
+        # Numbers, booleans and lists have the same form in JSON and TOML.
+        return json.dumps(python_numbers(value), allow_nan=False)
     except (TypeError, ValueError) as error:
         raise validation_error(
             key, str(value), "", "a finite number, a list of numbers, or text", "write it as in a design file"

@@ -10,6 +10,8 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field
+from numbers import Integral, Real
+from types import UnionType
 from typing import Any, ClassVar, Self
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2], ISO 80000-3
@@ -258,17 +260,47 @@ def parse_number(text: str) -> float | None:
     return float(text) if _NUMBER.fullmatch(text.strip()) else None
 
 
+def python_numbers(value: Any) -> Any:  # noqa: ANN401 - returns a value of any type
+    """Return numbers of other types, such as those of NumPy, as Python's own; other values are returned unchanged.
+
+    An array becomes a list. In a list or a tuple, each item is converted.
+    """
+    if value is None or type(value) in (float, int, bool, str):  # most values, so that the others cost no time
+        return value
+    if callable(getattr(value, "tolist", None)):  # a scalar or an array of NumPy, which is not imported for this
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        items = map(python_numbers, value)
+        return list(items) if isinstance(value, list) else tuple(items)
+    if isinstance(value, Integral):
+        return int(value)
+    return as_float(value) if isinstance(value, Real) else value  # type: ignore[arg-type]  # a Real has __float__
+
+
 def check_fields(record: Any, table: str, excluded: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
     """Raise InputError for the first field of a record whose value does not satisfy its declaration.
+
+    The record stores numbers of NumPy as Python's own, and a list or an array as a tuple.
 
     `table` is the name of the table that holds the keys of the record, or "". The fields in `excluded` are not checked.
     """
     for item, key, flag in _declared_fields(record.__class__):
-        value = getattr(record, item.name)
+        given = getattr(record, item.name)
+        value = _stored_form(given, item)
+        if value is not given:
+            object.__setattr__(record, item.name, value)  # the record is frozen, but not yet in use
         is_omitted = value is None and item.default is None
         if item.name not in excluded and not is_omitted:
             hint = item.metadata["hint"] or record.HINT
             _check_field(flag or (f"{table}.{key}" if table else key), value, item, hint)
+
+
+def _stored_form(value: object, item: Field[Any]) -> object:
+    """Return a value as its field `item` stores it: Python's numbers, and a tuple where the field allows one."""
+    if "bounds" not in item.metadata:
+        return value
+    numbers = python_numbers(value)
+    return tuple(numbers) if isinstance(numbers, list) and "tuple" in str(item.type) else numbers
 
 
 @functools.cache
@@ -338,14 +370,26 @@ def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> Non
     # A list in a field that does not allow one is checked as one value, and refused because it is not a number.
     numbers = (value,) if entries is None or not allows_list else entries
     for number in numbers:
-        if isinstance(number, bool) or not isinstance(number, int | float):
-            # A number without an upper and a lower bound must only be finite.
-            bound = f"a number {bounds}" if str(bounds) != str(Bounds()) else "a finite number"
-            raise validation_error(name, number, unit, bound, hint)
-        if item.type in (int, int | None) and not isinstance(number, int):
-            raise validation_error(name, number, unit, f"a whole number {bounds}", hint)
-        if not bounds.hold(as_float(number)):
-            raise validation_error(name, as_float(number), unit, str(bounds), hint)
+        check_number(name, number, unit, bounds, hint, whole=item.type in (int, int | None))
+
+
+def check_number(name: str, number: object, unit: str, bounds: Bounds, hint: str, *, whole: bool = False) -> None:
+    """Raise InputError for a value that is not a number or is outside its bounds, and with `whole` for a fraction."""
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        # A number without an upper and a lower bound must only be finite.
+        bound = f"a number {bounds}" if str(bounds) != str(Bounds()) else "a finite number"
+        raise validation_error(name, number, unit, bound, hint)
+    if whole and not isinstance(number, int):
+        raise validation_error(name, number, unit, f"a whole number {bounds}", hint)
+    if not bounds.hold(as_float(number)):
+        raise validation_error(name, as_float(number), unit, str(bounds), hint)
+
+
+def check_type(name: str, value: object, kind: type | UnionType, bound: str, hint: str) -> None:
+    """Raise InputError for an argument that is not of the type `kind`; `bound` is this type in words."""
+    if not isinstance(value, kind):
+        shown = value if value is None or isinstance(value, str | int | float) else type(value).__name__
+        raise validation_error(name, shown, "", bound, hint)
 
 
 @dataclass(frozen=True, kw_only=True)

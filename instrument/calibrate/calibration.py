@@ -43,7 +43,15 @@ from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from sensor.attributes import with_attributes
 from sensor.design.reading import ReadingRequirements
-from sensor.quantity import COVERAGE, UNIFORM_DEVIATION, Estimate, InputError, report_field, validation_error
+from sensor.quantity import (
+    COVERAGE,
+    UNIFORM_DEVIATION,
+    Estimate,
+    InputError,
+    python_numbers,
+    report_field,
+    validation_error,
+)
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.straight_line import LackOfFit, Line
 from sensor.turns import in_turn
@@ -207,6 +215,7 @@ def calibrate(
     >>> len(calibration.unit.K_N_per_m)  # one stiffness per tip
     2
     """
+    after_s = python_numbers(after_s)
     check_weighed_after("after_s", after_s)
     table = read_print_table(weights, report, counts_as=counts_as)
     if "coupon" in table.texts:

@@ -18,7 +18,16 @@ from sensor.design.parameters import Design
 from sensor.design.reading import WEIGHED_AFTER_S, ReadingRequirements
 from sensor.design.tips import REPRESENTED_BY_BALL
 from sensor.input_file import read_toml
-from sensor.quantity import UNIFORM_DEVIATION, Bounds, InputError, check_fields, choice, quantity, validation_error
+from sensor.quantity import (
+    UNIFORM_DEVIATION,
+    Bounds,
+    InputError,
+    check_fields,
+    check_number,
+    choice,
+    quantity,
+    validation_error,
+)
 from sensor.theory.creep import CreepLaw
 
 _HINT = "take the numbers that pipeline calibrate wrote"
@@ -308,8 +317,8 @@ def check_weighed_after(name: str, after_s: float | None) -> None:
 
     `name` is how the message refers to this time.
     """
-    if after_s is not None and not WEIGHED_AFTER.hold(after_s):
-        raise validation_error(name, after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
+    if after_s is not None:
+        check_number(name, after_s, "s", WEIGHED_AFTER, "weights are read after some 30 s")
 
 
 def nominal_unit(report: Report) -> PrintedUnit:

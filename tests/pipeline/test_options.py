@@ -1,8 +1,10 @@
 """A design from a preset or a file with changes on top, numbers or text; options that name what there is."""
 
 import math
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 from refusal import refusal
 
@@ -53,7 +55,10 @@ def test_changes_are_numbers_lists_or_their_text():
     found = (design.targets.NL, design.fruit.E_MPa, design.name, design.print.process)
     assert found == (0.06, (1.0, 2.0), "mine", "fdm-pla")
     assert load_design("paper", {**given, "targets.NL": "0.06", "fruit.E_MPa": "[1, 2]"}) == design
-    assert load_design("paper", {**given, "fruit.E_MPa": (1.0, 2.0)}) == design
+    for same in ((1.0, 2.0), np.array([1, 2]), [np.float32(1.0), np.int64(2)]):
+        assert load_design("paper", {**given, "fruit.E_MPa": same}) == design
+    for same in (np.float64(0.06), np.array(0.06), Fraction(6, 100)):
+        assert load_design("paper", {**given, "targets.NL": same}) == design
     unset = [
         f"{table}.{key}" for table in ("fruit", "reading") for key in ("radius_mm", "radius_across_mm", "thickness_mm")
     ]
@@ -61,7 +66,7 @@ def test_changes_are_numbers_lists_or_their_text():
 
 
 BAD = [
-    *(("targets.NL", value) for value in (math.inf, {1, 2}, 1 + 2j, True, {"a": 1})),
+    *(("targets.NL", value) for value in (math.inf, {1, 2}, 1 + 2j, True, {"a": 1}, np.bool_(True), np.array([0.06]))),
     pytest.param("targets.NL", object(), id="object"),
     *(("fruit.E_MPa", value) for value in ([1.0, math.nan], [], [1, "2"], [[1.0]], 10**400)),
 ]

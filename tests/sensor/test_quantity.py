@@ -1,6 +1,8 @@
 import dataclasses
 import math
+from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from sensor.quantity import (
@@ -53,7 +55,10 @@ def test_bounds_are_open_and_closed_where_they_say(bounds, inside, outside):
     ("values", "field", "bound"),
     [
         *(({"size": value}, "size", "greater than 0 and at most 10") for value in (0.0, math.nan, 10**400)),
-        *(({"size": value}, "size", "a number greater than 0 and at most 10") for value in (True, "5", None)),
+        *(
+            ({"size": value}, "size", "a number greater than 0 and at most 10")
+            for value in (True, "5", None, np.bool_(True), [1.0], np.array([1.0]))
+        ),
         *(({"sizes": value}, "sizes", "a list of at least one number, each at least 0") for value in ((), 1.0)),
         ({"sizes": (1.0, -2.0)}, "sizes", "at least 0"),
         ({"maybe": 1.0}, "maybe", "less than 1"),
@@ -65,6 +70,24 @@ def test_error_has_field_and_bound(values, field, bound):
         check_fields(_Record(**values), "thing")
     assert (error.value.field, error.value.bound) == (f"thing.{field}", bound)
     assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("given", "stored"),
+    [(np.float32(0.5), 0.5), (np.int64(2), 2), (np.array(0.5), 0.5), (np.float64(0.1), 0.1), (Fraction(1, 2), 0.5)],
+)
+def test_number_of_another_type_is_stored_as_one_of_python(given, stored):
+    record = _Record(size=given, sizes=[given, 1])
+    check_fields(record, "thing")
+    assert record == _Record(size=stored, sizes=(stored, 1))
+    assert [type(number) for number in (record.size, *record.sizes)] == [type(stored), type(stored), int]
+
+
+def test_list_and_array_are_stored_as_a_tuple():
+    for given in ([1.0, 2.0], np.array([1.0, 2.0])):
+        record = _Record(sizes=given)
+        check_fields(record, "thing")
+        assert record.sizes == (1.0, 2.0)
 
 
 def test_message_names_value_unit_bound_hint_and_the_nearest_option():

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import cadquery as cq
+import numpy as np
 import pytest
 from example_files import STIFFNESS, write_example_files
 from stand_ins import relaxing_result, result_of
@@ -123,7 +124,7 @@ def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, w
     written = ["--unit", str(unit), "--c-header", str(header), "--micropython", str(module)]
     assert main(["read", str(folder), *written]) == 0
     report = twintip.read_report(folder)
-    calibrated = twintip.calibrate(report, weights, after_s=60.0).unit
+    calibrated = twintip.calibrate(report, weights, after_s=np.float32(60.0)).unit
     assert calibrated.K_N_per_m == pytest.approx([1e3 * K for K in STIFFNESS.values()], rel=1e-9)
     assert unit_as_toml(calibrated) == unit.read_text(encoding="utf-8")
     for of_unit in (unit, calibrated):
@@ -137,6 +138,7 @@ def test_what_no_unit_can_be_is_refused(folder, weights):
     calibrated = twintip.calibrate(report, weights).unit
     for field, refused in (
         ("after_s", lambda: twintip.calibrate(report, weights, after_s=-1.0)),
+        ("after_s", lambda: twintip.calibrate(report, weights, after_s="30")),
         ("unit.design", lambda: twintip.c_header(report, replace(calibrated, design_sha256="0" * 64))),
         ("fruit.relaxation", lambda: twintip.micropython(report_of_result(relaxing_result()))),
     ):
