@@ -18,6 +18,7 @@ from pipeline.storage.stopwatch import Progress, Stopwatch, ignore_progress
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
 from sensor.design.parameters import Design
+from sensor.quantity import check_type
 from sensor.turns import in_turn
 from sensor.verdict import Verdict
 
@@ -62,14 +63,15 @@ def run(
     >>> (options.out / "report.json").is_file()
     True
     """
-    options = options or RunOptions()
+    options = RunOptions() if options is None else options
+    _check_arguments(design, options)
     stopwatch = Stopwatch(progress or ignore_progress)
     check_can_be_made(design, options)
     sensor = Sensor(design=design, options=options, timed=stopwatch)
     if options.look:
         return look(sensor)
     with (
-        output_folder(options.out, force=options.force) as folder,
+        output_folder(options.folder, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
         # A worker process makes and checks the solids while this process solves. The worker starts on each housing that
@@ -107,6 +109,12 @@ def run(
     return replace(result, report=report)
 
 
+def _check_arguments(design: object, options: object) -> None:
+    """Raise InputError for the arguments of a run that are of another type, such as the name of a preset."""
+    check_type("design", design, Design, "a Design", "load it, as in twintip.load_design('paper')")
+    check_type("options", options, RunOptions, "RunOptions", "make them, as in twintip.RunOptions(out='outputs/mine')")
+
+
 def look(sensor: Sensor) -> SensorResult:
     """Make a quick run of a sensor, without solids and without files of parts, and return its result.
 
@@ -114,9 +122,9 @@ def look(sensor: Sensor) -> SensorResult:
     `run`, and OutputError if the folder holds the files of a whole run, which a quick run must not replace.
     """
     options = sensor.options
-    if options.out is not None:
-        refuse_folder_of_a_run(options.out)
-    with output_folder(options.out, force=options.force) as folder:
+    if options.folder is not None:
+        refuse_folder_of_a_run(options.folder)
+    with output_folder(options.folder, force=options.force) as folder:
         result = evaluate_sensor(sensor)
         report = write_outputs(result, folder, page=options.out is not None)
     return replace(result, report=report)
@@ -156,7 +164,9 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
     >>> round(K_l.value / K_l.limit, 2)
     1.0
     """
-    sensor = Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or ignore_progress))
+    options = RunOptions() if options is None else options
+    _check_arguments(design, options)
+    sensor = Sensor(design=design, options=options, timed=Stopwatch(progress or ignore_progress))
     result = evaluate_sensor(sensor)
     return replace(result, report=report_data(report_of_result(result)))
 

@@ -14,8 +14,17 @@ from sensor.design.design_file import design_as_mapping
 from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.parameters import Design
 from sensor.gone import refuse_removed
-from sensor.input_file import read_toml
-from sensor.quantity import Bounds, check_fields, choice, nearest, python_numbers, quantity, validation_error
+from sensor.input_file import path_of, read_toml
+from sensor.quantity import (
+    Bounds,
+    check_fields,
+    check_type,
+    choice,
+    nearest,
+    python_numbers,
+    quantity,
+    validation_error,
+)
 from sensor.tips.layouts import LAYOUTS
 
 DEFAULT_DESIGN = "paper"  # name of the preset of a run without a design
@@ -39,7 +48,7 @@ class RunOptions:
 
     Parameters
     ----------
-    out : Path, optional
+    out : str or Path, optional
         The output folder. By default, no file is written.
     fruit_stiffness : "contact" or "hayes", optional
         Whether the springs are sized from the solved contact, or from the paper's formula for a flat round tip.
@@ -65,7 +74,7 @@ class RunOptions:
     True
     """
 
-    out: Path | None = None
+    out: str | Path | None = None
     fruit_stiffness: Literal["contact", "hayes"] = choice(
         FRUIT_STIFFNESSES, default="contact", flag="--fruit-stiffness"
     )
@@ -78,10 +87,17 @@ class RunOptions:
     look: bool = False
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid option, or if `fields` is given with `look`."""
+        """Store `out` as a path; raise InputError for an invalid option, or one that `look` does not have."""
+        if self.out is not None:
+            object.__setattr__(self, "out", path_of(self.out, "out"))
         check_fields(self, "options")
         if self.look and self.fields:
             raise validation_error("--fields", "given", "", "omitted if --look is given", "make a whole run")
+
+    @property
+    def folder(self) -> Path | None:
+        """Return `out` as a path; None if no file is written."""
+        return None if self.out is None else Path(self.out)
 
     @property
     def command(self) -> str:
@@ -123,8 +139,9 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
     InputError if there is no such preset; whether a path exists is not checked. `name` is the flag or argument that the
     message names.
     """
-    if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
-        return Path(design)
+    path = path_of(design, name)
+    if not isinstance(design, str) or design.endswith(".toml") or os.sep in design:
+        return path
     presets = preset_names()
     refuse_removed(f"preset {design}")  # raises InputError with the replacement if this preset was removed
     if design not in presets:
@@ -178,6 +195,8 @@ def design_tables(
     design can have.
     """
     path = design_path(design, name)
+    if settings is not None:
+        check_type("settings", settings, Mapping, "a mapping", "write for instance {'targets.NL': 0.06}")
     texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
     contents = {"name": path.stem, **read_toml(path, name)}  # a name in the file replaces the name of the file
     tables = DesignTables.from_file(contents, path.parent)

@@ -4,10 +4,11 @@ import codecs
 import re
 import stat
 import tomllib
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from sensor.quantity import validation_error
+from sensor.quantity import check_type, validation_error
 
 MOST_BYTES = 16 * 2**20  # size of the largest file that is read
 MOST_LEVELS = 16  # maximum nesting depth of tables and lists; a design file has four levels
@@ -15,6 +16,12 @@ MOST_LEVELS = 16  # maximum nesting depth of tables and lists; a design file has
 # proportional to the square of the number of names.
 _NAME = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.,=#"']+)[ \t]*"""
 _DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
+
+
+def path_of(path: object, name: str) -> Path:
+    """Return an argument, a str or a Path, as a Path; raises InputError for any other value. `name` is the argument."""
+    check_type(name, path, str | PathLike, "a path, a str or a Path", "write it as in 'outputs/mine'")
+    return Path(path)  # type: ignore[arg-type]  # `check_type` makes sure of its type
 
 
 def read_bytes(path: Path | str, name: str) -> bytes:

@@ -33,7 +33,7 @@ from instrument.press.printed_unit import (
     nominal_unit,
 )
 from instrument.press.signals import COUNTS, count_keys
-from pipeline.report.report import Report
+from pipeline.report.report import Report, check_report
 from pipeline.storage.plain import Plain
 from pipeline.storage.record_data import as_data
 from pipeline.tables.decoding import place_of
@@ -43,6 +43,7 @@ from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from sensor.attributes import with_attributes
 from sensor.design.reading import ReadingRequirements
+from sensor.input_file import path_of
 from sensor.quantity import (
     COVERAGE,
     UNIFORM_DEVIATION,
@@ -215,9 +216,10 @@ def calibrate(
     >>> len(calibration.unit.K_N_per_m)  # one stiffness per tip
     2
     """
+    check_report(report)
     after_s = python_numbers(after_s)
     check_weighed_after("after_s", after_s)
-    table = read_print_table(weights, report, counts_as=counts_as)
+    table = read_print_table(path_of(weights, "weights"), report, counts_as=counts_as)
     if "coupon" in table.texts:
         hint = "pipeline calibrate finds the modulus of a coupon"
         raise validation_error("weights", str(weights), "", "a table with a column tip", hint)

@@ -22,7 +22,8 @@ from instrument.compress.specimens import Specimen, read_specimens
 from pipeline.storage.stopwatch import Count, ignore_progress
 from sensor.attributes import with_attributes
 from sensor.design.fruit import USUAL_MODULI
-from sensor.quantity import Bounds, report_field, validation_error
+from sensor.input_file import path_of
+from sensor.quantity import Bounds, check_type, report_field, validation_error
 from sensor.turns import in_turn
 
 COVERAGE = 1.96
@@ -148,9 +149,11 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
     >>> round(test.E_MPa, 1)
     0.7
     """
+    hint = "make one of the body, as in twintip.TestGeometry(body=fruit)"
+    check_type("geometry", geometry, TestGeometry, "a TestGeometry", hint)
     return [
         measure_modulus(specimen, geometry, count=progress or ignore_progress)
-        for specimen in read_specimens(Path(file))
+        for specimen in read_specimens(path_of(file, "file"))
     ]
 
 

@@ -14,10 +14,10 @@ from instrument.press.ripeness import RipenessClasses, ripeness_classes
 from pipeline.reading.read_out import correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.reading.uncertainty import DRIFT_SOURCE, FRUIT_SOURCES, Channels, SlopesOnBall, designed_channels
-from pipeline.report.report import Report
+from pipeline.report.report import Report, check_report
 from sensor.arrays import Flags, Floats
 from sensor.design.reading import ReadingRequirements
-from sensor.quantity import UNIFORM_DEVIATION, Estimate, validation_error
+from sensor.quantity import UNIFORM_DEVIATION, Estimate, check_type, validation_error
 from sensor.theory.contrast_law import Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import EFFECTIVE, CreepLaw
@@ -54,13 +54,16 @@ class MeasuringUnit:
 
         `unit` is a calibrated unit or the path of its unit.toml. By default, the unit has the springs of its design.
         `classes` states ripeness classes, for example `ripe:0.8,unripe`. By default, the classes of the unit are used.
-        Raises InputError for a unit of another design and for invalid classes.
+        Raises InputError for a unit of another design, for invalid classes, and for an argument of another type.
         """
+        check_report(report)
         if isinstance(unit, str | Path):
             printed_unit = read_unit(Path(unit), report)  # also refuses a unit of another design
         elif unit is None:
             printed_unit = nominal_unit(report)
         else:
+            hint = "a result of twintip.calibrate has it as .unit"
+            check_type("unit", unit, PrintedUnit, "a PrintedUnit, or the path of a unit.toml", hint)
             printed_unit = unit
             refuse_other_design(printed_unit, report)
         # An error in the classes is reported under the name of the place where they are stated.

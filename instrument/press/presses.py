@@ -21,6 +21,7 @@ from instrument.press.touches import PressSamples, split_presses
 from pipeline.report.report import Report
 from pipeline.tables.rows import rows_of
 from sensor.arrays import Floats
+from sensor.input_file import path_of
 from sensor.quantity import validation_error
 from sensor.turns import in_turn
 
@@ -76,8 +77,9 @@ def read_press(
     >>> reading.E > 0.0  # [MPa]
     True
     """
-    signal = Signal(rows_of(Path(file)), len(report.tips), say=partial(warnings.warn, stacklevel=2))
-    return list(readings_of(MeasuringUnit.from_report(report, unit), signal, counts_as=counts_as))
+    sensor = MeasuringUnit.from_report(report, unit)
+    signal = Signal(rows_of(path_of(file, "file")), len(report.tips), say=partial(warnings.warn, stacklevel=2))
+    return list(readings_of(sensor, signal, counts_as=counts_as))
 
 
 def readings_of(

@@ -40,7 +40,8 @@ from sensor.attributes import with_attributes
 from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
-from sensor.quantity import InputError, report_field, validation_error
+from sensor.input_file import path_of
+from sensor.quantity import InputError, check_type, report_field, validation_error
 from sensor.record import Record
 from sensor.theory.creep import CreepLaw
 from sensor.verdict import Verdict
@@ -208,12 +209,12 @@ def report_data(report: Report) -> Plain:
     return with_digest(as_data(report))
 
 
-def read_report(folder: Path) -> Report:
+def read_report(folder: str | Path) -> Report:
     """Read the report of a run from its output folder.
 
     Parameters
     ----------
-    folder : Path
+    folder : str or Path
         The output folder of a run.
 
     Returns
@@ -232,7 +233,13 @@ def read_report(folder: Path) -> Report:
     >>> report.design.tips.layout
     'pair'
     """
-    return report_from_data(folder, written_data(folder))
+    path = path_of(folder, "folder")
+    return report_from_data(path, written_data(path))
+
+
+def check_report(report: object) -> None:
+    """Raise InputError for an argument `report` that is no report, such as the path of its folder."""
+    check_type("report", report, Report, "a Report, as twintip.read_report returns it", "read the folder first")
 
 
 def written_data(folder: Path) -> Plain:

@@ -16,6 +16,7 @@ from pipeline.study.store import StudyStore, stored_study, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.study_table import table_columns, table_rows
 from pipeline.study.tasks import lost_points, solve_points
+from sensor.input_file import path_of
 from sensor.turns import in_turn
 
 _MAX_POINTS_PER_TASK = 64  # a judgement: a lost worker loses all points of its task, so a task must not be too large
@@ -90,7 +91,7 @@ class StudySummary:
 
 
 @in_turn()
-def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> StudySummary:
+def run_study(study: Study, folder: str | Path, engine: Engine, progress: Count | None = None) -> StudySummary:
     """Solve the points of a study that are not stored in its folder yet, and return the outcome of the whole study.
 
     If a point is refused or fails, its message is stored and the study continues.
@@ -99,7 +100,7 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None
     ----------
     study : Study
         The study, from `read_study`.
-    folder : Path
+    folder : str or Path
         The folder for the results. It may already contain some of the points.
     engine : Engine
         The engine that solves the points, from `process_engine`.
@@ -125,6 +126,7 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None
     ['error', 'number', 'springs.K_l_N_per_m']
     """
     start = time.perf_counter()
+    folder = path_of(folder, "folder")
     points = point_count(study)
     with study_store(folder, study) as store:
         counts_before = store.counts()

@@ -21,7 +21,7 @@ from sensor.design.design_file import every_key
 from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import TABLES, Design
 from sensor.gone import refuse_removed
-from sensor.input_file import read_toml
+from sensor.input_file import path_of, read_toml
 from sensor.quantity import (
     Bounds,
     InputError,
@@ -275,12 +275,12 @@ def front_number(value: object) -> object:
     return value[0] if isinstance(value, list | tuple) else value
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: str | Path) -> Study:
     """Read and check a study file.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The study file, in TOML.
 
     Returns
@@ -298,6 +298,7 @@ def read_study(path: Path) -> Study:
     >>> twintip.read_study(Path("springs.toml")).how
     'grid'
     """
+    path = path_of(path, "path")
     data = read_toml(path, "FILE.toml")
     folder = path.parent  # paths in the study file are relative to this folder
     study_file = record_of(StudyFile, data, _CONVERTER)

@@ -81,6 +81,7 @@ def test_bad_value_is_one_line(key, value):
 @pytest.mark.parametrize(
     ("option", "value", "flag"),
     [
+        *(("out", value, "out") for value in (3, b"outputs/mine", True)),
         *(("tolerance", value, "--tol") for value in (0.0, 0.99e-4, 0.101, math.nan, "0.01", True, None)),
         ("fruit_stiffness", "hays", "--fruit-stiffness"),
     ],
@@ -92,6 +93,16 @@ def test_option_that_names_nothing_is_refused(option, value, flag):
 
 def test_look_writes_no_fields():
     assert refusal(RunOptions, look=True, fields=True).field == "--fields"
+
+
+def test_folder_of_a_run_is_a_path():
+    for out in ("outputs/mine", Path("outputs/mine")):
+        assert RunOptions(out=out) == RunOptions(out=Path("outputs/mine"))
+
+
+@pytest.mark.parametrize("wrong", [None, 3, b"paper"], ids=str)
+def test_design_that_is_no_path_is_refused(wrong):
+    assert refusal(load_design, wrong).field == "--design"
 
 
 def test_contact_takes_a_quarter_of_the_tolerance():

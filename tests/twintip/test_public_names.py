@@ -133,10 +133,33 @@ def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, w
     assert twintip.read_press(report, press, calibrated) == twintip.read_press(report, press, unit)
 
 
-def test_what_no_unit_can_be_is_refused(folder, weights):
-    report = twintip.read_report(folder)
-    calibrated = twintip.calibrate(report, weights).unit
+def test_study_is_read_from_a_path_of_either_type(tmp_path):
+    path = tmp_path / "study.toml"
+    text = 'base = "paper"\nsamples = 2\nwanted = ["springs.K_l_N_per_m"]\n[vary]\n"targets.P_max" = [4, 5]\n'
+    path.write_text(text, encoding="utf-8")
+    assert twintip.read_study(str(path)) == twintip.read_study(path)
+
+
+def test_argument_that_cannot_be_used_is_refused(folder, weights, press):
+    report = twintip.read_report(str(folder))
+    calibration = twintip.calibrate(report, weights)
+    calibrated = calibration.unit
     for field, refused in (
+        ("folder", lambda: twintip.read_report(None)),
+        ("report", lambda: twintip.read_press(folder, press)),
+        ("report", lambda: twintip.calibrate(str(folder), weights)),
+        ("report", lambda: twintip.c_header(None)),
+        ("unit", lambda: twintip.read_press(report, press, calibration)),
+        ("unit", lambda: twintip.micropython(report, calibration)),
+        ("file", lambda: twintip.read_press(report, None)),
+        ("weights", lambda: twintip.calibrate(report, 3)),
+        ("geometry", lambda: twintip.modulus(press, report)),
+        ("design", lambda: twintip.run("paper")),
+        ("design", lambda: twintip.evaluate(None)),
+        ("options", lambda: twintip.run(report.design, folder)),
+        ("settings", lambda: twintip.load_design("paper", ["targets.NL"])),
+        ("path", lambda: twintip.read_study(None)),
+        ("folder", lambda: twintip.run_study(None, 3, None)),
         ("after_s", lambda: twintip.calibrate(report, weights, after_s=-1.0)),
         ("after_s", lambda: twintip.calibrate(report, weights, after_s="30")),
         ("unit.design", lambda: twintip.c_header(report, replace(calibrated, design_sha256="0" * 64))),
