@@ -66,7 +66,7 @@ class RunOptions:
     Raises
     ------
     InputError
-        If an option is outside its bounds, or `fields` is given with `look`.
+        If an option is outside its bounds, or `fields` or `fabrication` is given with `look`.
 
     Examples
     --------
@@ -91,8 +91,9 @@ class RunOptions:
         if self.out is not None:
             object.__setattr__(self, "out", path_of(self.out, "out"))
         check_fields(self, "options")
-        if self.look and self.fields:
-            raise validation_error("--fields", "given", "", "omitted if --look is given", "make a whole run")
+        for flag, given in (("--fields", self.fields), ("fabrication", self.fabrication)):
+            if self.look and given:
+                raise validation_error(flag, "given", "", "omitted if --look is given", "make a whole run")
 
     @property
     def folder(self) -> Path | None:

@@ -91,8 +91,9 @@ def test_option_that_names_nothing_is_refused(option, value, flag):
     assert refusal(RunOptions, **{option: value}).field == flag
 
 
-def test_look_writes_no_fields():
-    assert refusal(RunOptions, look=True, fields=True).field == "--fields"
+@pytest.mark.parametrize(("option", "field"), [("fields", "--fields"), ("fabrication", "fabrication")])
+def test_look_writes_no_further_files(option, field):
+    assert refusal(RunOptions, look=True, **{option: True}).field == field
 
 
 def test_folder_of_a_run_is_a_path():
