@@ -21,8 +21,8 @@ def value_text(value: object, unit: str = "", digits: int = 5, *, absent: str = 
         return OUTCOMES[value]
     if isinstance(value, float):
         number = 0.0 if abs(value) < ROUND_OFF else value
-        return f"{number:.{digits}g}{_unit_suffix(unit)}"
-    return f"{value}{_unit_suffix(unit)}" if isinstance(value, int) else f"{value}"  # text has no unit
+        return f"{number:.{digits}g}{unit_suffix(unit)}"
+    return f"{value}{unit_suffix(unit)}" if isinstance(value, int) else f"{value}"  # text has no unit
 
 
 def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
@@ -32,16 +32,16 @@ def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percen
     the number with as many decimal places as the error bar. With `in_percent`, the error bar is shown as a percentage
     of the number. A number whose error bar is None, 0, infinite or nan is shown with five digits.
     """
-    unit_suffix = _unit_suffix(unit)
+    suffix = unit_suffix(unit)
     if not bar or not math.isfinite(bar):
-        return f"{value:.5g}{unit_suffix}"
+        return f"{value:.5g}{suffix}"
     number, half_width = _to_digits_of_bar(value, bar)
     if not in_percent:
-        return f"{number} ± {half_width}{unit_suffix}"
+        return f"{number} ± {half_width}{suffix}"
     if not value:  # a percentage of 0 is not defined
-        return f"{number}{unit_suffix}"
+        return f"{number}{suffix}"
     percent = float(f"{100.0 * bar / abs(value):.2g}")
-    return f"{number}{unit_suffix} ± {percent:g} %"  # 140, not 1.4e+02
+    return f"{number}{suffix} ± {percent:g} %"  # 140, not 1.4e+02
 
 
 def _to_digits_of_bar(value: float, bar: float) -> tuple[str, str]:
@@ -57,7 +57,7 @@ def _to_digits_of_bar(value: float, bar: float) -> tuple[str, str]:
     return number, half_width
 
 
-def _unit_suffix(unit: str) -> str:
+def unit_suffix(unit: str) -> str:
     """Return the unit after a space, or nothing for a dimensionless number."""
     return "" if unit in ("", "1") else f" {unit}"
 

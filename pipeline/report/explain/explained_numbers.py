@@ -7,7 +7,7 @@ from pipeline.report.keys import value_at
 from pipeline.report.report import read_report
 from pipeline.verdicts.in_words import in_display_units, measured
 from sensor.verdict import Verdict
-from sensor.words import OUTCOMES, value_text, value_with_bar
+from sensor.words import OUTCOMES, unit_suffix, value_text, value_with_bar
 
 
 def explained_value(folder: Path, entry: Entry, name: str) -> str:
@@ -34,14 +34,36 @@ def _verdict_text(verdict: Verdict) -> str:
 
 
 def _symbol_text(report: object, entry: Entry) -> str | None:
-    """Return the value of a symbol as text, with its error bar and its part; None if the report has no such value."""
+    """Return the value of a symbol as text, with its error bar and its part; None if the report has no such value.
+
+    A list of numbers has neither an error bar nor a part.
+    """
     value = None if entry.key is None else _value_or_none(report, entry.key)
+    if isinstance(value, tuple):
+        text = _list_text(value)
+        return None if text is None else text + unit_suffix(entry.unit)
     if not isinstance(value, int | float):
         return None
     percent = None if entry.error_percent is None else _value_or_none(report, entry.error_percent)
     error = 0.01 * abs(value) * percent if isinstance(percent, int | float) else None
     part = f", {entry.part}" if entry.part else ""
     return f"{value_with_bar(value, error, entry.unit)}{part}"
+
+
+def _list_text(values: tuple[object, ...]) -> str | None:
+    """Return a list of numbers as text, or None if it is empty or holds anything else.
+
+    Each row of a matrix is in brackets. A number without a value is shown as null, as in report.json.
+    """
+    texts = []
+    for value in values:
+        if isinstance(value, tuple):
+            texts.append(f"[{_list_text(value) or ''}]")
+        elif value is None or isinstance(value, int | float):
+            texts.append(value_text(value, absent="null"))
+        else:
+            return None
+    return ", ".join(texts) or None
 
 
 def _value_or_none(report: object, key: str) -> object:

@@ -64,6 +64,9 @@ def test_unknown_name_is_answered_with_the_nearest(word, near):
     ("name", "number"),
     [
         ("S", "0.766603 ± 0.000077 1/mm, s11"),  # the compliance of the stand-in is 0.766603 with 0.01 %
+        ("deflections_mm", "0.50182, 0.10909 mm"),  # a list
+        ("contact.compliance_per_mm", "[0.7666, 0.010526], [0.010526, 0.7666] 1/mm"),  # a matrix
+        ("tips", "no number in this report"),  # a list of records
         ("noise_for_10_percent", "no number in this report"),
         ("reading.bias", "no verdict in this design"),
     ],
