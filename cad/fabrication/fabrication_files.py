@@ -67,13 +67,13 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     part_files = _write_parts(sensor, parts, folder)
     plate_path = folder / "plate.3mf"
     settings = slicer_settings(process, sensor.housing)
-    write_plate(part_files.meshes, part_files.volumes, bill, settings, plate_path)
+    plate_size = write_plate(part_files.meshes, part_files.volumes, bill, settings, plate_path)
     wiring_paths = _write_wiring(sensor, read_out.signal, folder)
     # The bracket is added only now, because the bill counts the parts of an assembly without the bracket.
     assembly_with_bracket = assembly.add(parts["mount"])
     exploded_path = folder / "exploded.svg"
     write_exploded(assembly_with_bracket, bill, exploded_path)
-    sheet = fabrication_sheet(sensor, title, bill, read_out)
+    sheet = fabrication_sheet(sensor, title, bill, read_out, plate_size)
     text_paths = _write_texts(folder, {"bom.csv": bill_csv(bill), "fabrication.md": sheet})
     return MakerFiles(
         paths=(*drawing_paths, *part_files.paths, plate_path, *wiring_paths, exploded_path, *text_paths),

@@ -100,12 +100,19 @@ def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str
     }
 
 
-def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:
+def fabrication_sheet(
+    sensor: SensorSolids,
+    title: Title,
+    bill: Sequence[BillLine],
+    read_out: SpringReadOut,
+    plate_size: tuple[float, float],
+) -> str:
     """Return the fabrication sheet as Markdown text: the bill, sizes, and instructions for making and calibrating.
 
     The text comes from the template `fabrication_sheet.md.jinja`, which refers to the values below by their names.
     `title` is the title block of the drawing, with the process. `bill` holds the lines of the bill of materials, and
-    `read_out` describes how the springs are read and calibrated. Lengths are in mm.
+    `read_out` describes how the springs are read and calibrated. `plate_size` has the sizes of the print plate along
+    x and y. Lengths are in mm.
     """
     process = title.process
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()  # from mm^3
@@ -115,12 +122,14 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         sensor=sensor,
         bill=bill,
         read_out=read_out,
+        plate_size=[math.ceil(size) for size in plate_size],
         fixed_sizes=_FIXED_SIZES,
         probe=PROBE,
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
         slicer_mass_ratio=_SLICER_MASS_RATIO,
         slicer_settings=slicer_settings(process, sensor.housing),
+        printed_depth=process.printed_depth_mm(sensor.housing.depth),
         tip_accuracy=tip_accuracy_mm(sensor.tips, process),
         takes_ball=represented_by_ball(sensor.fruit, sensor.tips),
         coupon_rows=[_coupon_row(arm, process) for arm in sensor.housing.arms],

@@ -1,9 +1,10 @@
 """The file plate.3mf, which holds all printed parts of a sensor, arranged on one print bed."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import trimesh
 
 from cad.fabrication.bill import BillLine
@@ -21,8 +22,10 @@ def write_plate(
     bill: Sequence[BillLine],
     settings: Mapping[str, str],
     path: Path,
-) -> None:
+) -> tuple[float, float]:
     """Write the printed parts of a bill to a 3MF file, with as many copies of each part as the bill lists.
+
+    Returns the sizes of the plate along x and y [mm], without gaps at its edges.
 
     `meshes` are the parts in print pose [mm], and `volumes` are their volumes [mm^3] with error bars, both keyed by
     part name. `settings` are settings of the slicer. Every copy is a separate object, because PrusaSlicer applies
@@ -30,11 +33,13 @@ def write_plate(
     volume read back from it is wrong.
     """
     counts = {row.part: row.count for row in bill if row.part in meshes}  # bought parts have no mesh
-    write_3mf(arrange_on_bed(meshes, counts), path, settings)
+    placed_meshes = arrange_on_bed(meshes, counts)
+    write_3mf(placed_meshes, path, settings)
     expected_volumes = [(count, volumes[name]) for name, count in counts.items()]
     total_volume = sum(count * volume.value for count, volume in expected_volumes)
     volume_error = sum(count * volume.error for count, volume in expected_volumes)
     compare_volume(path, read_3mf(path).mesh.volume, Estimate(total_volume, volume_error, "mm^3"))
+    return plate_size(placed_meshes.values())
 
 
 def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, int]) -> dict[str, trimesh.Trimesh]:
@@ -84,6 +89,13 @@ def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) 
 def _bed_side(placed_meshes: Mapping[str, trimesh.Trimesh]) -> float:
     """Return the side length [mm] of the smallest square bed, with one corner at the origin, that holds all parts."""
     return max(float(mesh.bounds[1, :2].max()) for mesh in placed_meshes.values())
+
+
+def plate_size(placed_meshes: Iterable[trimesh.Trimesh]) -> tuple[float, float]:
+    """Return the sizes along x and y [mm] of the smallest rectangle that holds all parts on the bed."""
+    bounds = np.array([mesh.bounds[:, :2] for mesh in placed_meshes])  # (parts, lowest and highest corner, x and y)
+    width, depth = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
+    return float(width), float(depth)
 
 
 def rest_on_flange(bracket: trimesh.Trimesh) -> trimesh.Trimesh:

@@ -52,6 +52,7 @@ def notes(result: SensorResult) -> list[str]:
     all_notes = [
         *_advice_notes(result.errors.budgets),
         *_given_springs_note(result),
+        *_layers_note(result),
         _relaxation_note(result),
         *_skin_note(result),
         *_weight_note(result),
@@ -103,6 +104,25 @@ def _given_springs_note(result: SensorResult) -> Iterator[Note]:
             _ALWAYS_FIRST,
             f"Calibrate what you build: a line of tips has no housing, and {K_l:.5g} and {K_h:.5g} N/m are taken as "
             "given.",
+        )
+
+
+def _layers_note(result: SensorResult) -> Iterator[Note]:
+    """Yield the note on the depth of the leaves as printed, if their depth is not a whole number of layers.
+
+    The stiffness of a spring is proportional to the depth of its leaves.
+    """
+    springs = result.springs
+    if springs.housing is None:
+        return
+    depth = springs.housing.depth
+    printed_depth = springs.process.printed_depth_mm(depth)
+    if printed_depth != depth:
+        percent = 100.0 * (printed_depth / depth - 1.0)
+        yield Note(
+            abs(percent),
+            f"Calibrate, or choose another layer height: layers of {springs.process.layer_mm:g} mm make the leaves "
+            f"{printed_depth:g} mm deep, not {depth:g}, which moves K_l and K_h by {percent:+.2g} %.",
         )
 
 

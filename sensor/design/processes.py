@@ -1,6 +1,7 @@
 """Print processes and their materials, from processes.toml or from a file of the user. Each number has a source."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,7 @@ _SCATTER = Bounds(above=0.0, at_most=0.23)
 _MAX_THICKNESS_ERROR = 0.45  # maximum thickness error (two sigma), as a fraction of the thickness of the thinnest leaf
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium, the densest element, has 22.6
 _MAX_NAME_LENGTH = 64
+_LAYER_ROUND_OFF = 1e-6  # tolerance for the round-off error of a number of layers
 FOOT_MM = 0.15
 """Width by which the first layer spreads on each side of a leaf [mm], by judgement for one layer of 0.2 mm."""
 KINDS = ("fdm", "sla", "sls", "dmls", "other")
@@ -127,6 +129,18 @@ class Process(Sourced):
     def leaf_thicknesses_mm(self) -> tuple[float, float]:
         """Return the thicknesses of the leaves of the low and of the high spring [mm]."""
         return self.leaf_thickness_low_mm, self.leaf_thickness_high_mm
+
+    def printed_depth_mm(self, depth: float) -> float:
+        """Return the depth [mm] that a slicer makes of a plate whose depth in the design is `depth` [mm].
+
+        A slicer prints the nearest whole number of layers. At the middle of two numbers it prints either one, and the
+        larger one is returned. The depth is returned unchanged if the process is not FDM or has no layer height.
+        """
+        if self.kind != "fdm" or self.layer_mm is None:
+            return depth
+        layer_count = max(1, math.floor(depth / self.layer_mm + 0.5 + _LAYER_ROUND_OFF))
+        printed_depth = layer_count * self.layer_mm
+        return depth if math.isclose(printed_depth, depth, rel_tol=_LAYER_ROUND_OFF) else printed_depth
 
 
 def check_process_name(name: object) -> None:

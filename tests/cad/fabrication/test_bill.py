@@ -69,7 +69,7 @@ def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):
     rows = bill(sensor, process)
     springs = [SpringToRead(name=name, K=K, deflection=0.1) for name, K in (("low", 0.9), ("high", 20.0))]
     read_out = SpringReadOut(springs=springs)
-    sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, read_out)
+    sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, read_out, (200.0, 150.0))
     page = MarkdownIt("commonmark").enable("table").render(sheet)
     assert f"<td>housing.stl, {escape(hostile)}</td>" in page
     assert f"Process fdm-petg, {escape(hostile)};" in page

@@ -44,7 +44,7 @@ def sheet_of(sensor, title=TITLE, signal=None, folder="OUT", bench=None):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
     bill = bill_of_materials(sensor, assemble_sensor(sensor), title.process, masses)
     read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, bench=bench, folder=folder)
-    return fabrication_sheet(sensor, title, bill, read_out)
+    return fabrication_sheet(sensor, title, bill, read_out, (189.3, 150.0))
 
 
 @pytest.fixture(scope="module")
@@ -75,9 +75,15 @@ def test_every_file_is_written_and_the_same_bytes_again_but_for_step(curved, wri
 
 
 ALLOY = replace(PROCESSES["dmls-ti64"], name="dmls-316l", material="316L")
+THICK_LAYERS = replace(TITLE.process, name="thick-layers", layer_mm=0.35)
 MILLED = replace(RESIN, name="milled", kind="other")
 PROCESSES_TOLD = [  # process, what its sheet tells, what it does not
-    (TITLE.process, ("Nozzle 0.4 mm", "L leaves are 2 lines, H leaves 3"), ("isopropanol", "argon", "Two plates")),
+    (
+        TITLE.process,
+        ("Nozzle 0.4 mm", "L leaves are 2 lines, H leaves 3", "190 x 150 mm of the bed"),
+        ("isopropanol", "argon", "Two plates", "mm deep instead"),
+    ),
+    (THICK_LAYERS, ("5.95 mm deep instead of 6 mm", "by -0.83 %"), ()),  # 17 layers of 0.35 mm
     (RESIN, ("isopropanol", "30 min at 60 C"), ("Nozzle", "argon", "brim", "A slicer counts")),
     (PROCESSES["sls-pa12"], ("powder out of every gap", "2 bar"), ("Nozzle", "isopropanol", "argon", "brim")),
     (PROCESSES["dmls-17-4ph"], ("H900, 480 C for 1 h", "by wire AFTER the heat"), ("argon", "No support", "brim")),

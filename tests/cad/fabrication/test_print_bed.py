@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad.fabrication.print_bed import GAP_MM, arrange_on_bed
+from cad.fabrication.print_bed import GAP_MM, arrange_on_bed, plate_size
 from cad.files.slicer_settings import slicer_settings
 from sensor.design.processes import PROCESSES
 
@@ -27,6 +27,7 @@ def test_parts_lie_apart_in_rows(rng, longest):
     assert sum(mesh.volume for mesh in placed.values()) == pytest.approx(volumes)
     low, high = np.array([mesh.bounds[:, :2] for mesh in placed.values()]).transpose(1, 0, 2)
     assert low.min() > GAP_MM - 1e-9
+    assert plate_size(placed.values()) == pytest.approx(tuple(high.max(axis=0) - low.min(axis=0)))
     for one, other in itertools.combinations(range(len(low)), 2):
         assert max((low[other] - high[one]).max(), (low[one] - high[other]).max()) > GAP_MM - 1e-9
     assert high.max() < max(2.0 * np.prod(high - low, axis=1).sum() ** 0.5, 2.0 * longest)

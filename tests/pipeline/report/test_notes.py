@@ -186,6 +186,16 @@ def test_relaxation_that_is_known():
     assert max(told[1:]) < 1.0
 
 
+def test_depth_that_is_no_whole_number_of_layers_is_told_with_what_it_moves():
+    """29 layers of 0.35 mm are 10.15 mm, where the leaves are 10 mm deep; those of 0.2 mm fit."""
+    result = result_of()
+    springs = result.springs
+    thick = dataclasses.replace(springs, process=dataclasses.replace(springs.process, layer_mm=0.35))
+    layered = dataclasses.replace(result, pressed=dataclasses.replace(result.pressed, springs=thick))
+    assert numbers_of(note(layered, "Calibrate, or choose another layer height")) == [0.35, 10.15, 10.0, 1.5]
+    assert not [line for line in notes(result) if "layer height" in line]
+
+
 def test_table_under_a_whole_fruit():
     result = on_the_press_of_the_block(Design(fruit=BALL))
     force = float(result.press.at_largest_E.F[-1, -1].sum())

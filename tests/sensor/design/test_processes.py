@@ -77,3 +77,19 @@ def test_lines_fill_the_leaves_and_layers_the_depth(process):
         for size in sizes if step else ():
             assert size / step == pytest.approx(round(size / step)), (process.name, size, step)
     assert (process.line_width_mm is not None) == (process.kind == "fdm")
+
+
+@pytest.mark.parametrize(
+    ("process", "depth", "printed"),
+    [
+        (PETG, 4.45, 4.4),  # 22.25 layers of 0.2 mm; PrusaSlicer 2.5 prints each of these depths so
+        (PETG, 4.75, 4.8),
+        (PETG, 5.9, 6.0),  # 29.5 layers
+        (PETG, 6.0, 6.0),
+        (PROCESSES["sls-pa12"], 4.45, 4.45),  # no slicer of its own
+        (dataclasses.replace(PETG, layer_mm=None, sources=without("layer_mm")), 4.45, 4.45),
+    ],
+)
+def test_a_depth_is_printed_as_whole_layers(process, depth, printed):
+    assert process.printed_depth_mm(depth) == pytest.approx(printed, rel=1e-12)
+    assert (process.printed_depth_mm(depth) == depth) == (depth == printed)
