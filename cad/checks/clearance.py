@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from cad.checks.line_probe import UP, LineProbe, Vector, solid_probe
 from cad.parts.assembly import plate_locations
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
+from cad.parts.layout import STOP_SAFETY
 from cad.parts.part import box_through
 from cad.parts.pose import location_matrix, pressed_pose
 from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
-STOP_SAFETY = 1.2  # smallest allowed deflection at the stop, divided by the deflection at full travel; our choice
 HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] directions in which the sensor tilts, from +x towards +y
 _MARGIN_MM = 1.0  # distance by which a cutting box extends beyond the plate, so that no thin layer remains
 # Largest distance between a face and its triangles, which are used for a first selection of tilt directions.

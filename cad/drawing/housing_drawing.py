@@ -23,6 +23,7 @@ from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, lay_out_sheet
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, BackToBack, Housing, Pin, fillet_corners
+from cad.parts.layout import STOP_SAFETY
 from cad.parts.part import NEAR_MM
 from cad.parts.pin_socket import pin_locations, pin_solid
 from cad.parts.sensor import SensorSolids
@@ -62,9 +63,10 @@ class _SheetContents:
         return self.sensor.housing
 
 
-def draw_housing_sheet(sensor: SensorSolids, title: Title) -> Sheet:
+def draw_housing_sheet(sensor: SensorSolids, title: Title, deflections: Sequence[float]) -> Sheet:
     """Draw a housing on a sheet, and return the sheet; `title` holds the contents of its title block.
 
+    `deflections` [mm] are the deflections of the low and the high spring at full travel, which the stops must allow.
     The sheet shows the section y = 0 seen along +y, and to its right the view from the left. A plate with pads is also
     shown from behind, below these views.
     """
@@ -82,7 +84,7 @@ def draw_housing_sheet(sensor: SensorSolids, title: Title) -> Sheet:
         pin_cuts=[section(pin) for pin in pins],
         from_left=project_visible_edges(cq.Compound.makeCompound([printed_part, *pins]), "left"),
         from_behind=from_behind,
-        measured=list_measured_dimensions(sensor, title.process),
+        measured=list_measured_dimensions(sensor, title.process, deflections),
     )
     # The sheet calls this function once for each scale that it tries.
     draw_views = functools.partial(_draw_views, contents=contents)
@@ -534,15 +536,16 @@ def _notes(contents: _SheetContents, process: Process) -> list[str]:
         "Millimetres. Section in the middle of the depth.",
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
         f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
-        f"Gaps over the shuttles are stops; {tip_note}.",
+        f"Gaps over the shuttles are stops: at least {STOP_SAFETY:g} x the deflection.",
+        f"{tip_note[0].upper()}{tip_note[1:]}.",
         "Letters name rows of the table; no letter: general tolerance.",
-        f"±{process.accuracy_mm:g}: holds 95 % of {process.name}, for leaves and lengths under {SMALL_MM:g}.",
+        f"Leaves, lengths under {SMALL_MM:g}: ±{process.accuracy_mm:g} holds 95 % of {process.name} prints.",
         f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
         f"+{STEP_MM:g} moves: stiffness K, contact or force of a tip, in proportion.",
         "Outside its tolerance: make it again. Calibrate every unit.",
     ]
     if housing.dowels:
-        notes.append("MAKE TWO: one is turned half round the press axis, pads on pads.")
+        notes.append("MAKE TWO. Turn one by 180 deg about the press axis, pad on pad.")
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6: ream their holes {DOWEL_MM:g} H7.")
     if contents.sensor.seats is not None:
         notes += _magnet_notes(contents.sensor.seats, measured["pocket"])

@@ -13,8 +13,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, length_text
+from cad.drawing.canvas import DECIMALS, IN_TABLE, MEASURED, SMALL_MM, length_text
 from cad.parts.housing import Arm, Housing
+from cad.parts.layout import STOP_SAFETY
+from cad.parts.part import NEAR_MM
 from cad.parts.pin import GROUND_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
@@ -72,9 +74,12 @@ def find_general_tolerance(process: Process, length: float, *, is_radius: bool =
     return next((tolerance for largest, tolerance in tolerances.items() if length <= largest), max(tolerances.values()))
 
 
-def list_measured_dimensions(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
+def list_measured_dimensions(
+    sensor: SensorSolids, process: Process, deflections: Sequence[float]
+) -> Mapping[str, MeasuredDimension]:
     """Return the dimensions to be measured on a housing, keyed by name, which are the entries of the measuring table.
 
+    `deflections` [mm] are the deflections of the low and the high spring at full travel, which the stops must allow.
     The dimensions are in the order of the table, and their letters are assigned in this order. The tolerance of a
     dimension is the accuracy of `process` or the general tolerance, except for pins.
     """
@@ -86,7 +91,7 @@ def list_measured_dimensions(sensor: SensorSolids, process: Process) -> Mapping[
             nominal=housing.corner,
             tolerance=_plus_minus(find_general_tolerance(process, housing.corner, is_radius=True)),
         ),
-        **_stop_dimensions(housing, process),
+        **_stop_dimensions(housing, process, deflections),
         **_tip_dimensions(sensor, process),
     }
     if sensor.seats is not None:
@@ -169,12 +174,24 @@ def _stiffness_symbol(arm: Arm) -> str:
     return f"K_{arm.name[0]}"
 
 
-def _stop_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
-    """Return the gap above the shuttle of each spring, which is the distance to its stop."""
-    return {
-        f"{arm.name} stop": _single_dimension(f"gap, {arm.name} stop", housing.cavity_level - arm.top_level, process)
-        for arm in housing.arms
-    }
+def _stop_dimensions(housing: Housing, process: Process, deflections: Sequence[float]) -> dict[str, MeasuredDimension]:
+    """Return the gap above the shuttle of each spring, which is the distance to its stop.
+
+    `deflections` [mm] are the deflections of the springs at full travel. A gap may not be smaller than the verdict
+    geometry.stops_* allows. Its tolerance is the general one, or what the verdict leaves if this is less.
+    """
+    dimensions = {}
+    for arm, deflection in zip(housing.arms, deflections, strict=True):
+        gap = housing.cavity_level - arm.top_level
+        # The gap may shrink by this length, which is rounded down to the decimals of the table.
+        allowed = math.floor(10.0**DECIMALS * (gap - STOP_SAFETY * deflection) + NEAR_MM) / 10.0**DECIMALS
+        tolerance = min(find_general_tolerance(process, gap), max(0.0, allowed))
+        dimensions[f"{arm.name} stop"] = MeasuredDimension(
+            places=(f"gap, {arm.name} stop",),
+            nominal=gap,
+            tolerance=_plus_minus(tolerance),
+        )
+    return dimensions
 
 
 def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:

@@ -62,7 +62,8 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     assembly = assemble_sensor(sensor)
     bill = bill_of_materials(sensor, assembly, process, masses, read_out.signal)
 
-    drawing = draw_housing_sheet(sensor, replace(title, mass_g=masses["housing"]))
+    deflections = [spring.deflection for spring in read_out.springs]
+    drawing = draw_housing_sheet(sensor, replace(title, mass_g=masses["housing"]), deflections)
     drawing_paths = drawing.write(folder / "drawing")
     part_files = _write_parts(sensor, parts, folder)
     plate_path = folder / "plate.3mf"

@@ -15,6 +15,7 @@ from sensor.theory.leaf_spring import Flexure
 # Lengths are in mm.
 LEDGE = 1.0  # straight wall between a fillet and the next corner; also the longest tip that prints without support
 CLEARANCE = 0.5  # clearance between the frame and the fruit in the worst press
+STOP_SAFETY = 1.2  # smallest allowed deflection at the stop, divided by the deflection at full travel; our choice
 STOP_MARGIN = 1.5  # ratio of the gap at a stop to the deflection at full travel
 POCKET_SIDES = 3.0  # ratio of the depth of the pocket for a pin to the side of the pin
 HEMISPHERE_MARGIN = 0.2  # difference between the width of a tip and the diameter of its hemisphere

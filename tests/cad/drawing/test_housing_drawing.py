@@ -29,6 +29,7 @@ from sensor.design.processes import PROCESSES
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 ROOT = Path(__file__).parents[3]
 POINTS = 72.0 / 25.4  # of a millimetre, PDF Reference 1.7, 4.2.1
+DEFLECTIONS = (0.5, 0.1)  # [mm] of the springs at full travel
 LENGTHS = (60.405, 39.939)  # [mm] of the leaves of the mango as they are fitted
 
 
@@ -47,7 +48,7 @@ class Sheets(dict):
         self.shown = shown
 
     def __missing__(self, kind):
-        self[kind] = draw_housing_sheet(*self.shown[kind]())
+        self[kind] = draw_housing_sheet(*self.shown[kind](), DEFLECTIONS)
         return self[kind]
 
 
@@ -167,7 +168,7 @@ def test_revision_is_that_of_what_is_drawn(sensor):
     """The same drawing has the same revision; another size, another process or another name has another one."""
 
     def revision(sensor, title):
-        told = words(draw_housing_sheet(sensor, title))
+        told = words(draw_housing_sheet(sensor, title, DEFLECTIONS))
         (found,) = (text for text in told if re.fullmatch(r"[0-9a-f]{8}", text))
         return found
 
@@ -191,7 +192,7 @@ def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sh
     root = ET.parse(svg).getroot()
     assert (root.get("width"), root.get("height")) == tuple(f"{side:.0f}mm" for side in SIZES[sheet.size])
     before = [path.read_bytes() for path in (dxf, svg, pdf)]
-    draw_housing_sheet(sensor, TITLE).write(tmp_path / "drawing")
+    draw_housing_sheet(sensor, TITLE, DEFLECTIONS).write(tmp_path / "drawing")
     assert [path.read_bytes() for path in (dxf, svg, pdf)] == before
 
 
@@ -237,7 +238,7 @@ def test_title_block_says_what_a_workshop_asks(sheets, monkeypatch, sensor):
     assert not any(re.fullmatch(r"\d{4}-\d\d-\d\d", text) for text in title)  # no day is made up
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     metal = replace(TITLE, process=PROCESSES["dmls-ti64"])
-    title = words(draw_housing_sheet(sensor, metal))
+    title = words(draw_housing_sheet(sensor, metal, DEFLECTIONS))
     assert title >= {"1970-01-02", "Ti-6Al-4V", "ISO 2768-1 m"}
 
 

@@ -17,9 +17,14 @@ ROUNDED_MM = 0.0051  # to two decimals
 GROUND_MM = 0.01  # of ground bar, as dealers sell it
 
 
-def table_of(sensor, process=PETG):
+DEFLECTIONS = (0.3, 0.05)  # [mm] at full travel
+
+
+def table_of(sensor, process=PETG, deflections=DEFLECTIONS):
     """Return the rows of the table of a sensor by their first cells."""
-    return {row[0]: row[1:] for one in list_measured_dimensions(sensor, process).values() for row in one.rows}
+    return {
+        row[0]: row[1:] for one in list_measured_dimensions(sensor, process, deflections).values() for row in one.rows
+    }
 
 
 def nominals(housing):
@@ -41,7 +46,7 @@ def test_table_of_the_sheet_has_every_dimension_that_a_maker_measures(kind, sens
     of = {"pair": sensor, "square": square_sensor(), "pins": pinned}[kind]
     table = table_of(of)
     assert {name: float(row[1]) for name, row in table.items()} == pytest.approx(nominals(of.housing), abs=ROUNDED_MM)
-    shown = {text for text, _ in draw_housing_sheet(of, TITLE).canvas.find_texts()}
+    shown = {text for text, _ in draw_housing_sheet(of, TITLE, DEFLECTIONS).canvas.find_texts()}
     assert {text for name, row in table.items() for text in (name, *row)} <= shown
 
 
@@ -55,9 +60,25 @@ def test_leaves_and_levels_of_tips_have_the_accuracy_of_the_process_and_pins_tha
     assert [tables[1][name][2] for name in ("n1", "n2")] == ["h8", "h8"]
 
 
+@pytest.mark.parametrize(
+    ("deflections", "tolerances"),
+    [
+        ((0.3, 0.05), (0.2, 0.05)),  # the general tolerance of 0.75 mm, and that of lengths under 0.5 mm
+        ((0.502, 0.109), (0.14, 0.05)),  # 0.75 - 1.2 x 0.502 = 0.1476
+        ((0.5, 0.24), (0.15, 0.01)),  # 0.3 - 1.2 x 0.24 = 0.012
+    ],
+)
+def test_gap_at_its_lower_limit_passes_the_verdict_on_its_stop(deflections, tolerances, sensor):
+    """The gaps are 0.75 and 0.3 mm; the verdict asks for 1.2 times the deflection at full travel."""
+    table = table_of(sensor, deflections=deflections)
+    assert [table[name][2] for name in ("g", "h")] == [f"±{tolerance:g}" for tolerance in tolerances]
+    for name, deflection, tolerance in zip(("g", "h"), deflections, tolerances, strict=True):
+        assert float(table[name][1]) - tolerance >= 1.2 * deflection - 1e-9
+
+
 def test_what_a_tenth_more_moves_is_the_law_of_beams_and_of_contact(sensor):
     """One leaf of two by half, a flat face by its width, a force by the travel of 0.6 mm, a ball by the root of R."""
-    table = list_measured_dimensions(sensor, PETG)
+    table = list_measured_dimensions(sensor, PETG, DEFLECTIONS)
     low = sensor.housing.low
     K = [pair_stiffness(2000.0, low.depth, t, low.length) for t in (0.8, 0.9)]
     pairs = {
@@ -69,7 +90,7 @@ def test_what_a_tenth_more_moves_is_the_law_of_beams_and_of_contact(sensor):
     }
     for name, (what, percent) in pairs.items():
         assert table[name].moves == f"{what} {percent:+.2g} %"
-    square = list_measured_dimensions(square_sensor(), RESIN)
+    square = list_measured_dimensions(square_sensor(), RESIN, DEFLECTIONS)
     assert square["tip"].moves == f"contact {100.0 * (math.sqrt(1.01) - 1.0):+.2g} %"
 
 
