@@ -10,6 +10,7 @@ import cadquery as cq
 
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.fabrication.sheet_templates import EACH, render_template
+from cad.fabrication.wiring import count_wires
 from cad.parts.assembly import dowel_length, grip, part_type, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
@@ -57,6 +58,7 @@ def bill_of_materials(
         dowel_diameter=DOWEL_MM,
         dowel_mm=dowel_length(housing) or housing.stack,  # if no standard dowel fits, one is cut to length
         signal=signal,
+        wires=0 if signal is None else count_wires(len(sensor.tips.springs), signal.board),
         probe=PROBE,
     )
     # The first column is the count. The other columns are the text fields of a line, in their order.

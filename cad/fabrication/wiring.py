@@ -6,6 +6,14 @@ from pathlib import Path
 from cad.fabrication.sheet_templates import render_template
 from sensor.design.readout import BOARDS
 
+WIRES_OF_SENSOR = 3  # output, supply and ground of a Hall sensor
+SUPPLY_WIRES = 2  # supply and ground, from the board to the amplifier
+
+
+def count_wires(sensors: int, board: str) -> int:
+    """Return the number of wires of the wiring plan of `sensors` Hall sensors; `board` is a key of `BOARDS`."""
+    return WIRES_OF_SENSOR * sensors + len(BOARDS[board].pins) + SUPPLY_WIRES
+
 
 def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> None:
     """Write the wiring plan that connects the tips of a sensor to a board, as an SVG file.

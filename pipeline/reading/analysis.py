@@ -610,13 +610,15 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
     """
     contact = sensor.contact
     full_scale, error = _full_scale_and_error(contact, press, readings)
+    full_scale_N = tuple(np.maximum(full_scale, 0.0).tolist())
+    signal = sensor.signal
     constants = ReadingConstants(
         method=RiseModel.method,
         springs_mm_per_N=rows_of(sensor.C),
-        full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
+        full_scale_N=full_scale_N,
         model_error_percent=100.0 * error,
         level=(),  # replaced below for a pair
-        signal=sensor.signal,
+        signal=None if signal is None else signal.with_full_scale(full_scale_N),
         fastest_press_s=sensor.fastest_press_s,
     )
     if sensor.design.tips.tip_layout.is_pair:

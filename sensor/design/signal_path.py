@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from sensor.design.bench import Bench
@@ -13,7 +13,11 @@ from sensor.quantity import UNIFORM_DEVIATION, report_field
 
 @dataclass(frozen=True, kw_only=True)
 class SpringToRead:
-    """The properties of a spring that a read-out needs: its stiffness `K` [N/mm] and its largest deflection [mm]."""
+    """The properties of a spring that a read-out needs: its stiffness `K` [N/mm] and its largest deflection [mm].
+
+    The deflection is that of the two-spring law for which the stops are placed. A press on the fruit bends a spring by
+    slightly less.
+    """
 
     name: str
     K: float
@@ -21,7 +25,7 @@ class SpringToRead:
 
     @property
     def force(self) -> float:
-        """Return the largest force of the spring [N]."""
+        """Return the force of the spring at its largest deflection [N]."""
         return self.K * self.deflection
 
 
@@ -37,7 +41,9 @@ class SignalPath:
     rate_Hz: float = report_field("Hz", "sample rate of each channel")
     excitation_V: float = report_field("V", "supply voltage of the Hall sensors")
     saturation_counts: int = report_field("1", "counts at which a channel saturates")
-    full_counts: tuple[float, ...] = report_field("1", "counts of each channel at its largest force")
+    full_counts: tuple[float, ...] = report_field(
+        "1", "counts of each channel at its largest force; empty until the presses are solved", default=()
+    )
     counts_per_N: tuple[float, ...] = report_field("1/N", "sensitivity of each channel")
     noise_N: tuple[float, ...] = report_field("N", "noise of a sample, one standard deviation")
     zero_drift_N: tuple[float, ...] = report_field("N", "largest zero drift of each channel since the last taring")
@@ -51,6 +57,11 @@ class SignalPath:
         "converted at once",
     )
     time_error_ms: float = report_field("ms", "largest error of a conversion time, in addition to `delay_ms`")
+
+    def with_full_scale(self, forces_N: Sequence[float]) -> "SignalPath":
+        """Return a copy with the counts at the largest force [N] of each tip."""
+        pairs = zip(self.counts_per_N, forces_N, strict=True)
+        return replace(self, full_counts=tuple(counts * force for counts, force in pairs))
 
     @property
     def rounding_N(self) -> tuple[float, ...]:
@@ -101,7 +112,8 @@ class SpringReadOut:
 
     `bench` is the bench that will calibrate the springs, or None if the design needs no calibration. `fastest_s` is the
     shortest duration of a press by hand [s] that the signal path can follow, or None if it is unknown. `folder` is the
-    name of the folder of the report in printed commands.
+    name of the folder of the report in printed commands. `presses` is the number of presses that are read as one fruit.
+    `height_difference_down` [mm] is by how much the tips differ in height due to weight if the sensor points down.
     """
 
     springs: Sequence[SpringToRead]
@@ -109,6 +121,8 @@ class SpringReadOut:
     bench: Bench | None = None
     fastest_s: float | None = None
     folder: str = "OUT"
+    presses: int = 1
+    height_difference_down: float = 0.0
 
 
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
@@ -176,11 +190,9 @@ def _input_signal(readout: Readout) -> _InputSignal:
 class _Channel(NamedTuple):
     """The properties of a channel, which are the same for all tips on one kind of spring.
 
-    `full_counts` are the counts at the largest force. The noise is one standard deviation, and the zero drift is the
-    largest drift since the last taring.
+    The noise is one standard deviation, and the zero drift is the largest drift since the last taring.
     """
 
-    full_counts: float
     counts_per_N: float
     noise_N: float
     zero_drift_N: float
@@ -203,7 +215,6 @@ def signal_path(
         V_per_N = signal.V_per_mm / spring.K
         counts_per_N = V_per_N * amplifier.counts_per_V
         channel_of_kind[spring.name] = _Channel(
-            full_counts=counts_per_N * spring.force,
             counts_per_N=counts_per_N,
             noise_N=signal.noise_V / V_per_N,
             zero_drift_N=signal.zero_drift_V / V_per_N,
@@ -215,7 +226,6 @@ def signal_path(
         rate_Hz=amplifier.rate_Hz,
         excitation_V=amplifier.supply_V,
         saturation_counts=amplifier.saturation,
-        full_counts=tuple(channel.full_counts for channel in channels),
         counts_per_N=tuple(channel.counts_per_N for channel in channels),
         noise_N=tuple(channel.noise_N for channel in channels),
         zero_drift_N=tuple(channel.zero_drift_N for channel in channels),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from emulated_board import wires_of
 
-from cad.fabrication.wiring import write_wiring
+from cad.fabrication.wiring import count_wires, write_wiring
 from sensor.design.design_file import design_as_mapping, design_from_mapping
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
@@ -28,7 +28,9 @@ def test_probe_gives_counts_noise_and_drift():
     assert found.noise_N[1] == pytest.approx(1.6 * math.hypot(0.055e-3, 12e-6 / 1.05))
     assert found.zero_drift_N[1] == pytest.approx(1.6 * 1.4e-3)
     assert found.noises_N[0] == pytest.approx(math.hypot(found.noise_N[0], 1.0 / found.counts_per_N[0] / 12.0**0.5))
-    assert found.full_counts[0] == pytest.approx(found.counts_per_N[0] * 0.12)
+    assert found.full_counts == ()  # until the largest forces are known
+    full_counts = found.with_full_scale((0.1, 1.0, 0.2, 0.9)).full_counts
+    assert [counts / found.counts_per_N[1] for counts in full_counts[1::2]] == pytest.approx([1.0, 0.9])
     assert found.gain_drift_percent == pytest.approx([math.hypot(0.5, 0.15, 0.002)] * 4)
     assert found.modulus_drift_percent == pytest.approx(1.5)
     typed = Readout(noise_um=5.0, sensitivity_mV_per_mm=100.0, bits=16.0, full_scale_mV=500.0)
@@ -69,4 +71,7 @@ def test_wiring_plan_joins_the_pins_of_every_channel(tmp_path):
     write_wiring(path, CHANNELS, 2, "rp2040")
     joined = Counter(wires_of(path))
     assert joined == WIRES
+    # The supply and the ground of four sensors and of the amplifier have no lines, but labels.
+    assert count_wires(len(CHANNELS), "rp2040") == joined.total() + 2 * 4 + 2
+    assert path.read_text(encoding="utf-8").count('class="capacitor"') == 5
     assert path.read_text(encoding="utf-8").count("high_2, plate 2") == 1
