@@ -145,7 +145,7 @@ class Housing:
 
     low: Flexure = report_field("", "leaves of the low spring")
     high: Flexure = report_field("", "leaves of the high spring")
-    tip_side: float = report_field("mm", "side of the printed tip, or of the foot that carries a pin")
+    tip_side: float = report_field("mm", "side of the printed tip, at least `tips.side_mm`, or of the foot of a pin")
     tip_height: float = report_field("mm", "height of the straight part of the tip or foot")
     spacing: float = report_field("mm", "distance between the centres of the tips")
     shuttle_width: float = report_field("mm", "width of the shuttles, the bars between the leaves")

@@ -7,7 +7,7 @@ from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
 from pipeline.reading.pressed_sensor import PressedSensor
-from pipeline.springs.fitted_springs import FittedSprings, springs_to_read
+from pipeline.springs.fitted_springs import FittedSprings, height_difference_down, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import mount_layers
 from pipeline.springs.spring import MadeSpring
@@ -42,6 +42,7 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
     readable_springs = springs_to_read(springs)  # stiffness and deflection of each spring
     fastest_s = sensor.fastest_press_s  # shortest duration of a press by hand [s], or None without a read-out
     folder = "OUT" if options.out is None else str(options.out)
+    difference = height_difference_down(springs)  # [mm]
     # The cache key is computed from these inputs, so they must include everything on which the files depend.
     inputs = {
         "design": design_as_mapping(design),
@@ -50,10 +51,16 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
         "springs": readable_springs,
         "fastest press": fastest_s,
         "folder": folder,
+        "height difference": difference,
     }
-    bench = design.expected_bench
     read_out = SpringReadOut(
-        springs=readable_springs, signal=sensor.signal, bench=bench, fastest_s=fastest_s, folder=folder
+        springs=readable_springs,
+        signal=sensor.signal,
+        bench=design.expected_bench,
+        fastest_s=fastest_s,
+        folder=folder,
+        presses=1 if design.reading is None else int(design.reading.presses),
+        height_difference_down=difference,
     )
     write = partial(write_fabrication_files, design, housing, read_out)
     return begin_files("maker files", inputs, write, executor)

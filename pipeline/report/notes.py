@@ -12,7 +12,7 @@ from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.reading.reading_over_time import decrease_at_twice_the_time
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
-from pipeline.springs.fitted_springs import weight_sag
+from pipeline.springs.fitted_springs import height_difference_down
 from sensor.design.fruit import USUAL_MODULI, Fruit
 from sensor.design.fruits import FRUITS
 from sensor.design.parameters import Design
@@ -293,15 +293,23 @@ def _skin_note(result: SensorResult) -> Iterator[Note]:
 def _weight_note(result: SensorResult) -> Iterator[Note]:
     """Yield the note on the height difference of the tips due to weight, for a sensor that reads whole presses.
 
-    The note holds for a sensor that points down. Nothing is yielded without a housing.
+    A small difference cancels, but all tips must touch early in the travel. Nothing is yielded without a housing.
     """
-    sags = [sag.value for sag in weight_sag(result.springs, "down")]
-    if sags and result.readings is not None:
-        difference = max(sags) - min(sags)
+    if result.springs.housing is None or result.readings is None:
+        return
+    difference = height_difference_down(result.springs)
+    press = result.design.press
+    if difference <= press.small_step_mm:
         yield Note(
             _ALWAYS_LAST,
             f"Tare in any attitude: pointing down, the tips differ by {difference:.2g} mm in height, which cancels in "
             "a press that is read whole.",
+        )
+    else:
+        yield Note(
+            100.0 * difference / press.travel_mm,
+            f"Hold the sensor in the attitude of its design (press.attitude = {press.attitude}): from the side to "
+            f"pointing down, the tips shift by {difference:.2g} mm in height, of a travel of {press.travel_mm:g} mm.",
         )
 
 

@@ -320,6 +320,15 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     return tuple(sags)
 
 
+def height_difference_down(springs: FittedSprings) -> float:
+    """Return by how much the tips of a sensor that points down differ in height due to weight [mm].
+
+    A sensor that is held sideways has level tips. Without a housing, the result is 0.
+    """
+    sags = [sag.value for sag in weight_sag(springs, "down")]
+    return max(sags) - min(sags) if sags else 0.0
+
+
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
     """Return the height of each tip relative to the foremost tip [mm], due to the weight of the parts.
 

@@ -271,6 +271,14 @@ class PressMotion:
         """Raise InputError for an invalid field."""
         check_fields(self, "press")
 
+    @property
+    def small_step_mm(self) -> float:
+        """Return the largest height difference of the tips [mm] with which all of them touch early in a press.
+
+        It is a tenth of the travel, which is a judgement.
+        """
+        return 0.1 * self.travel_mm
+
 
 REPRESENTED_BY_BALL = "domes in a line or a square, on flesh without a skin"
 """Designs for which `represented_by_ball` is true, written as text."""

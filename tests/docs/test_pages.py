@@ -1,5 +1,6 @@
 """The documents are true of the tree: links lead somewhere, generated pages are up to date, rooms exist."""
 
+import json
 import re
 import sys
 import threading
@@ -9,9 +10,11 @@ import pytest
 from scripts import loaded_script
 
 from pipeline.storage import workers
+from sensor.design.bench import PRESSED
 from sensor.design.design_file import TABLE_TYPES
 from sensor.design.processes import PROCESSES
 from sensor.design.tip_mount import pad_height
+from sensor.quantity import STANDARD_GRAVITY
 from solve.contact.scene import STEEPEST_DEG
 from twintip.cli import main
 
@@ -177,3 +180,15 @@ def test_page_on_installing_names_the_libraries_that_the_setup_installs():
     [installed] = re.findall(r"LIBRARIES=\(([^)]+)\)", setup)
     [named] = re.findall(r"apt-get install --no-install-recommends ((?:.+\\\n)*.+)", page)
     assert named.replace("\\", " ").split() == installed.split()
+
+
+def test_steps_of_the_calibration_in_make_one_are_those_of_the_sheet_of_paper():
+    """The largest deflection and weight of each spring, low first, from the frozen numbers of the default design."""
+    paper = json.loads((ROOT / "tests/golden/numbers/paper.json").read_text(encoding="utf-8"))["numbers"]
+    expected = []
+    for i, name in enumerate(("low", "high")):
+        deflection = PRESSED * paper[f"deflections_mm.{i}"]
+        grams = paper[f"flexures.{name}.stiffness_N_per_m"] * deflection / STANDARD_GRAVITY  # N/m mm is mN
+        expected.append((f"{deflection:.3g}", f"{grams:.3g}"))
+    text = text_of(ROOT / "docs/make-one.md")
+    assert re.findall(r"to ([\d.]+) mm for tip [LH] \(([\d.]+) g\)", text) == expected

@@ -105,7 +105,9 @@ def _housing_dimensions(report: Report) -> Iterator[Dimension]:
     for key, (item, _) in fields_by_key(Housing).items():
         size = value_at_key(report.housing, key)
         if isinstance(size, float) and size != 0.0:
-            yield Dimension(key.replace("_", " "), f"{size:.5g}", item.metadata["meaning"])
+            # The side of a printed tip may exceed the side of its face in the design, so it has a name of its own.
+            name = "printed tip side" if key == "tip_side" else key.replace("_", " ")
+            yield Dimension(name, f"{size:.5g}", item.metadata["meaning"])
 
 
 def bill(folder: Path) -> list[list[str]]:

@@ -40,11 +40,12 @@ def springs_of(sensor):
     return tuple(SpringToRead(name=arm.name, K=K, deflection=d) for arm, K, d in rows)
 
 
-def sheet_of(sensor, title=TITLE, signal=None, folder="OUT", bench=None):
+def sheet_of(sensor, title=TITLE, signal=None, folder="OUT", **read_out):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
     bill = bill_of_materials(sensor, assemble_sensor(sensor), title.process, masses)
-    read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, bench=bench, folder=folder)
-    return fabrication_sheet(sensor, title, bill, read_out, (189.3, 150.0))
+    springs = springs_of(sensor)
+    described = SpringReadOut(springs=springs, signal=signal, folder=folder, **read_out)
+    return fabrication_sheet(sensor, title, bill, described, (189.3, 150.0))
 
 
 @pytest.fixture(scope="module")
@@ -151,6 +152,34 @@ def test_sheet_has_the_last_digits_of_the_bench(bench, digits, sensor):
     """Rows of the low and the high spring, which end with those of dial and balance."""
     lines = sheet_of(sensor, bench=bench).partition("| balance to g |")[2].splitlines()[2:4]
     assert [cell for line in lines for cell in line.strip(" |").split(" | ")[-2:]] == digits
+
+
+@pytest.mark.parametrize(
+    ("attitude", "difference", "told", "absent"),
+    [
+        (
+            "side",
+            1.6,
+            ("change by 1.6 mm", "its tips pointing to the side**", "row without weight"),
+            (),
+        ),
+        ("side", 0.02, ("change by 0.02 mm",), ("**Hold", "row without weight")),
+        ("down", 1.6, ("its tips pointing down**",), ("row without weight", "to the side,")),
+    ],
+)
+def test_sheet_tells_the_attitude_of_the_design_and_what_another_one_does(attitude, difference, told, absent):
+    """A tenth of the travel is 0.04 mm. On the bench the tips point down: another attitude has another zero there."""
+    square = square_sensor()
+    sensor = with_seats(replace(square, press=replace(square.press, attitude=attitude)), RESIN)
+    text = sheet_of(sensor, signal=signal_of(sensor), height_difference_down=difference)
+    assert disagreement(text.partition("## From the bench")[0], told, absent) == ([], [])
+
+
+@pytest.mark.parametrize(("presses", "told"), [(1, "2"), (3, "3"), (4, "4")])
+def test_sheet_reads_as_many_presses_of_a_fruit_as_the_design(presses, told):
+    sensor = with_seats(square_sensor(), RESIN)
+    text = sheet_of(sensor, signal=signal_of(sensor), presses=presses)
+    assert re.findall(r"--fruit-presses (\d+)|press each fruit (\d+) times", text) == [("", told), (told, "")]
 
 
 SKIN = {"skin_mm": 0.2, "skin_E_MPa": 20.0}

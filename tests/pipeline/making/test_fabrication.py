@@ -8,8 +8,10 @@ from stand_ins import draw_sensor, springs_of
 from pipeline.making import fabrication
 from pipeline.making.fabrication import begin_fabrication, sideways_verdict, sideways_verdicts
 from pipeline.options import RunOptions
+from pipeline.springs.fitted_springs import height_difference_down
 from pipeline.storage.kept_files import KeptFiles
 from sensor.design.parameters import Design
+from sensor.design.reading import ReadingRequirements
 
 SPRINGS = springs_of(Design()).springs
 
@@ -49,3 +51,15 @@ def test_files_for_fabrication_are_those_of_their_folder(monkeypatch):
         begin_fabrication(sensor, RunOptions(fabrication=True, out=Path(folder)), None)
     assert [write.args[2].folder for _, _, write, _ in asked] == list(folders)
     assert asked[0][1] != asked[1][1]
+
+
+@pytest.mark.parametrize(("reading", "presses"), [(None, 1), (ReadingRequirements(presses=4.0), 4)])
+def test_sheet_knows_the_presses_of_the_design_and_the_heights_of_its_tips(reading, presses, monkeypatch):
+    asked = []
+    monkeypatch.setattr(fabrication, "begin_files", lambda *arguments: asked.append(arguments))
+    design = Design(reading=reading)
+    springs = springs_of(design)
+    begin_fabrication(draw_sensor(design, springs), RunOptions(fabrication=True), None)
+    read_out = asked[0][2].args[2]
+    assert read_out.presses == presses
+    assert read_out.height_difference_down == height_difference_down(springs)

@@ -118,6 +118,9 @@ def test_weight_of_a_sensor_that_is_held_sideways():
     result = on_the_press_of_the_block(design, heavy)
     assert "(tips 0.2 mm off level) moves P_max by" in note(result, "Zero the tips")
     read = dataclasses.replace(result, readings=ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01)))
+    assert numbers_of(note(read, "Hold the sensor in the attitude of its design")) == [0.2, design.press.travel_mm]
+    far = dataclasses.replace(design, press=dataclasses.replace(design.press, travel_mm=2.1))  # 0.2 is under a tenth
+    read = dataclasses.replace(read, pressed=dataclasses.replace(read.pressed, design=far))
     assert numbers_of(note(read, "Tare in any attitude"))[0] == pytest.approx(0.2)
 
 
