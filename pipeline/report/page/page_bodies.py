@@ -1,6 +1,5 @@
 """The bodies on the page, in GLB format: the assembly, and the deformed flexures coloured by stress."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -29,7 +28,6 @@ _SYMMETRY = "symmetry"  # name of the mesh boundary on the plane of symmetry
 # a rough answer.
 STRESS_ERROR = 0.2
 _DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
-_LABEL_ASIDE = 0.08  # outward shift of a tip's label, as a fraction of the length of the part
 # Colours from the smallest to the largest value. The palette is viridis, by S. van der Walt and N. Smith (CC0), whose
 # colours readers with colour blindness can distinguish.
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
@@ -115,7 +113,8 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     )
     caption = _stress_caption(report, result, scale, exaggeration)
     body = _whole_body(positions, corners, exaggeration * displacement, scale.colours(stress))
-    return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
+    labels = _spring_labels(half, exaggeration * fields.displacement)
+    return field_body("Springs under load", body, scale, caption, labels)
 
 
 def _drawn_surface(half: ClampedHalf) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -169,34 +168,27 @@ def _stress_caption(report: Report, result: SensorResult, scale: ColourScale, ex
     )
 
 
-def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
-    """Return the labels of the tips and springs as page data, at their positions in the mesh of the housing's `half`.
+def _spring_labels(half: ClampedHalf, displacement: Floats) -> list[Plain]:
+    """Return the labels of the tips and springs of the housing's `half` as page data.
 
-    The labels of the tips are shifted outwards by `aside` [mm], because they are wider than the gap between the tips.
+    A label has the position of its point in the mesh, and the displacement of this point while the body is deformed.
+    `displacement` (n, 3) [mm] is the drawn displacement of the nodes. The tips are closer together than their labels
+    are wide, so the label of a tip has a side: -1 left of the other tip, 1 right of it.
     """
     mesh = half.basis.mesh
-    points = mesh.p.T
-    facets = {name: mesh.facets[:, indices] for name, indices in mesh.boundaries.items()}
-    tips = {spring: _middle_of(points, facets[tip_face(spring)]) for spring in SPRINGS}
-    middle = np.mean(list(tips.values()), axis=0)  # between the tips
+    nodes = {name: np.unique(mesh.facets[:, indices]) for name, indices in mesh.boundaries.items()}
+
+    def label(text: str, face: str, **properties: int) -> Plain:
+        at, by = (glb_position(values[nodes[face]].mean(axis=0)).tolist() for values in (mesh.p.T, displacement))
+        return {"text": text, "at": at, "by": by, **properties}
+
+    middle = np.mean([mesh.p[0, nodes[tip_face(spring)]].mean() for spring in SPRINGS])  # x between the tips [mm]
     labels = []
-    for spring, tip in tips.items():
-        # The tips are beside each other along x. Each label is shifted away from the middle.
-        beside_tip = tip + np.array([math.copysign(aside, tip[0] - middle[0]), 0.0, 0.0])
-        leaves = _middle_of(points, facets[leaf_faces(spring)])
-        labels.append(_label(f"{spring} tip", beside_tip))
-        labels.append(_label(f"{spring} spring", leaves))
+    for spring in SPRINGS:
+        is_left = mesh.p[0, nodes[tip_face(spring)]].mean() < middle
+        labels.append(label(f"{spring} tip", tip_face(spring), side=-1 if is_left else 1))
+        labels.append(label(f"{spring} spring", leaf_faces(spring)))
     return labels
-
-
-def _label(text: str, position: Floats) -> Plain:
-    """Return a label at a position [mm] as page data."""
-    return {"text": text, "at": glb_position(position).tolist()}
-
-
-def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
-    """Return the mean position (3,) [mm] of the corners of facets; `points` (n, 3) are the nodes of the mesh."""
-    return np.asarray(points[np.unique(facets)].mean(axis=0))
 
 
 def deformation_factor(largest_mm: float, length_mm: float) -> float:

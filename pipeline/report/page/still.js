@@ -5,13 +5,21 @@ function treeOf(glb) {
   return { ...JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, length))), begin: 28 + length };
 }
 
+const along = (axis, point) => axis[0] * point[0] + axis[1] * point[1] + axis[2] * point[2];
+
+/* The directions to the right, up and towards who looks, as the viewer begins. */
+function firstView() {
+  const [round, down] = [25, 65].map((angle) => (angle * Math.PI) / 180);
+  return {
+    right: [Math.cos(round), 0, -Math.sin(round)],
+    up: [-Math.sin(round) * Math.cos(down), Math.sin(down), -Math.cos(round) * Math.cos(down)],
+    towards: [Math.sin(round) * Math.sin(down), Math.cos(down), Math.cos(round) * Math.sin(down)],
+  };
+}
+
 function stillOf(glb, alt) {
   const [width, height] = [1120, 790];
-  const [round, down] = [25, 65].map((angle) => (angle * Math.PI) / 180); // as the viewer begins
-  const right = [Math.cos(round), 0, -Math.sin(round)];
-  const up = [-Math.sin(round) * Math.cos(down), Math.sin(down), -Math.cos(round) * Math.cos(down)];
-  const towards = [Math.sin(round) * Math.sin(down), Math.cos(down), Math.cos(round) * Math.sin(down)];
-  const along = (axis, point) => axis[0] * point[0] + axis[1] * point[1] + axis[2] * point[2];
+  const { right, up, towards } = firstView();
 
   const { meshes, accessors, bufferViews, begin } = treeOf(glb);
   function numbers(index, kind, each) {

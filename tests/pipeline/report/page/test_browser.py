@@ -1,5 +1,7 @@
 """The page in a real browser: no request, no complaint, nothing too wide, nothing that a reader cannot reach."""
 
+import itertools
+
 import pytest
 from browser import NO_WEBGL, grave_findings, validator_findings
 from deadline import DEADLINE_S
@@ -49,6 +51,28 @@ def test_plots_and_bodies_are_drawn(address, open_page):
     assert len(drawn) >= 5
     assert all(figure.locator("svg[role=img]").count() == 1 for figure in drawn)  # no heading with nothing under it
     page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * DEADLINE_S)
+
+
+def disjoint(one, other):
+    return (
+        one["x"] + one["width"] <= other["x"]
+        or other["x"] + other["width"] <= one["x"]
+        or one["y"] + one["height"] <= other["y"]
+        or other["y"] + other["height"] <= one["y"]
+    )
+
+
+def test_labels_of_bodies_are_words_that_cover_no_other(address, open_page):
+    page = open_page(address, webgl=False)
+    shown = {}
+    for name in page.locator("#bodies option").all_inner_texts():
+        page.locator("#bodies select").select_option(label=name)
+        labels = page.locator("#bodies .still .label").all()
+        shown[name] = {label.inner_text() for label in labels}
+        pairs = itertools.combinations([label.bounding_box() for label in labels], 2)
+        assert all(disjoint(*pair) for pair in pairs)
+    parts = {"housing", "cover", "screw", "washer", "nut", "fruit"}
+    assert shown.get("Sensor over its fruit", parts) == parts
 
 
 FILLED = """(canvas) => {
