@@ -38,6 +38,7 @@
   const limitAt = (E) => (bruise.length < 2 ? bruise[0] : d3.scaleLinear(shown, bruise).clamp(true)(E));
 
   /* Plots: each returns the options of Plot.plot and a caption. */
+  const dotted = (points) => Plot.line(points, { stroke: "var(--ink)", strokeWidth: 3, strokeDasharray: "0 7", strokeLinecap: "round" });
   const atSlider = (x, y, title) => (Number.isFinite(y) ? Plot.dot([{ x, y }], { x: "x", y: "y", r: 5, fill: "var(--ink)", title: () => title }) : null);
 
   function ratioOverModulus() {
@@ -61,7 +62,7 @@
         band(2, 3, 0.16), band(4, 5, 0.35),
         Plot.line(points, { x: "0", y: "1", stroke: colours[0], strokeWidth: 2 }),
         Plot.line(chord, { stroke: "var(--muted)", strokeDasharray: "5 3" }),
-        Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
+        dotted(moving),
         atSlider(setting.E, P, `E ${text(setting.E, "MPa")}: P ${text(P)}`),
         Plot.tip(points, Plot.pointerX({ x: "0", y: "1", title: (one) => `E ${text(one[0], "MPa")}\nP ${text(one[1])}\ncalibrated ${text(one[4])} to ${text(one[5], "MPa")}` })),
       ]),
@@ -79,8 +80,8 @@
       x: { label: "travel x of the middle of the tips [mm]", domain: [0, travel] }, y: { label, zero: true }, marginRight: 62,
       color: moduli,
       marks: [
-        ...here(marks),
         Plot.line(points, { x: "x", y: "y", stroke: "E" }), Plot.dot(points, { x: "x", y: "y", fill: "E", r: 1.6 }),
+        ...here(marks),
         Plot.text(named, { x: "x", y: "y", text: (one) => `${one.E} MPa`, fill: "E", textAnchor: "start", dx: 9 }),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${one.E} MPa, travel ${text(one.x, "mm")}\n${text(one.y)}${one.error ? ` ± ${digits(one.error, 2)} %` : ""}` })),
       ],
@@ -96,7 +97,7 @@
     const spread = verdictOf("P_displacement_independent");
     return overTravel(points, "force ratio P [1]", [
       Plot.areaY(points, { x: "x", y1: (one) => one.y * (1 - (one.error || 0) / 100), y2: (one) => one.y * (1 + (one.error || 0) / 100), fill: "E", fillOpacity: 0.25 }),
-      Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
+      dotted(moving),
       atSlider(setting.travel, at().P, "at the sliders"),
     ], `${report.paper ? "The paper's Fig. 11. " : ""}Bands: error of P by mesh and springs. Dotted: at the sliders.${spread && Number.isFinite(spread.value) ? ` P varies by at most ${percent(spread.value)} of its mean.` : ""}`);
   }
@@ -105,7 +106,9 @@
     const points = travels().flatMap((x) => at({ travel: x }).F.map((y, tip) => ({ x, y, tip: tipNames[tip], spring: springs[tip] })));
     need(rows.length && at().F.some((one) => one > 0), "no tip is on the fruit");
     const solved = d3.least(rows, (row) => Math.abs(row.E_MPa - setting.E));
-    const known = tipForces(solved).flatMap((F, tip) => F.map((y, i) => ({ x: solved.x_mm[i], y, tip: tipNames[tip], spring: springs[tip] })));
+    const [shortest] = travels(); // the tables begin there, so a line does too
+    const known = tipForces(solved).flatMap((F, tip) => F.map((y, i) => ({ x: solved.x_mm[i], y, tip: tipNames[tip], spring: springs[tip] })))
+      .filter(({ x }) => x >= shortest - 1e-9 * travel);
     return {
       x: { label: "travel x of the middle of the tips [mm]", domain: [0, travel] }, y: { label: "force [N]", zero: true }, marginRight: 70,
       color: { domain: ["low", "high"], range: [colours[0], colours[1]], legend: true },
@@ -174,27 +177,27 @@
     const moving = travels().map((x) => [x, worst(at({ travel: x }))]);
     return overTravel(points, "mean pressure under the worst tip [MPa]", [
       Plot.ruleY(limits, { y: "y", x1: 0.85 * travel, x2: travel, stroke: "E", strokeWidth: 2, strokeDasharray: "5 3" }),
-      Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
+      dotted(moving),
       atSlider(setting.travel, worst(at()), "at the sliders"),
     ], `${limits.length ? "Dashed: what the fruit stands." : "No limit is set for this fruit (fruit.bruise_limit_MPa)."} Dotted: at the sliders.`);
   }
 
   function errorBudget() {
-    const names = { discretisation_percent: "mesh", model_percent: "left out of the model", inputs_percent: "scatter of prints" };
+    const names = { discretisation_percent: "mesh", model_percent: "left out of the model", inputs_percent: "scatter of inputs" };
     const parts = Object.entries(report.errors).filter(([, budget]) => budget !== null).flatMap(([name, budget]) => Object.keys(names)
       .map((key) => ({ name, what: names[key], y: budget[key], effects: (budget[key.replace("_percent", "")] || []) })))
       .filter((one) => Number.isFinite(one.y) && one.y > 0);
     need(parts.length, "no number has a budget");
     const words = (one) => (Array.isArray(one.effects) ? one.effects.map((part) => `${part.effect} ${ofError(part.size_percent, "%")}`).join("\n") : "");
     return {
-      x: { label: "part of the number [%], logarithmic", type: "log", tickFormat: (value) => digits(value) }, y: { label: null, domain: Object.values(names) }, fy: { label: null },
+      x: { label: "error, % of the value, logarithmic", type: "log", tickFormat: (value) => digits(value) }, y: { label: null, domain: Object.values(names) }, fy: { label: null },
       marginLeft: 130, marginRight: 60, height: 60 + 90 * new Set(parts.map((one) => one.name)).size,
       color: { domain: Object.values(names), range: colours },
       marks: [
         Plot.ruleY(parts, { fy: "name", y: "what", x1: d3.min(parts, (one) => one.y) / 2, x2: "y", stroke: "what", strokeWidth: 8 }),
         Plot.tip(parts, Plot.pointerY({ fy: "name", y: "what", x: "y", title: (one) => `${one.name}, ${one.what}: ${ofError(one.y, "%")}\n${words(one)}` })),
       ],
-      caption: "Half widths. Calibrating a unit settles the scatter of its springs.",
+      caption: "Half widths. Inputs are the print, the pose of the sensor and Poisson's ratio of the fruit. Calibrating a unit settles the scatter of its springs.",
     };
   }
 

@@ -25,6 +25,7 @@ TAKEN_FROM = ("base.html.j2", "words.html.j2")  # templates that the template of
 _SPEED = 50.0  # default speed of a filament printer [mm/s]; the reader can enter a different one
 _LIMITING_NOTES = 2  # number of notes beside the answer of a design that passes
 _USUAL_SLIDERS = ("E", "travel")  # the sliders for tilt and noise are hidden at first
+_AT_SLIDERS = ("reading.bias", "bruise")  # the verdicts that the section of the sliders judges at other settings
 _FIRST_NUMBERS = 3  # number of verdicts whose values are at the top of the page; failed verdicts come first
 
 
@@ -90,6 +91,7 @@ def _verdict_values(report: Report, verdicts: list[Verdict]) -> dict[str, object
         "passed": all_passed(verdicts),
         "headline": overall_sentence(report.design.name, verdicts),
         "not_passed": problems,
+        "fails_at_sliders": any(verdict.passed is False and verdict.name in _AT_SLIDERS for verdict in problems),
         "numbers": [*problems, *passed_targets][:_FIRST_NUMBERS],  # the verdicts whose values are at the top
         "limiting_notes": limiting_notes,
         "other_notes": report.notes[len(limiting_notes) :],

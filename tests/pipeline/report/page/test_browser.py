@@ -1,10 +1,14 @@
 """The page in a real browser: no request, no complaint, nothing too wide, nothing that a reader cannot reach."""
 
+import dataclasses
 import itertools
 
 import pytest
 from browser import NO_WEBGL, grave_findings, validator_findings
 from deadline import DEADLINE_S
+
+from pipeline.report.outputs import PAGE, listed_files
+from pipeline.report.page.page import make_page
 
 pytestmark = pytest.mark.slow
 
@@ -73,6 +77,28 @@ def test_labels_of_bodies_are_words_that_cover_no_other(address, open_page):
         assert all(disjoint(*pair) for pair in pairs)
     parts = {"housing", "cover", "screw", "washer", "nut", "fruit"}
     assert shown.get("Sensor over its fruit", parts) == parts
+
+
+def test_every_circle_of_a_force_lies_on_its_line(address, open_page):
+    page = open_page(address, webgl=False)
+    figure = page.locator("#plots > figure", has=page.get_by_role("heading", name="Force of each tip"))
+    image = figure.locator("svg[role=img]")
+    circles = image.locator("circle[stroke]").evaluate_all("all => all.map((one) => one.cx.baseVal.value)")
+    boxes = image.locator("path").evaluate_all(
+        "all => all.map((one) => one.getBBox()).map(({ x, width }) => [x, width])"
+    )
+    lines = [x for x, width in boxes if width > 100.0]  # the others are arrows of the axes
+    assert min(circles) >= min(lines) - 1.0
+
+
+def test_bill_is_not_wider_than_a_phone(flat_page, tmp_path, open_page):
+    """A table that scrolls sideways hides its last column."""
+    row = "8,thermometer,0.05-degrees,thermometer.stl,in MicroPython\n"
+    (tmp_path / "bom.csv").write_text(f"count,part,size,standard,note\n{3 * row}", encoding="utf-8")
+    report = dataclasses.replace(flat_page.report, files=tuple(listed_files(tmp_path)))
+    (tmp_path / PAGE).write_text(make_page(report, flat_page.result, tmp_path), encoding="utf-8")
+    bill = open_page((tmp_path / PAGE).as_uri(), 390, webgl=False).locator(".wide:has(> .bill)")
+    assert bill.evaluate("(wide) => wide.scrollWidth <= wide.clientWidth")
 
 
 FILLED = """(canvas) => {

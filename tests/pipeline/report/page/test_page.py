@@ -148,6 +148,14 @@ def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
     text = text_of((tmp_path / PAGE).read_text(encoding="utf-8"))
     assert "springs under load, no part is made" in text
     assert "assembly, no part is made" in text
+    assert "pipeline design" not in text  # which would make no part either
+
+
+@pytest.mark.parametrize(("failed", "sliders"), [("bruise", True), ("reading.uncertainty", False)])
+def test_a_failed_design_is_sent_to_the_sliders_only_if_they_judge_what_failed(failed, sliders, flat_page):
+    report = dataclasses.replace(flat_page.report, verdicts=(planted(failed, value=2.0, limit=1.0, passed=False),))
+    page = make_page(report, flat_page.result, flat_page.folder)
+    assert page.count('href="#live"') == 1 + sliders  # one of them is in the contents
 
 
 def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tmp_path):
