@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.springs.spring import MadeSpring
 from pipeline.verdicts.in_words import (
-    ERRORS_IN_WORDS,
+    NUMERICAL,
     failed_or_undecided,
     in_display_units,
     is_on_the_part,
@@ -76,7 +76,7 @@ def _verdict_table(verdicts: Sequence[Verdict]) -> str:
     if part_outcomes:
         passed = f"{part_outcomes.count(True)} passed"
         rows.append(_cells((f"{len(part_outcomes)} on geometry and print", "", "", "", passed)))
-    return _table(("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", ""), rows)
+    return _table(("verdict", f"value, {NUMERICAL}", "target", "tolerance", ""), rows)
 
 
 def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
@@ -89,7 +89,7 @@ def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
         leaf = spring.flexure
         size = "" if leaf is None else f"{leaf.length:g} x {leaf.thickness:g} x {leaf.depth:g} mm"
         rows.append(_cells((name, value_with_bar(1e3 * spring.stiffness, 1e3 * spring.error, "N/m"), size)))
-    return _table(("spring", f"stiffness, {ERRORS_IN_WORDS}", "leaves"), rows)
+    return _table(("spring", f"stiffness, {NUMERICAL}", "leaves"), rows)
 
 
 def _table(headings: Iterable[str], rows: Iterable[str]) -> str:

@@ -42,7 +42,9 @@ class UncertaintyBudget(Record):
         times=100.0,
     )
     model: tuple[Contribution, ...] = report_field("", "effects that the model leaves out")
-    inputs: tuple[Contribution, ...] = report_field("", "inputs that differ from print to print")
+    inputs: tuple[Contribution, ...] = report_field(
+        "", "inputs that are known within a range: of the print, the pose and the fruit"
+    )
     model_total: float = report_field("%", "sum of the sizes of all model effects", key="model_percent", times=100.0)
     inputs_total: float = report_field(
         "%",

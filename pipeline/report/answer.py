@@ -130,11 +130,11 @@ def _leaf_text(spring: Json, process: str) -> str:
 
 
 def _error_table(report: Json) -> Table:
-    """Return a table of the errors [%] of each number, due to the mesh, the model and the print.
+    """Return a table of the errors [%] of each number, due to the mesh, the model and the inputs.
 
     The last column names the causes with the largest absolute errors. A number without an error budget has no row.
     """
-    columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
+    columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of inputs ± %", "largest shares")
     table = Table(*columns)
     for name, budget in report["errors"].items():
         if budget is None:
@@ -142,7 +142,7 @@ def _error_table(report: Json) -> Table:
         causes = [*budget["model"], *budget["inputs"]]
         causes.sort(key=lambda cause: abs(cause["size_percent"]), reverse=True)
         largest = [f"{cause['effect']} {cause['size_percent']:+.2g}" for cause in causes[:_SHOWN_CAUSES]]
-        # the keys of the columns for the mesh, the model and the print, in the order of the headings
+        # the keys of the columns for the mesh, the model and the inputs, in the order of the headings
         totals = (budget[f"{key}_percent"] for key in ("discretisation", "model", "inputs"))
         table.add_row(name, *(value_text(total, digits=2) for total in totals), ", ".join(largest))
     return table

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from pipeline.verdicts.in_words import (
-    ERRORS_IN_WORDS,
+    NUMERICAL,
     UNREAD,
     fails_only_by_unread_poses,
     in_display_units,
@@ -37,10 +37,13 @@ def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> No
         console.print(part)
 
 
-def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableType]:
-    """Return a table of the verdicts on a file or folder, and the reasons for verdicts that did not pass."""
+def verdict_parts(title: str, verdicts: Sequence[Verdict], errors: str = NUMERICAL) -> list[RenderableType]:
+    """Return a table of the verdicts on a file or folder, and the reasons for verdicts that did not pass.
+
+    The heading of the values says by `errors` which errors their bars hold.
+    """
     explained = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
-    return [verdict_table(escape(title), verdicts), *reason_lines(explained)]
+    return [verdict_table(escape(title), verdicts, errors), *reason_lines(explained)]
 
 
 def reason_lines(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = lambda _: True) -> tuple[str, ...]:
@@ -63,12 +66,12 @@ def reason_lines(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool
     return tuple(lines)
 
 
-def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
+def verdict_table(title: str, verdicts: Iterable[Verdict], errors: str = NUMERICAL) -> Table:
     """Return a table of the verdicts with value, limit, tolerance and outcome; `title` is in rich's markup.
 
-    Values are in display units, with error bars that hold 95 %.
+    Values are in display units, with error bars that hold 95 %. `errors` says in the heading which errors they are.
     """
-    headings = ("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", "")
+    headings = ("verdict", f"value, {errors}", "target", "tolerance", "")
     # On a narrow terminal, "fold" wraps long words instead of truncating them.
     columns = [Column(heading, overflow="fold") for heading in headings]
     table = Table(*columns, title=title or None, title_justify="left")

@@ -9,8 +9,10 @@ from sensor.quantity import COVERAGE
 from sensor.verdict import Verdict
 from sensor.words import ROUND_OFF, value_text, value_with_bar
 
-ERRORS_IN_WORDS = "± holds 95 %"
-"""The statement above a table on the screen, where error bars cover 95 %. Files contain standard uncertainties."""
+NUMERICAL = "± numerical error"
+"""The statement above a table of solved values, whose error bars leave out the scatter of prints."""
+MEASURED = "± holds 95 %"
+"""The statement above a table of measured values, whose error bars cover 95 %. Files contain standard uncertainties."""
 UNREAD = "some poses have no reading"
 """Why a verdict on readings may fail although its value is within the limit: the value leaves out these poses."""
 
@@ -18,11 +20,12 @@ UNREAD = "some poses have no reading"
 def overall_sentence(name: str, verdicts: Sequence[Verdict]) -> str:
     """Return the overall result of a design as a sentence that begins with Yes, No or Not decided."""
     counts = Counter(verdict.passed for verdict in verdicts)
+    scene = "for the fruit and the press of its design file"
     if counts[False]:
-        return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene of its design."
+        return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts, {scene}."
     if counts[None]:
         return f"Not decided: {counts[None]} of {len(verdicts)} verdicts of {name} lie within their own error bars."
-    return f"Yes: {name} passes all {len(verdicts)} verdicts in the scene of its design."
+    return f"Yes: {name} passes all {len(verdicts)} verdicts, {scene}."
 
 
 def is_on_the_part(verdict: Verdict) -> bool:

@@ -19,6 +19,7 @@ from pipeline.storage.files import write_files
 from pipeline.storage.record_data import as_data
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable
+from pipeline.verdicts.in_words import MEASURED
 from sensor.quantity import COVERAGE, validation_error
 from sensor.verdict import all_passed
 from sensor.words import value_with_bar
@@ -106,7 +107,7 @@ def _calibration_answer(calibration: Calibration) -> Answer:
     return Answer(
         code=PASSED if has_passed else FAILED,
         data=as_data(calibration),
-        parts=[*parts, *verdict_parts("the unit compared with its design", calibration.verdicts)],
+        parts=[*parts, *verdict_parts("the unit compared with its design", calibration.verdicts, MEASURED)],
     )
 
 
