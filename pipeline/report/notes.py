@@ -138,7 +138,7 @@ def _ratio_notes(result: SensorResult) -> Iterator[Note]:
         pressure = mean_tip_pressure(design, result.press)
         yield Note(
             _ALWAYS_FIRST,
-            f"Set fruit.bruise_limit_MPa to have bruises judged: the mean pressure reaches {pressure:.2g} MPa.",
+            f"Bruising was not checked: set fruit.bruise_limit_MPa. The mean pressure reaches {pressure:.2g} MPa.",
         )
     yield Note(
         _ALWAYS_LAST,

@@ -15,7 +15,7 @@ from sensor.words import rounded
 
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
-UNDECIDED = "undecided by its error bar"
+UNDECIDED = "the error bar is too wide to decide"
 # Minimum travel divided by the height error of printed tips. With less travel, a reading would depend on the print.
 LEAST_OVER_HEIGHT_ERROR = 5.0
 _MARGIN = 0.98  # factor on a bound, so that a rounded value and its error bar stay within it
@@ -95,8 +95,8 @@ def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
     if largest_error > 0.0 and relative_error <= error_parts * run_tolerance:
         tighter_tolerance = rounded(largest_error / error_parts, 1, towards=0.0)
         if tighter_tolerance < run_tolerance and TOLERANCES.hold(tighter_tolerance):
-            return f"{UNDECIDED}, `--tol {tighter_tolerance:g}` would decide"
-    return f"{UNDECIDED}, no `--tol` would decide"
+            return f"{UNDECIDED}; `--tol {tighter_tolerance:g}` narrows it enough"
+    return f"{UNDECIDED}, and no `--tol` narrows it enough"
 
 
 def least_travel(design: Design) -> float:

@@ -15,7 +15,7 @@ from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import SensorResponse, TipForces, linear_response, response_of_forces
 from solve.contact.pressure_cells import ContactCells
-from solve.contact.scene import Scene, check_scene, join_values
+from solve.contact.scene import Scene, check_scene, slopes_text
 from solve.contact.scene_cells import SceneCells, explain_skin_error, scene_cells
 from solve.contact.unilateral import ContactState, UnilateralContact
 from solve.error_estimate import SolveInfo
@@ -128,7 +128,7 @@ def _cell_status(scene: Scene, cells: int) -> str:
     """Return a status text for the report, with the number of cells and the error of the small-slope approximation."""
     status = f"unilateral contact on {cells} cells, error from a coarser grid"
     if scene.fruit.shape != "block":
-        status += f"; the fruit slopes by {join_values(scene.slopes_deg)} deg under the tips"
+        status += f"; the fruit slopes by {slopes_text(scene.slopes_deg)} deg under the tips"
     steepest = scene.steepest_deg + scene.tips.tip_shape.flank_deg
     # The small-slope approximation replaces the cosine of the angle by 1.
     percent = 100.0 * (1.0 / np.cos(np.radians(steepest)) - 1.0)
@@ -171,7 +171,7 @@ def _dome_status(scene: Scene) -> str:
     """Return a status text for the report, with the law of the domes and the slopes of the fruit under the tips."""
     return (
         "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
-        f"fruit slopes by {join_values(scene.slopes_deg)} deg under the tips; friction is left out"
+        f"fruit slopes by {slopes_text(scene.slopes_deg)} deg under the tips; friction is left out"
     )
 
 

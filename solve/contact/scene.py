@@ -226,12 +226,16 @@ def check_scene(scene: Scene) -> None:
     if scene.steepest_deg > STEEPEST_DEG:
         bound = (
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "
-            f"with slopes of the fruit of {join_values(scene.slopes_deg)} deg"
+            f"with slopes of the fruit of {slopes_text(scene.slopes_deg)} deg"
         )
         hint = "press more level, or nearer to the apex"
         raise validation_error("press.tilt_deg", scene.press.tilt_deg, "deg", bound, hint)
 
 
-def join_values(values: tuple[float, ...]) -> str:
-    """Return the values as text, with three significant digits and joined by "and"."""
-    return " and ".join(f"{value:.3g}" for value in values)
+def slopes_text(slopes: tuple[float, ...]) -> str:
+    """Return slopes as text, with three significant digits; equal slopes are stated once, and opposite ones with ±."""
+    texts = list(dict.fromkeys(f"{slope + 0.0:.3g}" for slope in slopes))  # the sum turns -0 into 0
+    sizes = {text.removeprefix("-") for text in texts}
+    if len(sizes) == 1 < len(texts):
+        return f"±{sizes.pop()}"
+    return " and ".join(texts)

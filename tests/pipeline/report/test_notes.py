@@ -39,7 +39,7 @@ def test_fruit_stiffness_and_pressure_are_given():
     result = result_of()
     assert f"K_m/E = {CONTACT.K_m_over_E():.5g} mm" in note(result, "Size the springs")
     force = result.press.table.F[-1, -1].max()
-    assert f" {force:.2g} MPa" in note(result, "Set fruit.bruise")  # on a face of 1 mm^2
+    assert f" {force:.2g} MPa" in note(result, "Bruising")  # on a face of 1 mm^2
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_relaxation_that_is_not_known_is_told_by_the_table_of_fruits(name, left,
 def test_what_moves_a_reading_most_comes_first():
     """Of a pair on a block: bruises, an orange's 58 %, a tilt's 27 %, the 20 % of E, the 17 % of laws and the rest."""
     told = notes(result_of())
-    opened = ("Set fruit.bruise", "Read soon", "Hold the sensor", "Calibrate each", "Calibrate at")
+    opened = ("Bruising", "Read soon", "Hold the sensor", "Calibrate each", "Calibrate at")
     for line, start in zip(told, opened, strict=False):
         assert line.startswith(start)
     sizes = [numbers_of(line)[-1] for line in told if re.search(" moves (K_l|K_h|P_max|NL) ", line)]

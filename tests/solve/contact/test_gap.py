@@ -6,6 +6,7 @@ import pytest
 from sensor.tips.ball import Dome, Sphere
 from sensor.tips.flat import Cube, Cylinder
 from solve.contact.gap import tip_gap
+from solve.contact.scene import slopes_text
 from solve.fruit.curved_shape import cap_gap
 
 HALF = np.linspace(0.01, 0.59, 30)
@@ -54,3 +55,16 @@ def test_cap_has_the_curvatures_of_its_radii(along, across):
     assert cap_gap(np.array(0.0), np.array(step), along, across) == pytest.approx(step**2 / (2.0 * across), rel=1e-6)
     assert cap_gap(np.array(along), np.array(0.0), along, across) == pytest.approx(along, rel=1e-12)  # at the rim
     assert np.isinf(cap_gap(np.array(1.1 * along), np.array(0.0), along, across))
+
+
+@pytest.mark.parametrize(
+    ("slopes", "text"),
+    [
+        ((-5.07, 5.07, 5.07, -5.07), "±5.07"),
+        ((3.0, 3.0), "3"),
+        ((0.0, -0.0), "0"),
+        ((1.0, -2.0), "1 and -2"),
+    ],
+)
+def test_slopes_of_one_size_are_stated_once(slopes, text):
+    assert slopes_text(slopes) == text
