@@ -6,11 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from instrument.compress.pressed_shapes import POINT_CONTACT, BoundingPress, CompressedBody, Plunger
+from instrument.compress.pressed_shapes import KINDS, POINT_CONTACT, BoundingPress, CompressedBody, Plunger
 from pipeline.storage.plain import Plain
 from pipeline.storage.stopwatch import Count, ignore_progress
 from sensor.arrays import Floats
-from sensor.quantity import Bounds, check_fields, quantity
+from sensor.quantity import Bounds, check_fields, check_type, quantity
 from sensor.theory.hertz import force_factor
 from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from solve.compression.flesh_law import FleshLaw
@@ -44,7 +44,7 @@ class TestGeometry:
         Largest error of Poisson's ratio [1].
     plate_area_mm2 : float, optional
         Area of the plate [mm^2]. The paper's modulus is the force divided by this area, divided by the strain.
-    strains_percent : tuple of float, optional
+    strains_percent : sequence of float, optional
         Strains at which secant and tangent moduli are computed, relative to the height [%]. The secant modulus at the
         first strain is the paper's modulus.
     compliance_um_per_N : float, optional
@@ -68,7 +68,9 @@ class TestGeometry:
 
     body: CompressedBody
     plunger: Plunger | None = None
-    plates: int = 2
+    plates: int = quantity(
+        "1", Bounds(at_least=1, at_most=2), hint="write 1 for a body in a rigid seat, and else 2", default=2
+    )
     poisson: float = quantity(
         "",
         Bounds(at_least=0.0, at_most=LARGEST_POISSON),
@@ -87,6 +89,10 @@ class TestGeometry:
 
     def __post_init__(self) -> None:
         """Raise InputError if a number is outside its bounds, or if body and tools cannot be combined."""
+        bodies = ", ".join(dict.fromkeys(kind.__name__ for kind in KINDS.values()))
+        check_type("body", self.body, CompressedBody, f"one of {bodies}", "make one of the sizes of the body")
+        if self.plunger is not None:
+            check_type("plunger", self.plunger, Plunger, "a Plunger", "make one, as in twintip.Plunger(radius_mm=4.0)")
         check_fields(self, "modulus")
         self.body.sides(self.plunger, self.plates)
 

@@ -279,6 +279,25 @@ def test_law_and_friction_that_are_not_known_are_in_the_error_bar():
             assert abs(result.E_MPa - 2.0) > 0.005
 
 
+@pytest.mark.parametrize(
+    ("argument", "value", "field"),
+    [
+        *(("plates", value, "modulus.plates") for value in (3, 0, -1, 1.5, True, "2", None)),
+        *(("body", value, "body") for value in (None, "ball", 70.0)),
+        *(("plunger", value, "plunger") for value in (4, "flat")),
+        *(("strains_percent", value, "modulus.strains_percent") for value in (5.0, [], [5.0, "2"], "5")),
+    ],
+)
+def test_body_or_tool_of_another_kind_is_refused(argument, value, field):
+    assert refusal(replace, BALL, **{argument: value}).field == field
+
+
+def test_strains_and_plates_are_lists_and_numbers_of_any_kind():
+    for strains in ([5.0, 2.0], np.array([5.0, 2.0])):
+        assert replace(BALL, strains_percent=strains) == replace(BALL, strains_percent=(5.0, 2.0))
+    assert replace(BALL, plates=np.int64(1)) == replace(BALL, plates=1)
+
+
 @pytest.mark.parametrize("poisson", [-0.1, 0.495])
 def test_ratio_that_is_not_solved_is_refused(poisson):
     told = refusal(replace, BALL, poisson=poisson)
