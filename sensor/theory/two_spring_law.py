@@ -12,15 +12,17 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from sensor.float_or_array import FloatOrArray
+from sensor.quantity import python_numbers, validation_error
 
 Definition = Literal["mid-range", "largest"]
 
 SOFTEST = 1e-9  # modulus, divided by E_max, of a fruit so soft that both springs are practically rigid
 CURVE_STEPS = 24  # number of steps of a curve of P whose moduli are all solved; even, so that E_max / 2 is one of them
 _NL_LIMIT = 0.5  # limit of NL as K_h tends to 0
+_LEAST_STEPS = 2  # minimum number of steps of a curve, so that it has a middle
 _LEAST_LOG_R = -14.0  # ln(K_m,max / K_h) at which the high spring is practically rigid
 
 
@@ -50,7 +52,9 @@ class Springs:
     K_h: float
 
     def __post_init__(self) -> None:
-        """Raise ValueError unless both stiffnesses are greater than 0 and finite."""
+        """Raise ValueError unless both stiffnesses are numbers greater than 0 and finite."""
+        for name, value in vars(self).items():
+            _as_number(name, value)
         if not (0.0 < self.K_l < math.inf and 0.0 < self.K_h < math.inf):
             msg = (
                 f"K_l = {self.K_l * 1e3:g} N/m, K_h = {self.K_h * 1e3:g} N/m: must be greater than 0 and finite; "
@@ -67,6 +71,22 @@ class Springs:
         """Return springs with both stiffnesses multiplied by factors [1], low then high."""
         low, high = factors
         return Springs(K_l=self.K_l * low, K_h=self.K_h * high)
+
+
+def _as_number(name: str, value: object) -> float:
+    """Return an argument as one of Python's numbers; raises InputError, a ValueError, if it is none."""
+    number = python_numbers(value)
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise validation_error(name, str(value), "", "a number", "write for instance 5.0")
+    return number
+
+
+def _as_positive(name: str, value: object, unit: str = "") -> float:
+    """Return an argument as a number; raises InputError unless it is greater than 0 and finite."""
+    number = _as_number(name, value)
+    if not 0.0 < number < math.inf:
+        raise validation_error(name, number, unit, "greater than 0 and finite", "check its sign and its unit")
+    return number
 
 
 PAPER_SPRINGS = Springs(K_l=0.753, K_h=17.3)  # the springs of the paper, sized by its equations (6), (7) and (10)
@@ -99,12 +119,20 @@ def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> f
     float
         The force ratio [1].
 
+    Raises
+    ------
+    ValueError
+        Unless K_m and stiffness_ratio are greater than 0 and finite.
+
     Examples
     --------
     >>> springs = twintip.size_springs(P_max=5.0, NL=0.05, K_m_max=4.629)
     >>> round(twintip.force_ratio(springs, K_m=2.0), 3)
     2.927
     """
+    for entry in getattr(K_m, "flat", (K_m,)):  # an array gives the ratio of each of its stiffnesses
+        _as_positive("K_m", entry, "N/mm")
+    _as_positive("stiffness_ratio", stiffness_ratio)
     return series_ratio(springs.K_l, springs.K_h, K_m, stiffness_ratio * K_m)
 
 
@@ -139,7 +167,7 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
     Raises
     ------
     ValueError
-        Unless stiffness_ratio < P < K_h / K_l, the range of the springs.
+        Unless 0 < stiffness_ratio < P < K_h / K_l, the range of the springs.
 
     Examples
     --------
@@ -147,6 +175,8 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
     >>> round(twintip.fruit_stiffness(springs, P=3.0), 3)
     2.083
     """
+    P = _as_number("P", P)
+    stiffness_ratio = _as_positive("stiffness_ratio", stiffness_ratio)
     K_l = springs.K_l
     K_h = springs.K_h
     if not stiffness_ratio < P < K_h / K_l:
@@ -253,8 +283,8 @@ def size_springs(
     stiffness_ratio : float, optional
         Fruit stiffness under the high tip, divided by the fruit stiffness under the low tip [1].
     stiffening : sequence of float, optional
-        Stiffness of a fruit with a skin, divided by K_m_max [1]: at nearly zero modulus, then at equal steps up to
-        the largest modulus.
+        Stiffness of a fruit with a skin, divided by K_m_max [1]: at nearly zero modulus, then at an even number of
+        equal steps up to the largest modulus, where it is 1.
 
     Returns
     -------
@@ -264,7 +294,8 @@ def size_springs(
     Raises
     ------
     ValueError
-        Unless P_max > stiffness_ratio, 0 < NL < 0.5 and K_m_max > 0, or if the skin already causes a larger NL.
+        Unless P_max > stiffness_ratio > 0, 0 < NL < 0.5 and K_m_max > 0; for an unknown `definition`; or if no springs
+        have this NL under the skin, for instance because the skin already causes a larger one.
 
     Examples
     --------
@@ -272,6 +303,12 @@ def size_springs(
     >>> round(springs.K_l, 3), round(springs.K_h, 2)
     (0.906, 20.83)
     """
+    if definition not in get_args(Definition):
+        bound = f"one of {', '.join(get_args(Definition))}"
+        raise validation_error("definition", str(definition), "", bound, "choose one of these")
+    P_max, NL, K_m_max = _as_number("P_max", P_max), _as_number("NL", NL), _as_number("K_m_max", K_m_max)
+    stiffness_ratio = _as_positive("stiffness_ratio", stiffness_ratio)
+    stiffening = _checked_stiffening(stiffening)
     ratio = P_max / stiffness_ratio  # force ratio for equal stiffness under the two tips
     if not (ratio > 1.0 and 0.0 < NL < _NL_LIMIT and 0.0 < K_m_max < math.inf):
         bound = f"P_max > {stiffness_ratio:g}, 0 < NL < 0.5, K_m_max > 0"
@@ -295,6 +332,23 @@ def size_springs(
     return springs_for(math.exp(_log_r_under_skin(nonlinearity_at, NL, r)))
 
 
+def _checked_stiffening(stiffening: object) -> Sequence[float]:
+    """Return the stiffnesses of a fruit with a skin as numbers [1], or none; raises InputError if they cannot be so."""
+    stiffnesses = python_numbers(stiffening)
+    if not isinstance(stiffnesses, list | tuple):
+        hint = "leave it out without a skin"
+        raise validation_error("stiffening", str(stiffening), "", "a sequence of numbers", hint)
+    for entry in stiffnesses:
+        _as_positive("stiffening", entry)
+    steps = len(stiffnesses) - 1
+    if stiffnesses and (steps < _LEAST_STEPS or steps % 2):
+        bound = "an odd number of stiffnesses, at least 3"
+        raise validation_error("stiffening", len(stiffnesses), "numbers", bound, "add the middle modulus")
+    if stiffnesses and not math.isclose(stiffnesses[-1], 1.0):
+        raise validation_error("stiffening", stiffnesses[-1], "", "1 at its end", "divide it by its last number")
+    return stiffnesses
+
+
 def _log_r_under_skin(nonlinearity_at: Callable[[float], float], NL: float, r_without_skin: float) -> float:
     """Return ln r at which the nonlinearity on a fruit with a skin is NL [1], with r = K_m,max / K_h.
 
@@ -315,4 +369,10 @@ def _log_r_under_skin(nonlinearity_at: Callable[[float], float], NL: float, r_wi
     # The skin adds to the nonlinearity, so the root is smaller than r without a skin. Twice this r is a safe upper end
     # of the bracket. The tolerances are round-off.
     upper_end = math.log(2.0 * r_without_skin)
+    if not excess(upper_end) > 0.0:
+        msg = (
+            f"NL = {NL:g} must be reachable, but this stiffening is not above a straight line, as that of a skin is. "
+            "Check its numbers."
+        )
+        raise ValueError(msg)
     return float(brentq(excess, _LEAST_LOG_R, upper_end, xtol=1e-15, rtol=4.0 * sys.float_info.epsilon))

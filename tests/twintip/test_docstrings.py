@@ -182,6 +182,7 @@ REFUSED = [
 NOT_POSSIBLE = [
     ("size_springs", lambda: twintip.size_springs(P_max=0.5, NL=0.05, K_m_max=4.629)),
     ("Springs", lambda: twintip.Springs(K_l=0.0, K_h=17.3)),
+    ("force_ratio", lambda: twintip.force_ratio(twintip.Springs(K_l=1.0, K_h=20.0), K_m=0.0)),
     ("fruit_stiffness", lambda: twintip.fruit_stiffness(twintip.Springs(K_l=1.0, K_h=20.0), P=21.0)),
 ]
 """What raises ValueError."""

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -88,7 +89,52 @@ def test_targets_that_no_springs_meet_are_refused(P_max, NL, K_m_max):
         size_springs(P_max, NL, K_m_max)
 
 
-@pytest.mark.parametrize(("K_l", "K_h"), [(0.0, 1.0), (-1.0, 1.0), (1.0, 0.0), (1.0, math.inf), (math.nan, 1.0)])
+@pytest.mark.parametrize(
+    ("argument", "value", "named"),
+    [
+        *(("definition", value, "definition") for value in ("foo", "Largest", "", None)),
+        *(("stiffness_ratio", value, "stiffness_ratio") for value in (0.0, -1.0, math.nan, math.inf, "1", None)),
+        *(("stiffening", value, "stiffening") for value in (5.0, "skin", (1e-9, 1.0), (1e-9, 0.3, 0.7, 1.0))),
+        *(("stiffening", value, "stiffening") for value in ((0.0, 0.5, 1.0), (0.1, math.nan, 1.0), (0.1, 0.5, 0.9))),
+        *(("stiffening", value, "NL") for value in ((0.1, 0.5, 1.0), (1.0, 1.0, 1.0), (0.1, 0.9, 1.0))),
+        *((name, value, name) for name in ("P_max", "NL", "K_m_max") for value in ("5", None, True)),
+    ],
+)
+def test_argument_of_springs_that_cannot_be_is_refused(argument, value, named):
+    arguments = {"P_max": 5.0, "NL": 0.05, "K_m_max": 4.6, argument: value}
+    with pytest.raises(ValueError, match=f"^{named} = [^\n]+ must be [^\n]+$"):
+        size_springs(**arguments)
+
+
+def test_arrays_and_numbers_of_numpy_size_the_same_springs():
+    stiffening = (0.01, 0.52, 1.0)
+    springs = size_springs(5.0, 0.05, 4.5, stiffening=stiffening)
+    for each in (np.array(stiffening), list(stiffening)):
+        assert size_springs(np.int64(5), np.float64(0.05), np.float32(4.5), stiffening=each) == springs
+    assert size_springs(5.0, 0.05, 4.5, stiffening=np.array([])) == size_springs(5.0, 0.05, 4.5)
+
+
+@pytest.mark.parametrize("K_m", [0.0, -1.0, math.inf, math.nan, "2", None, np.array([1.0, 0.0])], ids=str)
+def test_fruit_without_a_stiffness_has_no_force_ratio(K_m):
+    with pytest.raises(ValueError, match=r"^K_m = .+ must be "):
+        force_ratio(PAPER, K_m)
+
+
+@pytest.mark.parametrize("ratio", [0.0, -1.0, math.inf, math.nan, "1"])
+def test_stiffness_ratio_that_is_none_is_refused(ratio):
+    for convert in (force_ratio, fruit_stiffness):
+        with pytest.raises(ValueError, match=r"^stiffness_ratio = .+ must be "):
+            convert(PAPER, 2.0, ratio)
+
+
+def test_force_ratio_of_an_array_is_that_of_each_stiffness():
+    K_m = np.array([500.0, 4000.0])
+    assert force_ratio(PAPER, K_m).tolist() == [force_ratio(PAPER, each) for each in K_m.tolist()]
+
+
+@pytest.mark.parametrize(
+    ("K_l", "K_h"), [(0.0, 1.0), (-1.0, 1.0), (1.0, 0.0), (1.0, math.inf), (math.nan, 1.0), ("1", 2.0), (None, 2.0)]
+)
 def test_springs_that_are_none_are_refused(K_l, K_h):
     with pytest.raises(ValueError, match="K_l = "):
         Springs(K_l=K_l, K_h=K_h)
