@@ -186,7 +186,10 @@ def calibrate(
     after_s: float | None = None,
     counts_as: Literal["unsigned", "offset"] | None = None,
 ) -> Calibration:
-    """Calibrate a printed unit from a table of weights, as `pipeline calibrate` does.
+    """Calibrate a printed unit from a table of weights, as `pipeline calibrate` does without further tables.
+
+    The command also takes a press on a hard plate, presses on a reference ball, and fruit of known firmness. It takes
+    the table of a coupon, ripeness classes, and names and units of columns too.
 
     Parameters
     ----------

@@ -42,7 +42,10 @@ def read_press(
     unit: PrintedUnit | str | Path | None = None,
     counts_as: Literal["unsigned", "offset"] | None = None,
 ) -> list[FruitReading]:
-    """Return one reading for each press in a table of forces or counts, as `pipeline read` does.
+    """Return one reading for each press in a table of forces or counts, by the rules of `pipeline read`.
+
+    The command also joins presses of one fruit, even without flags if a column names the fruit. By flags it takes
+    ripeness classes, the radii of the fruit, and names and units of columns.
 
     Parameters
     ----------
