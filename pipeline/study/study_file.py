@@ -15,6 +15,7 @@ from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_tables
 from pipeline.study.toml_records import check_table, file_converter, is_instance_of, record_of
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation_of
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
+from pipeline.tables.number_formats import as_number, decimal_sign
 from pipeline.tables.rows import single_sheet
 from pipeline.tables.table import check_row_length
 from sensor.design.design_file import every_key
@@ -371,7 +372,8 @@ def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     """Read a CSV file of points, which has a header of keys and one row of values for each point.
 
     Returns the varied keys, and the values of each point in the order of the keys. Raises InputError if there is no
-    row, if a key occurs twice, if a row is not as long as the header, and for an invalid value.
+    row, if a key occurs twice, if a row is not as long as the header, and for an invalid value. The numbers of the file
+    share one decimal sign, as in a measured table; it is refused if commas may separate thousands.
     """
     sheet = single_sheet(path)
     header, *points = [row for row in sheet.rows if not row.is_empty]
@@ -381,14 +383,24 @@ def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     if len(set(keys)) < len(keys):
         bound = "a header without repeated keys"
         raise validation_error("points", ",".join(keys), "", bound, f"remove a column from {path.name}")
-    rows = []
     for row in points:
         check_row_length(sheet.source, row, len(keys))
-        rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
+    columns = [[(row.line, row.cells[index]) for row in points] for index in range(len(keys))]
+    decimal = decimal_sign(sheet.source, columns)
+    rows = []
+    for row in points:
+        cells = [_with_decimal_point(cell, decimal) for cell in row.cells]
+        rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, cells, strict=True)))
     # The points come from `rows`, so a study uses only the names of the varied keys. A key must have a variation, which
     # is here the value of the first point.
     vary: dict[str, Variation] = {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}
     return vary, tuple(rows)
+
+
+def _with_decimal_point(cell: str, decimal: str) -> str:
+    """Return a cell with its number in Python's notation if the file has decimal commas; other text is unchanged."""
+    number = as_number(cell) if decimal == "," else None
+    return cell if number is None or number.unit else number.plain(decimal) or cell
 
 
 def _design_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # noqa: ANN401 - a type of dict

@@ -41,6 +41,16 @@ def test_points_of_a_file_are_read_with_its_byte_order_mark(written, tmp_path):
     assert [setting_of_cell("any", cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
 
 
+def test_points_of_a_file_may_have_decimal_commas(written, tmp_path):
+    text = "targets.P_max;fruit.poisson;print.process\n3,5;0,3;fdm-petg\n4;0,25;sla-resin\n"
+    (tmp_path / "some.csv").write_text(text, encoding="utf-8")
+    study = read_study(written('points = "some.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
+    assert [tuple(point.settings.values()) for point in points_of(study)] == [
+        (3.5, 0.3, "fdm-petg"),
+        (4, 0.25, "sla-resin"),
+    ]
+
+
 def test_process_file_never_varies(written):
     varied = written(**{"targets.P_max": "print.process_file", "{ from = 3, to = 8 }": '["own.toml"]'})
     assert refusal(read_study, varied).field == "vary.print.process_file"
