@@ -45,7 +45,8 @@ _BEYOND_TIPS = 0.4  # distance by which the picture of the fruit extends beyond 
 _CHORD_MM = 0.05  # largest distance between a triangle and the curved face that it replaces
 _FACET_ANGLE_RAD = 0.2  # largest angle between neighbouring triangles of a curved face
 _LABEL_STEP = 0.13  # difference in height between two labels, as a fraction of the height of the assembly
-_TIP_LABEL_SHIFT = 0.3  # sideways shift of the label of the tips, as a fraction of the length of the assembly
+_LEADER_MARGIN = 1.1  # slope of the leader line of the tips, divided by the least one that clears the fruit
+_MAX_LEADER_SLOPE = 2.0  # largest sideways extent of the leader line of the tips, divided by its height
 _FRUIT_SHIFT = 1.2  # downward shift of the fruit in the exploded view, as a fraction of the height of the fruit
 _SAME_HEIGHT_MM = 1e-3  # two tips are at the same height if their heights differ by less than this
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
@@ -193,20 +194,22 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
     """
     # A leader line runs from its start at the part to its end at the label. The mappings are keyed by the part's name.
     surfaces, upper_starts, lower_starts = _draw_parts_apart(plotter, parts)
+    fruit = next(surface for part, surface in zip(parts, surfaces, strict=True) if part.name == "fruit")
     all_parts = pv.merge(surfaces)
     left, right, front, back, bottom, top = all_parts.bounds
-    # The fruit is below the tips. The label of the tip is moved sideways, so that the fruit does not hide it.
-    beside_fruit = lower_starts["tip"] - np.array([_TIP_LABEL_SHIFT * (right - left), 0.0, 0.0])
-    upper_ends = _label_positions(all_parts, upper_starts, side=1.0)
-    lower_ends = _label_positions(all_parts, {**lower_starts, "tip": beside_fruit}, side=-1.0)
     starts = {**upper_starts, **lower_starts}
-    ends = {**upper_ends, **lower_ends}
+    ends = {
+        **_label_positions(all_parts, upper_starts, side=1.0),
+        **_label_positions(all_parts, lower_starts, side=-1.0),
+    }
+    ends["tip"] = _beside_fruit(starts["tip"], ends["tip"], fruit)
     style: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
     for part_name, end in ends.items():
         plotter.add_mesh(pv.Line(starts[part_name], end), color=EDGE, line_width=1)
         # If several labels were added in one call, VTK would omit labels that are close to others.
         plotter.add_point_labels([end], [part_name], always_visible=True, show_points=False, **style)
     heights = [bottom, top, *(float(end[2]) for end in ends.values())]
+    left = min(left, float(ends["tip"][0]))
     bounds_with_labels = (left, right, front, back, min(heights), max(heights))
     frame_picture(plotter, all_parts, title, _EXPLODED_DIRECTION, bounds_with_labels)
 
@@ -234,7 +237,11 @@ def _draw_parts_apart(
         if is_fruit:
             lower_starts[part_name] = _centre_at_height(surface, lowest_z)
         else:
-            upper_starts.setdefault(part_name, _centre_at_height(surface, highest_z))  # the first of equal parts
+            start = _centre_at_height(surface, highest_z)
+            # The view is from the right, so the upper right one of equal parts is in front of no larger part.
+            earlier_start = upper_starts.get(part_name)
+            if earlier_start is None or start[0] + start[2] > earlier_start[0] + earlier_start[2]:
+                upper_starts[part_name] = start
             lowest_points.append(min(np.asarray(surface.points), key=_height))
     lower_starts["tip"] = _first_tip(lowest_points)
     return surfaces, upper_starts, lower_starts
@@ -282,6 +289,31 @@ def _label_positions(all_parts: Mesh, starts: Mapping[str, Floats], *, side: flo
         z = (side * level - x * upwards[0] - y * upwards[1]) / upwards[2]
         positions[part_name] = np.array([x, y, z])
     return positions
+
+
+def _beside_fruit(start: Floats, end: Floats, fruit: Mesh) -> Floats:
+    """Move the end of a leader line [mm] to the left, so that the line from `start` passes left of the fruit.
+
+    In the picture, the end stays at its height. Its slope is limited, so the line may still run behind a wide fruit.
+    """
+    right, upwards = _picture_axes()
+    points = np.asarray(fruit.points)
+    to_left = (start - points) @ right  # distance from each point of the fruit to the start, in the picture
+    drops = (start - points) @ upwards
+    is_below = drops > 0.0
+    least_slope = max(0.0, *(to_left[is_below] / drops[is_below]))  # to the left, divided by downwards
+    slope = min(_MAX_LEADER_SLOPE, _LEADER_MARGIN * least_slope)
+    shift = slope * float((start - end) @ upwards) - float((start - end) @ right)
+    moved_end: Floats = end - max(0.0, shift) * right
+    return moved_end
+
+
+def _picture_axes() -> tuple[Floats, Floats]:
+    """Return the directions to the right and upwards in the picture of the exploded view, as unit vectors (3,)."""
+    view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
+    right = np.cross([0.0, 0.0, 1.0], view)
+    right /= np.linalg.norm(right)
+    return right, np.cross(view, right)
 
 
 def _draw_part(plotter: Plotter, part: cq.Assembly, shift_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import cadquery as cq
 import numpy as np
 import pytest
 import pyvista as pv
@@ -17,7 +18,10 @@ from pipeline.view.scenes import (
     TOTAL_DISPLACEMENT,
     VERTICAL_PRESSURE,
     VON_MISES,
+    _beside_fruit,
+    _draw_parts_apart,
     _label_positions,
+    _picture_axes,
     bend_to_true_shape,
     complete_half_model,
     field_scenes,
@@ -117,6 +121,32 @@ def test_labels_are_further_from_the_assembly_one_after_another_in_the_picture(s
     assert levels[0] > outermost
     for name, start in starts.items():
         assert ends[name][:2] == pytest.approx(start[:2])
+
+
+def test_leader_of_the_tip_passes_left_of_the_fruit_in_the_picture():
+    fruit = pv.Box((-10.0, 10.0, -10.0, 10.0, -30.0, -18.0))
+    start, end = np.array([3.0, 0.0, 0.0]), np.array([3.0, 0.0, -60.0])
+    moved = _beside_fruit(start, end, fruit)
+    right, upwards = _picture_axes()
+    assert (moved - end) @ upwards == pytest.approx(0.0, abs=1e-9)
+    slope = (start - moved) @ right / ((start - moved) @ upwards)
+    for point in fruit.points:
+        assert (start - point) @ right < slope * ((start - point) @ upwards)
+
+
+def test_leader_line_ends_at_the_right_one_of_equal_parts():
+    """It is not behind the front cover; of two above one another it is the upper one."""
+    places = [(-10.0, 0.0, 0.0), (10.0, 0.0, 5.0), (10.0, 0.0, -5.0)]
+    nuts = [
+        cq.Assembly(cq.Workplane().box(1.0, 1.0, 1.0).translate(place), name=f"nut_{i}", color=cq.Color("gray"))
+        for i, place in enumerate(places)
+    ]
+    plotter = pv.Plotter(off_screen=True)
+    try:
+        _, starts, _ = _draw_parts_apart(plotter, nuts)
+    finally:
+        plotter.close()
+    assert starts["nut"] == pytest.approx((10.0, 0.0, 5.5))
 
 
 def test_pressure_is_the_stress_along_the_press(scenes):
