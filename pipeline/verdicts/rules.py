@@ -80,7 +80,8 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
     if not np.isfinite(P).all():
         return judge(name, None, "a tip is off the fruit at full travel")
     smallest_step = float((np.diff(P) / P[:-1]).min())
-    reference = "smallest relative step of P between neighbouring E at full travel"
+    grid = f"{len(scan.E)} moduli in equal steps from {scan.E[0]:.3g} to {scan.E[-1]:.3g} MPa"
+    reference = f"smallest relative step of P between neighbouring ones of {grid}, at full travel"
     return judge(name, smallest_step, reference, passed=smallest_step > 0.0)
 
 

@@ -26,11 +26,12 @@ def explained_value(folder: Path, entry: Entry, name: str) -> str:
 
 
 def _verdict_text(verdict: Verdict) -> str:
-    """Return the value, the limit, the outcome and the hint of a verdict as text."""
+    """Return the value, the limit, the outcome, the reference and the hint of a verdict as text."""
     displayed = in_display_units(verdict)
     limit = "" if displayed.limit is None else f", limit {value_text(displayed.limit, displayed.unit)}"
+    outcome = OUTCOMES[verdict.passed]
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
-    return f"{verdict.name} {measured(displayed) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
+    return f"{verdict.name} {measured(displayed) or 'no value'}{limit}: {outcome}, {verdict.reference}{hint}"
 
 
 def _symbol_text(report: object, entry: Entry) -> str | None:

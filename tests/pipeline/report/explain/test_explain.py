@@ -77,6 +77,6 @@ def test_symbol_has_the_number_of_the_report(name, number, folder):
 
 def test_verdict_has_value_error_limit_and_outcome(folder):
     (verdict,) = (verdict for verdict in read_report(folder).verdicts if verdict.name == "P_max")
-    expected = f"P_max {value_with_bar(verdict.value, verdict.error)}, limit 5: passed"
+    expected = f"P_max {value_with_bar(verdict.value, verdict.error)}, limit 5: passed, {verdict.reference}"
     assert explained_value(folder, find_entry("P_max"), "P_max") == expected
     assert explained_value(folder, find_entry("printable.*"), "printable.*").count("printable.") == 2
