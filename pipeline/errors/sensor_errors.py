@@ -136,8 +136,8 @@ def _bands_of_readings(curve: SensorResponse, accuracies: Sequence[ModulusAccura
 
     The half width of a band, relative to E, is the bias plus two standard uncertainties. The half width is interpolated
     in ln E between the moduli of `accuracies`. `spring_error` [1] is two standard deviations of an error of the
-    stiffnesses, in addition to their calibration error. The bands are nan at all travels before full travel. All bands
-    are nan if `accuracies` is empty.
+    stiffnesses, in addition to their calibration error. The lower end is at least 0. The bands are nan at all travels
+    before full travel. All bands are nan if `accuracies` is empty.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not accuracies:
@@ -149,6 +149,6 @@ def _bands_of_readings(curve: SensorResponse, accuracies: Sequence[ModulusAccura
     E_evaluated = [accuracy.E for accuracy in accuracies]
     E = curve.E[1:]  # the first modulus is nearly zero, and has no band
     half_width = np.interp(np.log(E), np.log(E_evaluated), half_widths)
-    bands[1:, -1, 0] = E * (1.0 - half_width)
+    bands[1:, -1, 0] = E * np.maximum(1.0 - half_width, 0.0)  # a modulus is not negative
     bands[1:, -1, 1] = E * (1.0 + half_width)
     return bands

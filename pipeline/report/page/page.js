@@ -49,7 +49,7 @@
     need(points.length, "a tip is off the fruit at every modulus");
     const E_max = last(curve.E_MPa);
     const band = (low, high, opacity) => Plot.areaX(points.filter((one) => one[low] !== null || one[high] !== null), {
-      y: "1", x1: (one) => Math.max(one[low] ?? 0, 0), x2: (one) => Math.min(one[high] ?? E_max, E_max), fill: colours[0], fillOpacity: opacity,
+      y: "1", x1: (one) => one[low] ?? 0, x2: (one) => Math.min(one[high] ?? E_max, E_max), fill: colours[0], fillOpacity: opacity,
     });
     const softest = curve.P_softest;
     const NL = verdictOf("NL");

@@ -39,6 +39,9 @@ def test_bands_of_readings():
         assert bands[1:, -1, 1] == pytest.approx(E[1:] * (1.0 + width), rel=1e-12)
         assert np.isnan(bands[0]).all()
         assert np.isnan(bands[:, :-1]).all()
+    wide = table_of_readings(curve, SimpleNamespace(moduli=rows), SimpleNamespace(largest_spring_error=1.0))
+    assert wide.printed[1:, -1, 0].tolist() == [0.0, 0.0, 0.0]  # springs that are off by 100 % move E by 120 % and more
+    assert wide.printed[-1, -1, 1] == pytest.approx(2.0 * (1.04 + math.hypot(0.1, 1.2)), rel=1e-12)
     unread = table_of_readings(curve, SimpleNamespace(moduli=()), SimpleNamespace(largest_spring_error=0.2))
     assert np.isnan(unread.printed).all()
 
