@@ -18,7 +18,7 @@ from instrument.press.seating import MAX_ITERATIONS, seating_of
 from instrument.press.signals import count_keys
 from instrument.press.spikes import spike_constants
 from instrument.template import render_template
-from pipeline.report.report import Report
+from pipeline.report.report import Report, check_report
 from sensor.design.readout import AMPLIFIERS, BOARDS, Board, Readout
 from sensor.design.signal_path import SignalPath
 from sensor.quantity import validation_error
@@ -60,6 +60,7 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
     >>> "twintip_end" in header
     True
     """
+    check_report(report)
     return render_header(MeasuringUnit.from_report(report, unit))
 
 
@@ -91,6 +92,7 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
     >>> "class" in module
     True
     """
+    check_report(report)
     return render_module(MeasuringUnit.from_report(report, unit))
 
 

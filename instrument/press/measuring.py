@@ -14,7 +14,7 @@ from instrument.press.ripeness import RipenessClasses, ripeness_classes
 from pipeline.reading.read_out import correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.reading.uncertainty import DRIFT_SOURCE, FRUIT_SOURCES, Channels, SlopesOnBall, designed_channels
-from pipeline.report.report import Report, check_report
+from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.reading import ReadingRequirements
 from sensor.quantity import UNIFORM_DEVIATION, Estimate, check_type, validation_error
@@ -56,7 +56,6 @@ class MeasuringUnit:
         `classes` states ripeness classes, for example `ripe:0.8,unripe`. By default, the classes of the unit are used.
         Raises InputError for a unit of another design, for invalid classes, and for an argument of another type.
         """
-        check_report(report)
         if isinstance(unit, str | Path):
             printed_unit = read_unit(Path(unit), report)  # also refuses a unit of another design
         elif unit is None:

@@ -18,7 +18,7 @@ from instrument.press.one_time import simultaneous_samples
 from instrument.press.printed_unit import PrintedUnit
 from instrument.press.signals import Sample, Signal
 from instrument.press.touches import PressSamples, split_presses
-from pipeline.report.report import Report
+from pipeline.report.report import Report, check_report
 from pipeline.tables.rows import rows_of
 from sensor.arrays import Floats
 from sensor.input_file import path_of
@@ -80,6 +80,7 @@ def read_press(
     >>> reading.E > 0.0  # [MPa]
     True
     """
+    check_report(report)
     sensor = MeasuringUnit.from_report(report, unit)
     signal = Signal(rows_of(path_of(file, "file")), len(report.tips), say=partial(warnings.warn, stacklevel=2))
     return list(readings_of(sensor, signal, counts_as=counts_as))

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.press.signals import count_keys
-from instrument.simulate.drawn_fruit import PressedFruit, designed_radii, range_of_moduli
+from instrument.simulate.drawn_fruit import PressedFruit, range_of_moduli
 from instrument.simulate.unit import SimulatedUnit
 from pipeline.report.report import Report
 from sensor.arrays import Floats
 from sensor.design.bench import PLATE_AT, PRESSED, RUBBER_POISSON, WEIGHED_AT, Bench, modulus_on_glass
+from sensor.design.radius_ranges import designed_radii
 from sensor.quantity import STANDARD_GRAVITY
 
 G_PER_N = 1e3 / STANDARD_GRAVITY  # mass of a weight per force [g/N]
@@ -92,7 +93,7 @@ def usual_ball(report: Report) -> Ball:
     The ball has the mean curvature of the fruit, or the smallest allowed radius. Its E / (1 - nu^2) equals the value
     for flesh whose modulus is the geometric mean of the design's range.
     """
-    first, second = designed_radii(report)
+    first, second = designed_radii(report.design)
     radius = 2.0 / (1.0 / first + 1.0 / second)
     softest, firmest = range_of_moduli(report)
     E = math.sqrt(softest * firmest) * (1.0 - RUBBER_POISSON**2) / (1.0 - report.design.fruit.poisson**2)

@@ -1,23 +1,20 @@
 """The fruit that a simulated unit presses and the pose of the unit, as given or drawn from the ranges of a design."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.report.report import Report
 from sensor.arrays import Floats
+from sensor.design.radius_ranges import FLAT_RADIUS, Vector, designed_radii, outside_range, radii_beyond_design
 from sensor.design.reading import ReadingRequirements
 from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone
 
 _WAVES = 24  # number of plane waves in an uneven skin
 _LARGEST_POISSON = 0.495  # upper limit of a random Poisson's ratio
-_FLAT_RADIUS = 1e9  # radius that represents a flat fruit [mm]
-_RANGE_TOLERANCE = 1e-9  # relative tolerance at the ends of a range
 _LARGEST_BRUISE_OFFSET = 0.5  # maximum distance between a tip and the centre of a bruise that lies under it [mm]
-
-Vector = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +93,7 @@ def usual_fruit(report: Report) -> PressedFruit:
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radii = (0.5 * sum(reading.radius_mm), 0.5 * sum(reading.radius_across_mm))
     else:
-        radii = designed_radii(report)
+        radii = designed_radii(report.design)
     return PressedFruit(
         E=math.sqrt(softest * firmest),
         radii=radii,
@@ -208,58 +205,12 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     # Without a stated range, only the thickness of the design's fruit is in range.
     thickness_range = reading.thickness_mm or (depth, depth)
     tilt, distance = math.hypot(*fruit.tilt), math.hypot(*fruit.off_centre)
-    yield from _outside("E", fruit.E, range_of_moduli(report), "MPa")
-    yield from radii_beyond_design(fruit.radii, report)
+    yield from outside_range("E", fruit.E, range_of_moduli(report), "MPa")
+    yield from radii_beyond_design(fruit.radii, report.design)
     if fruit.thickness is not None:
-        yield from _outside("thickness", fruit.thickness, thickness_range, "mm")
-    yield from _outside("tilt", tilt, (0.0, reading.tilt_deg), "deg")
-    yield from _outside("distance from the apex", distance, (0.0, reading.off_centre_mm), "mm")
-
-
-def radii_beyond_design(radii: Vector, report: Report) -> Iterator[str]:
-    """Yield a note for each principal radius of a fruit [mm] that lies outside the range of a design."""
-    radius_ranges = _radius_ranges(report)
-    names = ("radius", "radius across")
-    for name, radius, radius_range in zip(names, _order_radii(radii, radius_ranges), radius_ranges, strict=True):
-        yield from _outside(name, radius, radius_range, "mm")
-
-
-def _outside(name: str, value: float, ends: Vector, unit: str) -> Iterator[str]:
-    """Yield a note if a value lies outside a range of the design, whose two `ends` have the same unit."""
-    low, high = ends
-    if not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
-        yield f"{name} {value:.4g} {unit} is outside {low:.4g} to {high:.4g} {unit}, the range of the design"
-
-
-def _radius_ranges(report: Report) -> Sequence[Vector]:
-    """Return the two ends of the range of each principal radius of a design's fruit [mm].
-
-    Without stated ranges, the radii of the fruit vary by the stated spread, which is relative.
-    """
-    reading = report.design.reading or ReadingRequirements()
-    if reading.radius_mm is not None and reading.radius_across_mm is not None:
-        return [reading.radius_mm, reading.radius_across_mm]
-    smallest_factor, largest_factor = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
-    return [(smallest_factor * radius, largest_factor * radius) for radius in designed_radii(report)]
-
-
-def _order_radii(radii: Vector, radius_ranges: Sequence[Vector]) -> Vector:
-    """Return the two `radii` [mm] in the order in which more of them lie within their ranges.
-
-    The order of the radii of a fruit is arbitrary. `radius_ranges` holds the two ends of the range of each radius [mm].
-    """
-
-    def count_in_range(ordered: Vector) -> int:
-        return sum(low <= radius <= high for radius, (low, high) in zip(ordered, radius_ranges, strict=True))
-
-    reversed_radii = radii[::-1]
-    return reversed_radii if count_in_range(reversed_radii) > count_in_range(radii) else radii
-
-
-def designed_radii(report: Report) -> Vector:
-    """Return the principal radii of the design's fruit [mm]; a flat fruit has very large but finite radii."""
-    first, second = report.design.fruit.radii_mm
-    return min(first, _FLAT_RADIUS), min(second, _FLAT_RADIUS)
+        yield from outside_range("thickness", fruit.thickness, thickness_range, "mm")
+    yield from outside_range("tilt", tilt, (0.0, reading.tilt_deg), "deg")
+    yield from outside_range("distance from the apex", distance, (0.0, reading.off_centre_mm), "mm")
 
 
 def range_of_moduli(report: Report) -> Vector:
@@ -279,7 +230,7 @@ def _draw_radii(report: Report, rng: np.random.Generator) -> Vector:
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         return float(rng.uniform(*reading.radius_mm)), float(rng.uniform(*reading.radius_across_mm))
     if fruit.radius_mm is None:
-        return _FLAT_RADIUS, _FLAT_RADIUS
+        return FLAT_RADIUS, FLAT_RADIUS
     factor = float(rng.uniform(1.0 - reading.radius_spread, 1.0 + reading.radius_spread))
     return factor * fruit.radii_mm[0], factor * fruit.radii_mm[1]
 

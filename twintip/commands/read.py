@@ -13,12 +13,12 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
 from instrument.press.presses import readings_of, refuse_out_of_scale
 from instrument.press.signals import Signal, numbers_of_text
-from instrument.simulate.drawn_fruit import radii_beyond_design
 from pipeline.report.report import read_report
 from pipeline.storage.files import check_paths_are_free, write_files
 from pipeline.storage.record_data import as_data, as_line
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.rows import rows_of
+from sensor.design.radius_ranges import radii_beyond_design
 from sensor.quantity import Bounds, validation_error
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 from twintip.flags import is_given, parse_radii
@@ -166,7 +166,7 @@ def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
     bound = f"one or two numbers from {_RADIUS.at_least:g} to {_RADIUS.at_most:g}, separated by a comma"
     hint = "write for instance --radius 47,110"
     radii = parse_radii(arguments.radius, _RADIUS, bound, hint)
-    for note in radii_beyond_design(radii, sensor.report):
+    for note in radii_beyond_design(radii, sensor.report.design):
         print_error(f"note: --radius: {note}")
     return replace(sensor, radii_mm=radii)
 
