@@ -261,7 +261,7 @@ def parse_number(text: str) -> float | None:
 
 
 def python_numbers(value: Any) -> Any:  # noqa: ANN401 - returns a value of any type
-    """Return numbers of other types, such as those of NumPy, as Python's own; other values are returned unchanged.
+    """Convert numbers of other libraries, such as NumPy, to the types of Python; return any other value unchanged.
 
     An array becomes a list. In a list or a tuple, each item is converted.
     """
@@ -280,9 +280,8 @@ def python_numbers(value: Any) -> Any:  # noqa: ANN401 - returns a value of any 
 def check_fields(record: Any, table: str, excluded: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
     """Raise InputError for the first field of a record whose value does not satisfy its declaration.
 
-    The record stores numbers of NumPy as Python's own, and a list or an array as a tuple.
-
     `table` is the name of the table that holds the keys of the record, or "". The fields in `excluded` are not checked.
+    Before the check, numbers of NumPy in the record are replaced by numbers of Python, and lists and arrays by tuples.
     """
     for item, key, flag in _declared_fields(record.__class__):
         given = getattr(record, item.name)
@@ -386,7 +385,7 @@ def check_number(name: str, number: object, unit: str, bounds: Bounds, hint: str
 
 
 def check_type(name: str, value: object, kind: type | UnionType, bound: str, hint: str) -> None:
-    """Raise InputError for an argument that is not of the type `kind`; `bound` is this type in words."""
+    """Raise InputError for an argument that is not of the type `kind`; `bound` describes this type."""
     if not isinstance(value, kind):
         shown = value if value is None or isinstance(value, str | int | float) else type(value).__name__
         raise validation_error(name, shown, "", bound, hint)

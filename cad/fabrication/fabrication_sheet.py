@@ -30,6 +30,9 @@ from sensor.theory.straight_line import slope_error_of_resolution
 _COUPON_FRACTION = 0.5  # fraction of the strain limit that is reached under the largest weight on a coupon
 _SLICER_MASS_RATIO = (0.99, 1.04)  # range of a slicer's mass (100 % infill) divided by the solid mass; see the template
 _TORQUE_N_M = 0.5  # causes 0.8 kN per screw and 28 MPa under its washer, half the strength of the softest plastic
+# Largest nonlinearity of the field of the two magnets [%] over a length [mm]; the source is in electronics.toml.
+_FIELD_LINEARITY_PERCENT, _LINEAR_OVER_MM = 0.3, 0.8
+_FEWEST_FRUIT_PRESSES = 2  # a single press does not show a soft spot below one tip
 _K_ERROR = 0.01  # largest relative error of a stiffness (95 %) caused by rounded calibration readings
 _FIXED_SIZES = {  # sizes [mm], and the fit of a pin, which are the same for all sensors
     "cover": COVER_MM,
@@ -116,6 +119,7 @@ def fabrication_sheet(
     """
     process = title.process
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()  # from mm^3
+    largest_deflection = max(spring.deflection for spring in read_out.springs)
     return render_template(
         "fabrication_sheet.md.jinja",
         title=title,
@@ -129,6 +133,10 @@ def fabrication_sheet(
         mass_g=volume_cm3 * process.density_g_per_cm3,
         slicer_mass_ratio=_SLICER_MASS_RATIO,
         slicer_settings=slicer_settings(process, sensor.housing),
+        largest_deflection=largest_deflection,
+        # The nonlinearity is proportional to the square of the deflection.
+        field_linearity_percent=_FIELD_LINEARITY_PERCENT * (largest_deflection / _LINEAR_OVER_MM) ** 2,
+        fruit_presses=max(read_out.presses, _FEWEST_FRUIT_PRESSES),
         printed_depth=process.printed_depth_mm(sensor.housing.depth),
         tip_accuracy=tip_accuracy_mm(sensor.tips, process),
         takes_ball=represented_by_ball(sensor.fruit, sensor.tips),

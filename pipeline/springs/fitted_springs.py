@@ -321,7 +321,7 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 
 
 def height_difference_down(springs: FittedSprings) -> float:
-    """Return by how much the tips of a sensor that points down differ in height due to weight [mm].
+    """Return the height difference of the tips [mm] that weight causes if the sensor points down.
 
     A sensor that is held sideways has level tips. Without a housing, the result is 0.
     """

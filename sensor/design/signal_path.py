@@ -113,7 +113,7 @@ class SpringReadOut:
     `bench` is the bench that will calibrate the springs, or None if the design needs no calibration. `fastest_s` is the
     shortest duration of a press by hand [s] that the signal path can follow, or None if it is unknown. `folder` is the
     name of the folder of the report in printed commands. `presses` is the number of presses that are read as one fruit.
-    `height_difference_down` [mm] is by how much the tips differ in height due to weight if the sensor points down.
+    `height_difference_down` [mm] is the height difference of the tips that weight causes if the sensor points down.
     """
 
     springs: Sequence[SpringToRead]

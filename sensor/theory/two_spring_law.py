@@ -133,6 +133,11 @@ def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> f
     for entry in getattr(K_m, "flat", (K_m,)):  # an array gives the ratio of each of its stiffnesses
         _as_positive("K_m", entry, "N/mm")
     _as_positive("stiffness_ratio", stiffness_ratio)
+    return _ratio(springs, K_m, stiffness_ratio)
+
+
+def _ratio(springs: Springs, K_m: float, stiffness_ratio: float) -> float:
+    """Return the force ratio [1] as `force_ratio` does, without checks, because a search calls it many times."""
     return series_ratio(springs.K_l, springs.K_h, K_m, stiffness_ratio * K_m)
 
 
@@ -213,13 +218,13 @@ def nonlinearity(
     K_m,max [1] at the `curve_shares` of E_max. The straight line is then over E instead of K_m.
     """
     if stiffening:
-        P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
+        P = [_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
         return curve_nonlinearity(P, curve_shares(len(P) - 1), definition)
     K_h = springs.K_h / stiffness_ratio  # with this K_h, the equations for equal stiffness under the two tips hold
     K_m = stiffness_at_largest_nonlinearity(K_h, K_m_max) if definition == "largest" else 0.5 * K_m_max
     # P tends to the stiffness ratio as K_m tends to 0.
-    rise = force_ratio(springs, K_m_max, stiffness_ratio) - stiffness_ratio
-    return (force_ratio(springs, K_m, stiffness_ratio) - stiffness_ratio) / rise - K_m / K_m_max
+    rise = _ratio(springs, K_m_max, stiffness_ratio) - stiffness_ratio
+    return (_ratio(springs, K_m, stiffness_ratio) - stiffness_ratio) / rise - K_m / K_m_max
 
 
 def curve_shares(steps: int) -> list[float]:

@@ -155,7 +155,7 @@ def test_sheet_has_the_last_digits_of_the_bench(bench, digits, sensor):
 
 
 @pytest.mark.parametrize(
-    ("attitude", "difference", "told", "absent"),
+    ("attitude", "difference", "expected", "absent"),
     [
         (
             "side",
@@ -167,19 +167,19 @@ def test_sheet_has_the_last_digits_of_the_bench(bench, digits, sensor):
         ("down", 1.6, ("its tips pointing down**",), ("row without weight", "to the side,")),
     ],
 )
-def test_sheet_tells_the_attitude_of_the_design_and_what_another_one_does(attitude, difference, told, absent):
+def test_sheet_states_the_attitude_of_the_design_and_the_effect_of_another(attitude, difference, expected, absent):
     """A tenth of the travel is 0.04 mm. On the bench the tips point down: another attitude has another zero there."""
     square = square_sensor()
     sensor = with_seats(replace(square, press=replace(square.press, attitude=attitude)), RESIN)
     text = sheet_of(sensor, signal=signal_of(sensor), height_difference_down=difference)
-    assert disagreement(text.partition("## From the bench")[0], told, absent) == ([], [])
+    assert disagreement(text.partition("## From the bench")[0], expected, absent) == ([], [])
 
 
-@pytest.mark.parametrize(("presses", "told"), [(1, "2"), (3, "3"), (4, "4")])
-def test_sheet_reads_as_many_presses_of_a_fruit_as_the_design(presses, told):
+@pytest.mark.parametrize(("presses", "expected"), [(1, "2"), (3, "3"), (4, "4")])
+def test_sheet_reads_as_many_presses_of_a_fruit_as_the_design(presses, expected):
     sensor = with_seats(square_sensor(), RESIN)
     text = sheet_of(sensor, signal=signal_of(sensor), presses=presses)
-    assert re.findall(r"--fruit-presses (\d+)|press each fruit (\d+) times", text) == [("", told), (told, "")]
+    assert re.findall(r"--fruit-presses (\d+)|press each fruit (\d+) times", text) == [("", expected), (expected, "")]
 
 
 SKIN = {"skin_mm": 0.2, "skin_E_MPa": 20.0}
